@@ -1,8 +1,9 @@
-"""Decide on each area of interest, because a level of the whole site does not say which area to clear.
+"""Decide the alert level of each area of interest: the level of the whole site does not show which area to clear.
 
-The rules for an area are the rules for the site. The level held for an area rises at once. It falls only when the
-site steps down, and the site steps down as a whole: so the highest level held for any area is the level held for the
-site. Where the evidence is not believed, the state of every area is unknown.
+An area follows the same rules as the site. The level held for an area rises at once. The level held for an area falls
+only when an acknowledgement lowers the level of the site, and then the levels of all areas fall together. Therefore the
+highest level held for any area is the level held for the site. If the evidence is not believed, the state of every area
+is unknown.
 """
 
 from collections.abc import Iterable, Mapping
@@ -23,16 +24,17 @@ def area_alerts(
     is_faulty: bool,
     steps_down: bool,
 ) -> tuple[AreaAlert, ...]:
-    """Decide on every area of the answer that has limits, and on every area that the site names in full.
+    """Return the alert of every area in the answer that has limits, and of every area that the site names in full.
 
-    An area of the previous decision that is in neither group stays while a level is held for it, or there is a fault.
+    An area of the previous decision that is in neither group is kept while a level is held for this area, or while
+    there is a fault.
 
     Parameters
     ----------
     previous : Alert or None
         The previous decision.
     worst : mapping from names to LimitFinding, or None
-        The worst finding of the answer for each area, as from `worst_of`; None if there is no answer.
+        For each area, the answer's finding with the highest level, from `worst_of`; None if there is no answer.
     is_faulty : bool
         True if the evidence is not believed.
     steps_down : bool
@@ -53,7 +55,7 @@ def area_alerts(
 
 
 def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
-    """Return a mapping from each area's name to the area's worst finding, in the order of the answer."""
+    """Return a mapping from the name of each area to the finding with the highest level, in the order of the answer."""
     worst: dict[str, LimitFinding] = {}
     for finding in findings:
         if finding.name not in worst or finding.level > worst[finding.name].level:
@@ -62,7 +64,7 @@ def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
 
 
 def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
-    """True if the answer gives any area a higher level than the previous decision's answer did."""
+    """True if the new answer gives any area a higher level than the answer of the previous decision gave this area."""
     unknown = Level.NORMAL if previous.areas else previous.evident
     before = {area.name: area.evident for area in previous.areas}
     return any(finding.level > before.get(name, unknown) for name, finding in worst.items())
@@ -77,8 +79,8 @@ def undecided(previous: Alert | None, worst: Mapping[str, LimitFinding]) -> list
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
     """Return a mapping from each area's name to the level held for the area, and the level held for any other area.
 
-    Logs of older versions contain no areas. Then the level of the site may have been held for any area. The areas that
-    raised the level are named by the sentences in `held_by`.
+    A decision in the log of an older version contains no areas. Then the level of the site counts as held for every
+    area. The sentences in `held_by` name the areas that raised this level.
     """
     if previous is None:
         return {}, Level.NORMAL

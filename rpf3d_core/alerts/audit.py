@@ -1,4 +1,4 @@
-"""Audit a decision log: make every decision again, compare the results bit for bit, and check the chain of lines."""
+"""Audit a decision log: make every decision again, compare the results bit for bit, and check the hashes of lines."""
 
 import hashlib
 from collections.abc import Iterator
@@ -24,14 +24,14 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError, SceneError
 
 MOST_FINDINGS = 100
-"""Largest number of findings that an audit keeps: a log whose middle is missing would have one for each line."""
+"""Largest number of findings that an audit keeps. A log with missing lines could otherwise give one finding a line."""
 
 
 class LevelChange(NamedTuple):
-    """A logged change: a decision with another level or fault than the previous one, or with an acknowledgement.
+    """A logged change: a decision with another level or fault than the previous decision, or with an acknowledgement.
 
-    The level may be the site's or an area's. `line` is the number of the decision's line in the log, `before` the
-    previous decision, `version` the version of rpf3d that made the decision.
+    The changed level may be the level of the site or the level of an area.
+    line : number of the line in the log; before : the previous decision; version : version of rpf3d that decided
     """
 
     line: int
@@ -47,7 +47,7 @@ class Audit:
     files, lines, decisions : how many of each were read; reproduced : decisions that were reproduced bit for bit
     versions : versions of rpf3d that wrote decisions, in order; refused : number of refused acknowledgements
     changes : changes of level, in order; notes : sentences that help the reader; findings : sentences about errors
-    hidden : number of further findings beyond MOST_FINDINGS; head : hash of the last line
+    hidden : number of findings that are not kept, beyond MOST_FINDINGS; head : hash of the last line
     """
 
     files: int = 0
@@ -154,7 +154,7 @@ class _Reading:
             self.blame(f"{place}: {error}")
 
     def _chain(self, place: str, content: dict[str, Any], begins_alone: bool) -> None:
-        """Check that a line follows the previous line."""
+        """Check the number of a line, and that the line holds the hash of the previous line."""
         before, number = (BEGINNING, 0) if self.last is None else (self.last["sha256"], self.last["n"] + 1)
         if begins_alone and self.last is None:
             self.is_part = content["n"] > 0
@@ -216,13 +216,13 @@ class _Reading:
             )
 
     def _without_areas(self, place: str) -> None:
-        """Note, once, that the log comes from a version in which areas had no levels of their own."""
+        """Add one note that the log was written by a version of rpf3d that decided no levels for single areas."""
         if not self.is_older:
             self.is_older = True
             self.audit.notes.append(f"{place}: tells of no areas, as logs once did; what it tells of is compared")
 
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
-        """Check that a decision continues from the previous decision in the log."""
+        """Check that the previous decision stated in a decision is the previous decision in the log."""
         if lost := content.get("lost"):
             self.blame(f"{place}: {lost} decisions before it could not be written, and are not in the log")
         elif self.audit.decisions == 1 and self.is_part:
@@ -237,7 +237,7 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
-    """Make the decision again. Raises Unreadable if a forged line holds values that are not numbers."""
+    """Return the alert of a decision that is made again; raise Unreadable if a forged line holds non-numeric values."""
     previous, evidence, now_ns, given = decision.previous, decision.evidence, decision.now_ns, decision.acknowledgement
     try:
         return decide(previous, evidence, thresholds, now_ns, given)
@@ -246,10 +246,10 @@ def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Return (name, level before, level after) of each area whose level changed differently from the site's level.
+    """Return (name, level before, level after) of each area with a change of level that is not the change of the site.
 
-    An area that the previous decision does not contain counts as normal before. If there is no previous decision, or it
-    contains no areas, the list is empty.
+    The level before is NORMAL for an area that the previous decision does not contain. The list is empty if there is no
+    previous decision, or if the previous decision contains no areas.
     """
     if before is None or not before.areas:
         return []

@@ -1,8 +1,8 @@
 """Make the decision: a pure function of the previous decision, the evidence, the site's thresholds and the time.
 
 The level rises at once, falls only by acknowledgement, and is never normal without fresh evidence
-(docs/explanation/alerts.md has the rules as a table). There is no clock, no file and no randomness in it: `rpf3d audit`
-calls the same function.
+(docs/explanation/alerts.md shows the rules as a table). The function `decide` reads no clock and no file, and draws no
+random numbers, so `rpf3d audit` can repeat each decision with the same function.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from rpf3d_core.alerts.times import ns_of, when
 
 
 class _Held(NamedTuple):
-    """The level held, the sentences that raised it, since when it is held, and why an acknowledgement is void."""
+    """The level held, the sentences that raised it, the start time (ns), and why an acknowledgement is void."""
 
     level: Level
     by: tuple[str, ...]
@@ -35,12 +35,12 @@ def decide(
 ) -> Alert:
     """Return the alert that the mine receives at this time.
 
-    The function is total (the evidence may hold any numbers), pure and deterministic.
+    The function accepts any numbers in the evidence. The result depends on the parameters only.
 
     Parameters
     ----------
     previous : Alert or None
-        The previous decision; None only if there has never been one.
+        The previous decision; None only if this is the first decision.
     evidence : Evidence or None
         The newest answer; None if there is no answer.
     thresholds : Thresholds
@@ -48,12 +48,12 @@ def decide(
     now_ns : int
         Time of the decision (ns), by the same clock as the stamps.
     acknowledgement : Acknowledgement or None
-        An acknowledgement given since the previous decision. It counts for this decision only.
+        An acknowledgement given since the previous decision. The acknowledgement counts for this decision only.
 
     Returns
     -------
     Alert
-        Its `valid_until_ns` is never later than the time until which the evidence is fresh.
+        `valid_until_ns` of a decision without faults is never later than the time at which the evidence becomes stale.
     """
     findings = () if evidence is None else findings_of(evidence, thresholds)
     worst = worst_of(findings)
@@ -91,7 +91,7 @@ def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:
-    """True if the previous decision has no faults and is still valid; until it ends it bridges a small answer."""
+    """True if the previous decision has no faults and is still valid, so that a small answer does not replace it."""
     return previous is not None and not previous.faults and now_ns < previous.valid_until_ns
 
 
@@ -102,7 +102,7 @@ def _too_small(
     thresholds: Thresholds,
     now_ns: int,
 ) -> tuple[str, ...]:
-    """Return the faults of an answer of too few rocks: no decision is valid, or a new area has no decision."""
+    """Return the faults of an answer with too few rocks: no valid previous decision, or areas without a decision."""
     new, stands = undecided(previous, worst), _stands(previous, now_ns)
     if stands and not new:
         return ()
@@ -122,7 +122,7 @@ def _held(
     now_ns: int,
     acknowledgement: Acknowledgement | None,
 ) -> _Held:
-    """Return the level held after this decision: it rises at once and falls by an acknowledgement that counts."""
+    """Return the level held after this decision: the level rises at once, and falls only by a valid acknowledgement."""
     said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
     void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, is_worse, now_ns)
@@ -158,9 +158,9 @@ def _why_void(
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
-    """Return the stamp (ns) of the newest answer so far; None if there is none.
+    """Return the stamp (ns) of the newest answer so far; None if there is no such answer.
 
-    A stamp from the future does not count. If the clock went back, earlier answers do not count.
+    A stamp in the future is ignored. If the clock was set back, earlier answers are ignored.
     """
     before = None if previous is None or went_back(previous, now_ns) else previous.evidence_at_ns
     if evidence is None or evidence.at_ns > now_ns + ns_of(thresholds.evidence.clock_tolerance_s):
@@ -176,9 +176,9 @@ def _valid_until(
     faults: tuple[str, ...],
     small: bool,
 ) -> int:
-    """Return the time (ns) at which the decision ends: it is valid as long as its evidence is fresh.
+    """Return the time (ns) until which the decision is valid: at most until the evidence becomes stale.
 
-    A small answer does not extend the validity of the previous decision.
+    An answer with too few rocks does not extend the validity of the previous decision.
     """
     until = now_ns + ns_of(thresholds.valid_s)
     if evidence is None or faults:
@@ -199,10 +199,10 @@ def _reasons(
     evidence: Evidence | None,
     thresholds: Thresholds,
 ) -> tuple[str, ...]:
-    """Return the reasons of an alert, the reasons for its level first.
+    """Return the reasons of an alert as sentences; the reasons for the level are first.
 
-    The order is: faults, why an acknowledgement is void, what holds the level, the findings for the areas from the
-    worst on, and the areas without limits. If evacuate is held, the faults come after the findings.
+    The order is: faults, why an acknowledgement is void, why the level is held, the findings for the areas (highest
+    level first), and the areas without limits. If `evacuate` is held, the faults follow after the findings.
     """
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()

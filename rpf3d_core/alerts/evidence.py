@@ -1,4 +1,4 @@
-"""The evidence of an answer: what the rocks did in the areas of interest, in plain numbers that JSON can hold."""
+"""The evidence of an answer: counts, energies and arrivals of rocks in the areas of interest, as numbers for JSON."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -14,18 +14,19 @@ UNFINISHED = (
     Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED, Outcome.LOST_TO_HOLE,
     Outcome.FELL_THROUGH,
 )  # fmt: skip
-"""Outcomes of rocks that might have gone on, into an area in which they are not counted."""
+"""Outcomes of rocks with an interrupted flight. Such a rock might have reached an area in which it is not counted."""
 
 
 class AreaEvidence(NamedTuple):
-    """What the rocks of one answer did in one area.
+    """The rocks of one answer in one area: counts, energies and the first arrival.
 
     flown : number of all rocks flown; reached : number of rocks that reached the area
-    low, high : the 95 % Wilson interval of the share that reached the area (-); both 0 if there was no source, so that
-        no rock flew
-    p95_energy : J, 95th percentile of each rock's largest energy in the area; None if too few rocks came for it
-    largest_energy : J; first_arrival_s : s, time from the release to the arrival of the fastest rock; both None if no
-        rock came
+    low, high : 95 % Wilson interval of the share (-) of rocks that reached the area; both 0 if no rock flew, because
+        there was no source
+    p95_energy : J, 95th percentile of the largest energy of each rock in the area; None if too few rocks reached the
+        area
+    largest_energy : J; first_arrival_s : s, shortest time from the release of a rock to its arrival in the area; both
+        None if no rock reached the area
     """
 
     name: str
@@ -39,14 +40,14 @@ class AreaEvidence(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """The evidence of one answer: its inputs, and what the rocks did in each area.
+    """The evidence of one answer: the stamps and digests of its inputs, and the counts of rocks in each area.
 
-    result, stage : number of the answer, and how often the answer has been refined
+    result, stage : number of the answer, and number of times that the answer has been refined
     at_ns : time of the answer; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
     terrain_digest, sources_digest : digests of the inputs
     sources : number of sources; 0 if the monitoring works and sees no source
-    areas : if several answers are combined, an area may occur once for each answer: the worst one counts
-    faults : sentences from the maker of the evidence, each a reason not to believe the evidence
+    areas : if several answers are combined, an area may occur once for each answer: the highest level counts
+    faults : sentences from the program that made the evidence, each a reason not to believe the evidence
     unfinished : number of rocks whose flight was cut off (`unfinished_of`)
     """
 
@@ -66,7 +67,7 @@ class Evidence(NamedTuple):
 
 
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
-    """Return what the rocks did in each area of interest of the maps, in their order, areas without a rock included."""
+    """Return the evidence of each area of interest in the order of the maps, including areas that no rock reached."""
     row_of = {int(cell): row for row, cell in enumerate(maps.areas.cell)}
     return tuple(
         _reached(name, maps, row_of[a]) if a in row_of else _missed(name, maps.flown)
@@ -75,7 +76,7 @@ def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
 
 
 def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
-    """Return the areas of an answer to a message without sources: no rock flew, so no rock reached an area."""
+    """Return the evidence of areas if a message names no sources: no rock flew, so no rock reached an area."""
     return tuple(
         AreaEvidence(
             name=name, flown=0, reached=0, low=0.0, high=0.0, p95_energy=None, largest_energy=None, first_arrival_s=None
@@ -85,7 +86,7 @@ def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
 
 
 def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
-    """Return the number of rocks that were cut off, given the number of rocks with each outcome."""
+    """Return the number of rocks with an interrupted flight, from the number of rocks with each outcome."""
     return sum(int(outcomes.get(outcome, 0)) for outcome in UNFINISHED)
 
 
@@ -99,9 +100,9 @@ def _missed(name: str, flown: int) -> AreaEvidence:
 
 
 def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
-    """Return the evidence of an area that rocks reached, from a row of the layers.
+    """Return the evidence of an area that rocks reached, from one row of the map layers.
 
-    The percentile is the upper limit that its bin allows, but never above the largest energy.
+    The percentile is the upper bound of its histogram bin, but at most the largest energy.
     """
     layers, flown = maps.areas, int(maps.flown)
     reached = int(layers.rocks[row])

@@ -1,4 +1,4 @@
-"""The levels of an alert, the contents of an alert, and the acknowledgement that lowers a level."""
+"""The alert levels, the contents of an alert, and the acknowledgement that lowers a level."""
 
 from enum import IntEnum
 from typing import NamedTuple
@@ -7,9 +7,9 @@ from rpf3d_core.errors import InputError
 
 
 class Level(IntEnum):
-    """The level that the mine is shown.
+    """The level that is shown to the mine.
 
-    `FAULT` means that the danger is unknown. It is not a level of danger, and never safer than one.
+    `FAULT` means that the danger is unknown. `FAULT` is not a level of danger, and never means that an area is safer.
     """
 
     NORMAL = 0
@@ -25,7 +25,7 @@ class Level(IntEnum):
 
     @property
     def severity(self) -> int:
-        """Rank of the level for display: a fault ranks above restrict, and below evacuate, which it never hides."""
+        """Rank of the level for display: fault ranks above restrict and below evacuate, so it never hides evacuate."""
         return _SEVERITY.index(self)
 
 
@@ -41,9 +41,9 @@ class Acknowledgement(NamedTuple):
 
 
 class AreaAlert(NamedTuple):
-    """The decision on one area, by the rules of `Alert`; level, held and evident have the same meaning there.
+    """The decision on one area; `level`, `held` and `evident` have the same meaning as in `Alert`.
 
-    why : what the answer says about the area, a sentence without the area's name
+    why : the reason for `evident`, a sentence without the name of the area
     """
 
     name: str
@@ -54,22 +54,23 @@ class AreaAlert(NamedTuple):
 
 
 class Alert(NamedTuple):
-    """A decision.
+    """A decision on the site and on each area: the levels, the reasons and the time of validity.
 
-    level : the level shown; `EVACUATE` if that is held, else `FAULT` if there are faults, else `held`
+    level : the level shown; `EVACUATE` if `held` is `EVACUATE`, else `FAULT` if there are faults, else `held`
     held : the highest level of danger since the last step down, NORMAL to EVACUATE, with or without faults
     evident : the level that the evidence of this decision gives by itself, NORMAL to EVACUATE
-    reasons : sentences, at least one: faults, what holds the level, what the answer says about the areas
+    reasons : sentences, at least one: faults, why the level is held, the findings for the areas
     faults : sentences, the reasons why the evidence is not believed
-    held_by : sentences, what raised `held`, word for word as at that time; empty at NORMAL
-    held_since_ns : time of the decision that raised `held` or stepped down to it
-    worse_ns : time of the decision at which the evident level of the site or of an area last rose, or the clock went
-        back; without the latter, no acknowledgement would count for a long time
-    at_ns : time of this decision; valid_until_ns : end of its validity, from which on it must be taken as a fault
-    evidence_at_ns : time of the newest evidence so far, None before the first
+    held_by : sentences, the reasons that raised `held`, in the words of that decision; empty at NORMAL
+    held_since_ns : time of the decision that raised or lowered the level to `held`
+    worse_ns : time of the last decision at which the evident level of the site or of an area rose, or the clock was set
+        back; an acknowledgement given before this time does not count
+    at_ns : time of this decision; valid_until_ns : end of its validity; afterwards the state must be read as a fault
+    evidence_at_ns : time of the newest evidence so far; None before the first evidence
     alarm : True if the site's alarm sounds
-    acknowledgement : the one that came with this decision, or None; void : why it did not lower the level, or empty
-    areas : the decision on each area that the site has limits for; the highest `held` among them is the `held` above
+    acknowledgement : the acknowledgement given with this decision, or None; void : why the acknowledgement did not
+        lower the level, or empty
+    areas : the decision on each area with limits; the highest `held` of the areas is the `held` of the site
     """
 
     level: Level

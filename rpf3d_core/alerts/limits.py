@@ -1,7 +1,7 @@
-"""Find the level that the site's limits give an area, and the reason as a sentence.
+"""Find the level of an area from the limits of the site, and the reason as a sentence.
 
-Limits are compared whatever else is wrong with the numbers: a number far beyond a limit raises the level even if the
-evidence as a whole is not believed. A NaN reaches no limit; it is a fault (`sound.py`).
+Limits are compared even if the evidence has faults: a number far beyond a limit raises the level even if the evidence
+as a whole is not believed. A NaN reaches no limit; `sound.py` reports a NaN as a fault.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpe
 
 
 class LimitFinding(NamedTuple):
-    """What an answer says about an area: the level, and the reason without the area's name."""
+    """The level of an area according to one answer, and the reason as a sentence without the name of the area."""
 
     name: str
     level: Level
@@ -36,19 +36,19 @@ def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFindin
 
 
 def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...]:
-    """Return the names of the areas of the evidence that the site has no limits for."""
+    """Return the names of the areas in the evidence for which the site has no limits."""
     return tuple(area.name for area in evidence.areas if limits_of(thresholds, area.name) is None)
 
 
 def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
-    """Return the limits of an area: its own, else those of the first pattern that matches, else None."""
+    """Return the limits of an area: by its full name, else by the first matching pattern; None if neither exists."""
     if name in thresholds.areas:
         return thresholds.areas[name]
     return next((limits for pattern, limits in thresholds.areas.items() if fnmatchcase(name, pattern)), None)
 
 
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if so few rocks flew that they may raise a level but not lower one."""
+    """True if too few rocks flew to lower a level; a small answer may still raise a level."""
     return area.flown < terms.fewest_rocks
 
 
@@ -76,10 +76,10 @@ def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Ite
 
 
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
-    """True if the share reaches a limit, or the upper end of its interval does and the answer is large enough.
+    """True if the share of rocks that reached an area reaches a limit; or, if so set, the upper end of its interval.
 
-    A small answer is judged by its share alone: the interval of 64 rocks none of which came reaches up to 5.7 %. That
-    figure shows how few the rocks are, and nothing about the slope.
+    A small answer is judged by the share alone. If no rock of 64 reaches the area, the interval still extends to 5.7 %:
+    this figure is due to the small number of rocks and not to the slope.
     """
     upper = terms.reach_probability_is == "upper_end" and not is_small(area, terms)
     share = min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0

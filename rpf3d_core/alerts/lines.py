@@ -17,7 +17,7 @@ FORMAT = 1
 
 HASH_DIGITS = 64
 BEGINNING = "0" * HASH_DIGITS
-"""Replaces the hash of the previous line in the first line."""
+"""Value in place of the previous hash in the first line of a log."""
 
 LEVELS = ("level", "held", "evident")
 """Fields of an alert and of an area that hold a level."""
@@ -26,7 +26,7 @@ OWN_HASH = b',"sha256":"'
 
 
 class Unreadable(ValueError):
-    """A line is complete, but holds something that this version does not understand; the message names it."""
+    """A line is complete, but this version of rpf3d does not understand a part; the message names the part."""
 
 
 class Decision(NamedTuple):
@@ -63,7 +63,7 @@ def content_of(raw: bytes) -> dict[str, Any] | None:
 
 
 def canonical(value: Any) -> str:
-    """Return plain values as JSON on one line; equal values always give equal text."""
+    """Return plain values as one line of JSON; equal values always give equal text."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False)
 
 
@@ -85,7 +85,7 @@ def decision_of(content: dict[str, Any]) -> Decision:
     Raises
     ------
     Unreadable
-        Something is missing, or this version does not know it.
+        A part of the decision is missing, or unknown to this version of rpf3d.
     """
     try:
         previous, evidence, given = content["previous"], content["evidence"], content["acknowledgement"]

@@ -1,7 +1,8 @@
-"""The decision log: append-only lines of JSON, each on disk before its alert is published.
+"""The decision log: lines of JSON that are only appended; each line is on disk before its alert is published.
 
-A log is a folder of numbered files. Each line holds the hash of the previous line, across files, so a changed or
-missing line is found. Each decision holds everything that `decide` received, so `rpf3d audit` can repeat it.
+A log is a folder of numbered files. Each line holds the hash of the previous line, also from one file to the next, so a
+changed or missing line is found. Each decision is logged with all inputs of `decide`, so `rpf3d audit` can repeat the
+decision.
 """
 
 import fcntl
@@ -27,15 +28,15 @@ from rpf3d_core.alerts.site import site_digest, site_text
 from rpf3d_core.alerts.site_model import Thresholds
 
 LARGEST_BYTES = 16 * 1024 * 1024
-"""Size of a file (bytes) from which on the next line begins a new file: some thousand decisions, read in a second."""
+"""Size (bytes) of a full file: the next line begins a new file. A file holds some thousand decisions."""
 
 
 class DecisionLog:
-    """The log in a folder, open for one writer.
+    """The decision log in a folder, open for one writer.
 
-    head : hash (64 hex digits) of the last line; once it is noted elsewhere, removing lines from the end is noticed
+    head : hash (64 hex digits) of the last line; if a user notes the hash elsewhere, an audit finds removed last lines
     last_alert : the last decision in the log, from which a restarted node must continue; None if there is none
-    problems : sentences about problems found on opening, such as a torn line; empty if there were none
+    problems : sentences about problems found on opening, such as an incomplete line; empty without problems
     """
 
     def __init__(self, folder: str | Path, version: str, largest_bytes: int = LARGEST_BYTES) -> None:
@@ -74,12 +75,12 @@ class DecisionLog:
     def decided(self, decision: Decision, thresholds: Thresholds) -> str:
         """Append a decision and return the hash of its line.
 
-        The thresholds are written in front of the decision unless they are already the last thresholds in the file.
+        The thresholds are written before the decision, unless they equal the last thresholds in the file.
 
         Raises
         ------
         NotLogged
-            The decision is not on disk. The next decision that can be written states how many are missing before it.
+            The decision is not on disk. The next decision in the log states the number of missing decisions before it.
         """
         lost = {"lost": self._lost} if self._lost else {}
         content = {"version": self.version, "site": site_digest(thresholds), **lost, **decision_content(decision)}
@@ -92,7 +93,7 @@ class DecisionLog:
         return self.head
 
     def refused(self, by: str, why: str, at_ns: int, because: str) -> str:
-        """Append an acknowledgement that was refused before any decision, and return the hash of its line.
+        """Append an acknowledgement that was refused without a decision, and return the hash of its line.
 
         Raises
         ------
@@ -106,7 +107,7 @@ class DecisionLog:
         return self.head
 
     def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
-        """Put lines on disk, all or none, after the thresholds if the file does not hold them.
+        """Write all lines to disk, or none; write the thresholds first if the file does not hold them.
 
         Raises OSError if the lines are not on disk.
         """
@@ -143,7 +144,7 @@ class DecisionLog:
         self._file, self._number = descriptor, number
 
     def _open(self) -> None:
-        """Lock the folder, find the end of the chain, and repair what an interrupted write left behind."""
+        """Lock the folder, find the last line of the log, and repair the effects of an interrupted write."""
         self.folder.mkdir(parents=True, exist_ok=True)
         self._lock = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
         fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -161,7 +162,7 @@ class DecisionLog:
         self._resume(path, tail)
 
     def _go_on_from(self, tails: list[Tail]) -> None:
-        """Take the number, hash and alert from the ends of files, newest first."""
+        """Take the number, hash and alert of the last lines from the ends of files, newest file first."""
         last = next((tail.last for tail in tails if tail.last is not None), None)
         if last is not None:
             self._next, self.head = last["n"] + 1, last["sha256"]
@@ -172,7 +173,7 @@ class DecisionLog:
             self.problems = (*self.problems, f"{self.folder}: the last decision is not known: {error}")
 
     def _resume(self, path: Path, tail: Tail) -> None:
-        """Continue in the last file, without a torn line at its end."""
+        """Continue in the last file; remove an incomplete line at its end."""
         torn, aside = b"", path
         if tail.size > tail.end:
             aside, torn = set_aside(path, tail.end, self._next)

@@ -10,15 +10,16 @@ STEM, ENDING = "decisions-", ".jsonl"
 
 
 class NotLogged(OSError):
-    """A decision is not in the log; the message gives the reason. The decision counts and must be published anyway."""
+    """A decision could not be logged, for the reason in the message; it is valid and must still be published."""
 
 
 class Tail(NamedTuple):
-    """The contents of a log file up to its last sound line.
+    """The contents of a log file up to the last sound line: the last line with a correct hash.
 
-    end : position after that line (bytes); size : size of the file (bytes); last : that line, None if there is none
+    end : position (bytes) after the last sound line; size : size of the file (bytes)
+    last : the last sound line, None if the file has no sound line
     decision : the last sound line with a decision; site : digest of the last thresholds in the file
-    broken : True if lines before the last sound one were changed
+    broken : True if a line before the last sound line was changed
     """
 
     end: int
@@ -30,7 +31,7 @@ class Tail(NamedTuple):
 
 
 def file_name(number: int) -> str:
-    """Return the name of the file with a number, from 1; the names sort like the numbers."""
+    """Return the name of the log file with a number, counted from 1; the names sort like the numbers."""
     return f"{STEM}{number:06d}{ENDING}"
 
 
@@ -57,7 +58,7 @@ def tail_of(path: Path) -> Tail:
 
 
 def write_whole(descriptor: int, data: bytes, size: int) -> None:
-    """Append bytes to a file of a given size (bytes) and wait until they are on disk; on failure restore that size.
+    """Append bytes to a file and wait until the bytes are on disk; on failure restore the given size (bytes).
 
     Raises
     ------
@@ -94,9 +95,10 @@ def sync_folder(folder: Path) -> None:
 
 
 def set_aside(path: Path, end: int, number: int) -> tuple[Path, bytes]:
-    """Move the bytes of a file behind `end` (bytes) into a separate file, named after the line they were meant to be.
+    """Move the bytes of a file after the position `end` (bytes) into a separate file, named by a line number.
 
-    Return the path of that file and the bytes.
+    number : number of the line that was not completed
+    Return the path of the separate file, and the bytes.
     """
     with path.open("rb") as file:
         file.seek(end)

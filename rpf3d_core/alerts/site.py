@@ -37,7 +37,7 @@ def read_site(path: str | Path) -> Thresholds:
 
 
 def site_text(thresholds: Thresholds) -> str:
-    """Return the thresholds as one line of JSON, which `site_of` reads.
+    """Return the thresholds as one line of JSON, the input of `site_of`.
 
     Areas keep their order, because the first pattern that matches counts.
     """

@@ -1,7 +1,7 @@
-"""The contents of a site file: which rocks in which area mean which level, the age limits of evidence, and the alarm.
+"""The contents of a site file: the limits of each level in each area, the age limits of evidence, and the alarm.
 
-No key has a national or recommended default, because thresholds are the mine's own (physics reference 7.6). So every
-key that decides must be given. A level without limits is never reached.
+Each mine chooses its own thresholds (physics reference 7.6), so no threshold has a national or recommended default, and
+every key that affects a decision is required. A level without limits is never reached.
 """
 
 import math
@@ -15,13 +15,13 @@ from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95, wilson_interval
 from rpf3d_core.scene.values import Count, Name, Number, StrictModel, refuse
 
 LONGEST = 1e9
-"""Longest period (s; 31 years): in whole nanoseconds it fits 64 bits with room for additions."""
+"""Longest period (s), about 31 years. Sums of such periods in nanoseconds still fit into 64 bits."""
 
 PATTERN_MARKS = "*?["
 """An area name with one of these characters is a pattern."""
 
 LEVELS = ("watch", "restrict", "evacuate")
-"""The levels that an area may have limits for, from the lowest."""
+"""The levels for which an area may have limits, the lowest level first."""
 
 Seconds = Annotated[Number, Field(ge=0, le=LONGEST)]
 Period = Annotated[Number, Field(gt=0, le=LONGEST)]
@@ -29,19 +29,19 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 
 
 class EvacuationSpec(StrictModel):
-    """How early a rock's arrival is too early: time to clear the area (s) plus time to spare (s)."""
+    """The limit on the first arrival of a rock: time to clear the area (s) plus time to spare (s)."""
 
     evacuation: Seconds = Field(description="a number >= 0 (s), the time it takes to clear the area")
     margin: Seconds = Field(description="a number >= 0 (s), the time to spare")
 
     @property
     def seconds(self) -> float:
-        """Latest arrival that is too early (s)."""
+        """Limit of the first arrival (s): an arrival at this time or earlier is too early to clear the area."""
         return self.evacuation + self.margin
 
 
 class LimitsSpec(StrictModel):
-    """The limits of a level: the level is reached if any one of them is reached or exceeded."""
+    """The limits of a level: the level is reached if at least one limit is reached or exceeded."""
 
     reach_probability: Share | None = Field(None, description="a share above 0 and up to 1 (-) of all rocks flown")
     p95_energy_j: Number | None = Field(None, gt=0, description="a number above 0 (J)")
@@ -80,7 +80,7 @@ class AreaLimitsSpec(StrictModel):
 
 
 def _pairs(below: LimitsSpec, above: LimitsSpec) -> dict[str, tuple[float | None, float | None]]:
-    """Return each limit of a lower and a higher level, signed so that it must not fall from the first to the second."""
+    """Return each limit as a pair (lower level, higher level), signed so that the second number must not be smaller."""
     early, late = below.first_arrival_s, above.first_arrival_s
     return {
         "reach_probability": (below.reach_probability, above.reach_probability),
@@ -140,14 +140,14 @@ class Thresholds(StrictModel):
 
     @property
     def named_in_full(self) -> tuple[str, ...]:
-        """Names of the areas that must be in every answer; no patterns, because they match areas that come and go."""
+        """Names of the areas that every answer must contain; without patterns, which may match no area at times."""
         return tuple(name for name in self.areas if not any(mark in name for mark in PATTERN_MARKS))
 
     @model_validator(mode="after")
     def _enough_rocks(self) -> Self:
-        """Refuse so small a number of rocks that no rock reaching an area would already reach a limit.
+        """Refuse a `fewest_rocks` that is so small that a limit is reached although no rock reaches the area.
 
-        The upper end of the interval alone would then reach the limit, and its level would be held.
+        With so few rocks, the upper end of the interval alone reaches the limit, and the level of this limit is held.
         """
         fewest, lowest = self.evidence.fewest_rocks, min(self._shares(), default=None)
         if lowest and self.evidence.reach_probability_is == "upper_end" and wilson_interval(0, fewest)[1] >= lowest[0]:
@@ -155,7 +155,7 @@ class Thresholds(StrictModel):
         return self
 
     def _shares(self) -> Iterator[tuple[float, str]]:
-        """Yield every limit of the reach probability, and the key under which it is given."""
+        """Yield every limit of the reach probability with the key of this limit."""
         for name, area in self.areas.items():
             for level in LEVELS:
                 limits: LimitsSpec | None = getattr(area, level)
@@ -164,7 +164,7 @@ class Thresholds(StrictModel):
 
 
 def _too_few(fewest: int, limit: float, where: str) -> str:
-    """Return the refusal; of n rocks none of which came, the upper end of the interval is z^2 / (n + z^2)."""
+    """Return the error message; if none of n rocks reaches the area, the interval ends at z^2 / (n + z^2)."""
     needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
     return (
         f"is {fewest}, but where none of so few rocks comes up to {100 * wilson_interval(0, fewest)[1]:.3g} % might, "

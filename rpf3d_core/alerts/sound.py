@@ -1,6 +1,6 @@
-"""Check whether evidence can be believed: each reason against it is a sentence.
+"""Check whether evidence can be believed: each fault of the evidence is a sentence.
 
-Evidence may hold anything, because it came through other machines: a NaN fails every test here.
+Evidence arrives through other machines, so its numbers may be wrong or missing. A NaN fails every check in this file.
 """
 
 import math
@@ -16,15 +16,15 @@ from rpf3d_core.alerts.times import ns_of, span
 def faults_of(
     previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int
 ) -> tuple[str, ...]:
-    """Return the reasons why this evidence is not believed at this time, after the previous decision.
+    """Return the reasons why the evidence is not believed at this time; empty if the evidence is believed.
 
-    The result is empty if the evidence is believed.
+    previous : the previous decision; now_ns : time of the decision (ns)
     """
     return (*_clock_faults(previous, now_ns), *_evidence_faults(previous, evidence, thresholds, now_ns))
 
 
 def went_back(previous: Alert | None, now_ns: int) -> bool:
-    """True if the clock is behind the time of the previous decision."""
+    """True if the time now is earlier than the time of the previous decision."""
     return previous is not None and now_ns < previous.at_ns
 
 
@@ -113,7 +113,7 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
 
 
 def _missing_faults(area: AreaEvidence) -> Iterator[str]:
-    """Yield a fault if rocks came without an energy or an arrival, or if the p95 energy exceeds the largest energy."""
+    """Yield a fault if rocks reached the area without energy or arrival, or if p95 exceeds the largest energy."""
     if area.reached > 0 and (area.largest_energy is None or area.first_arrival_s is None):
         yield "rocks came, but not all is known of their energy and arrival"
     both = (area.p95_energy, area.largest_energy)

@@ -1,4 +1,4 @@
-"""`rpf3d cost`: measure the price list of accuracy of a scene; `rpf3d run --accuracy` chooses rocks from it."""
+"""`rpf3d cost`: measure a price list of a scene, time against accuracy; `rpf3d run --accuracy` uses the price list."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -37,7 +37,7 @@ def cost(
 
 
 def rocks_within(accuracy: float, scene: Path, out: Path) -> tuple["Scene", int]:
-    """Return the scene with exact events and the number of rocks for an accuracy; print the findings of the price list.
+    """Return the scene with the exact method, and the number of rocks for an accuracy; print the price list's findings.
 
     accuracy : largest total error (-); out : folder with a price list, or to write one to
     """

@@ -63,7 +63,7 @@ def _print_one(entry: "CatalogueEntry") -> None:
 
 
 def _cost(entry: "CatalogueEntry") -> tuple[str, str]:
-    """Return as text the ratio of times with and without the effect, and the change of runout; "" if not measured."""
+    """Return two texts: ratio of the times with and without the effect, and change of runout; "" if not measured."""
     if entry.cost is None:
         return "", ""
     return f"{entry.cost['time']:.2f}", f"{100.0 * entry.cost['runout']:+.0f} %"

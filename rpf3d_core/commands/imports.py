@@ -1,4 +1,4 @@
-"""`rpf3d import`: make scenes of the input folders of other programs."""
+"""`rpf3d import`: make a scene from the input folder of another program."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -31,7 +31,7 @@ def stone(folder: Folder, out: Out) -> None:
 
 
 def _tell(imported: "Imported") -> None:
-    """Print what was carried over, what was not, and the path of the scene."""
+    """Print which input was imported, which input was not imported, and the path of the scene."""
     from rpf3d_core.imports.scene_text import NOT_CARRIED
 
     for sentence in imported.taken:

@@ -49,10 +49,11 @@ class _Rate(ProgressColumn):
 
 @contextmanager
 def interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None]]]:
-    """Handle Ctrl-C and SIGTERM; yield a function that returns True after a signal, and a function to say rocks fly.
+    """Handle Ctrl-C and SIGTERM; yield two functions.
 
-    Call the second function with True when rocks begin to fly and with False when the last rock has flown. A signal at
-    any other time, or a second signal, ends the program at once with KeyboardInterrupt.
+    The first function returns True after a signal. Call the second function with True before the first rock flies, and
+    with False after the last rock has flown. A signal at any other time, or a second signal, ends the program at once
+    with KeyboardInterrupt.
     """
     flying, asked = False, False
 

@@ -1,4 +1,4 @@
-"""Output of all commands: the screen, messages on stderr, tables, and the end of an interrupted command."""
+"""Print the output of all commands: text, warnings on stderr, tables, and the message of an interrupted command."""
 
 from collections.abc import Iterable, Sequence
 from typing import NoReturn
@@ -14,7 +14,7 @@ GAP = (0, 2, 0, 0)
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as in shells: 128 plus the number of SIGINT."""
 PIPE_WIDTH = 240
-"""Width in characters of a table that goes to a file or another program."""
+"""Width (characters) of a table that is written to a file or to another program."""
 
 
 class CommandInterrupted(SystemExit):

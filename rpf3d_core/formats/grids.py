@@ -1,10 +1,10 @@
 """Elevation grids: ESRI ASCII and GeoTIFF through rasterio.
 
-An elevation of the grid belongs to the centre of its cell. So the vertices of the mesh are the cell centres, half a
-cell inside the grid's outline (`xllcorner` is the corner of the outline, `xllcenter` the first centre; both keys give
-the same mesh for the same grid). Four neighbouring centres form a square of two triangles. All squares are cut along
-the same diagonal, from the first row and column to the next row and column (north-west to south-east in a north-up
-grid). A square with a corner without data is a hole.
+Each elevation of the grid belongs to the centre of a cell. Therefore the vertices of the mesh are the cell centres, and
+the mesh ends half a cell inside the outline of the grid. (`xllcorner` is the corner of the outline, `xllcenter` is the
+first centre; both keys give the same mesh for the same grid.) Four neighbouring centres form a square of two triangles.
+All squares are cut along the same diagonal, from the first row and column to the next row and column (north-west to
+south-east in a north-up grid). A square with a corner without data becomes a hole.
 """
 
 import gzip
@@ -29,13 +29,13 @@ DEM_EXTENSIONS = (".asc", ".asc.gz", ".tif", ".tiff")
 HEADER_KEYS = b"ncols nrows xllcorner yllcorner xllcenter yllcenter cellsize dx dy nodata_value".split()
 
 ESRI_NODATA = -9999.0
-"""The value for missing elevations if an ESRI ASCII grid does not state it (ESRI, ASCII raster format)."""
+"""The value that marks missing elevations if an ESRI ASCII grid states no such value (ESRI, ASCII raster format)."""
 
 logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
 def read_dem(path: Path) -> FileMesh:
-    """Return the mesh over an elevation grid, with facets that face up, square by square in row order.
+    """Return the mesh of an elevation grid; all facets face up, and are ordered square by square along the rows.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ def read_dem(path: Path) -> FileMesh:
 
 
 def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
-    """Return the numbers (H, W) of a grid, in the file's own unit, and the transform from cell corners to x, y.
+    """Return the numbers (H, W) of a grid in the unit of the file, and the transform from cell corners to x, y.
 
-    Missing numbers are NaN. `kind` is the word for one number in messages.
+    Missing numbers are NaN. kind : the word for a number in messages, such as "elevation"
 
     Raises
     ------
@@ -70,7 +70,7 @@ def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
 
 
 def _read_numbers(path: Path, kind: str) -> tuple[FloatArray, Affine]:
-    """Return numbers and transform like `read_grid`, but let errors of rasterio pass."""
+    """Return the numbers and the transform of a grid, as `read_grid`; errors of rasterio are not converted."""
     is_text = path.name.lower().endswith((".asc", ".asc.gz"))
     name = f"/vsigzip/{path.absolute()}" if path.suffix.lower() == ".gz" else str(path)
     options: dict[str, Any] = {"driver": "AAIGrid", "DATATYPE": "Float64"} if is_text else {"driver": "GTiff"}
@@ -96,7 +96,8 @@ def _refuse_unusable(path: Path, grid: Any) -> None:
 def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
     """Return the numbers below the header of an ESRI ASCII grid.
 
-    GDAL does not read the numbers, because it turns words and the missing part of a truncated file into heights of 0.
+    GDAL is not used for the numbers, because GDAL reads words, and the missing part of a truncated file, as heights of
+    0.
     """
     data = gzip.decompress(path.read_bytes()) if path.suffix.lower() == ".gz" else path.read_bytes()
     words = data.split()

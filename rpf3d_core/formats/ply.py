@@ -1,7 +1,8 @@
-"""PLY meshes, ASCII and binary of either byte order (Turk 1994, The PLY Polygon File Format).
+"""Read PLY meshes, ASCII or binary in both byte orders (Turk 1994, The PLY Polygon File Format).
 
-vtkPLYReader is not used: it crashes on a truncated binary file, and fills the mesh of a truncated text file with
-arbitrary memory. This reader first checks every count against the file's size. Polygons become fans of triangles.
+vtkPLYReader is not used, because it crashes on a truncated binary file, and fills the mesh of a truncated text file
+with arbitrary memory. This reader first compares every count with the size of the file. Polygons are split into fans of
+triangles.
 """
 
 from pathlib import Path
@@ -22,7 +23,10 @@ _HEADER_LIMIT = 100_000
 
 
 class Element(NamedTuple):
-    """A table of a PLY file: its name, number of rows, and (name, type) or (name, count type, type) of its columns."""
+    """The description of one table in a PLY file.
+
+    It contains the name, the number of rows and the columns: (name, type), or (name, count type, type) for lists.
+    """
 
     name: str
     rows: int
@@ -35,7 +39,7 @@ def read_ply(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        If the file is not a PLY mesh of vertices x, y, z followed by faces, or has less data than its header announces.
+        The file is not a PLY mesh with vertices x, y, z followed by faces, or has less data than its header states.
     """
     data = path.read_bytes()
     order, elements, begin = _header(path, data)
@@ -54,7 +58,7 @@ def read_ply(path: Path) -> FileMesh:
 
 
 def _header(path: Path, data: bytes) -> tuple[str, list[Element], int]:
-    """Return byte order ("" for text), elements, and the offset of the tables in bytes."""
+    """Return the byte order ("" for text), the elements, and the offset of the tables in the file (bytes)."""
     end = data.find(b"end_header", 0, _HEADER_LIMIT)
     line_end = data.find(b"\n", end)
     if not data.startswith(b"ply") or end < 0 or line_end < 0:
@@ -90,7 +94,7 @@ def _column(words: list[str]) -> tuple[str, ...]:
 
 
 def _mesh_elements(path: Path, elements: list[Element]) -> tuple[Element, Element]:
-    """Return the vertex and the face element, which must be the first two, in this order."""
+    """Return the vertex element and the face element; refuse a file in which they are not the first two elements."""
     if [element.name for element in elements[:2]] != ["vertex", "face"]:
         raise TerrainError(f"{path}: must have the elements vertex and face, in this order and first")
     vertex, face = elements[:2]
@@ -170,6 +174,6 @@ def _fans(polygons: list[list[int]]) -> NDArray[np.int32]:
 
 
 def _indices(corners: NDArray[Any]) -> NDArray[np.int32]:
-    """Return the indices in 32 bits; an index that does not fit becomes -1, which no point has."""
+    """Return the point indices in 32 bits; an index that is too large becomes -1, an invalid index."""
     fits = (corners >= 0) & (corners < 2**31)
     return np.where(fits, corners, -1).astype(np.int32)

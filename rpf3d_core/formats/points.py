@@ -1,7 +1,7 @@
-"""Points from a file: a text with x y z first on each line, a CSV with named columns, or points of GeoJSON.
+"""Read points from a file: a text with x y z first on each line, a CSV with named columns, or GeoJSON points.
 
-Cells are read literally: a text between quotes is one cell, and only a plain number is a coordinate. Ambiguous
-content (`1,234.5`, a name before the coordinates) is refused, because a wrong reading would misplace rocks.
+Cells are read literally: a text between quotes is one cell, and only a plain number is a coordinate. Ambiguous content
+(`1,234.5`, or a name before the coordinates) is refused, because a misread number would put rocks in wrong places.
 """
 
 import csv
@@ -21,8 +21,8 @@ from rpf3d_core.terrain.frame import FloatArray, Up
 
 GEOJSON = (".geojson", ".json")
 SEPARATORS = ";\t,"
-"""Separators of cells in order of priority: the first one that is present in the first line separates all cells, so a
-decimal comma does not separate cells in a file with semicolons or tabs."""
+"""Separators of cells in order of priority. The first separator that occurs in the first line separates all cells, so
+a decimal comma does not separate cells in a file with semicolons or tabs."""
 
 AXES = "xyz"
 COLUMN_NAMES = {
@@ -30,7 +30,7 @@ COLUMN_NAMES = {
     "y": ("north", "northing", "n"),
     "z": ("elevation", "elev", "height", "altitude", "alt", "rl"),
 }
-"""Names of columns in surveys, besides x, y and z."""
+"""Names of coordinate columns in survey files, in addition to x, y and z."""
 
 UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
 QUOTED = re.compile(r'"[^"]*"')
@@ -46,7 +46,7 @@ class Row(NamedTuple):
 
 
 def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
-    """Return the points (N, 3) of a file, N >= 1, in the input's own coordinates (m).
+    """Return the points (N, 3) m of a file, N >= 1, in the coordinates of the file.
 
     In a text, numbers are separated by blanks, and `#` starts a comment. If the first line has a comma, semicolon or
     tab, the file is a CSV: this character separates cells, and a line that begins with `#` is a comment. Empty lines
@@ -56,7 +56,7 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 
     Parameters
     ----------
-    up : the input axis that points up; if y, no column may be called an easting, northing or elevation
+    up : the input axis that points up; with "y", names such as easting, northing or elevation are refused
     heights : True if each point needs a height; if False, points in plan are accepted, and a missing height is 0
 
     Raises
@@ -119,7 +119,7 @@ def _plan_axes(up: Up) -> str:
 
 
 def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, int]:
-    """Return the columns of x, y and z by the names in a header; an optional height may be missing.
+    """Return the column numbers of x, y and z from the names in a header; an optional height may be missing.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def _known(up: Up) -> str:
 
 
 def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] | None) -> tuple[float, ...]:
-    """Return the point of a row, with 0 for a coordinate without a column.
+    """Return the point in a row; a coordinate without a column is 0.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def _geojson_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[
 
 
 def _positions(path: Path, content: Any) -> Iterator[Any]:
-    """Yield the written positions in order, unchecked."""
+    """Yield the positions of all GeoJSON points in order, without checks."""
     for geometry in geometries(path, content, ("Point", "MultiPoint")):
         written = geometry.get("coordinates")
         if geometry["type"] == "Point":
@@ -198,7 +198,7 @@ def _positions(path: Path, content: Any) -> Iterator[Any]:
 
 
 def _position(path: Path, position: Any, up: Up, heights: bool) -> tuple[float, ...]:
-    """Return the three finite numbers of a position; two numbers, those in plan, are enough if heights are optional."""
+    """Return the three finite numbers of a position; if heights are optional, two plan coordinates are sufficient."""
     numbers = isinstance(position, list) and all(type(number) in (int, float) for number in position)
     counts = (3,) if heights else (2, 3)
     if not numbers or len(position) not in counts or not all(map(math.isfinite, position)):

@@ -1,4 +1,4 @@
-"""Polygons in plan from GeoJSON (RFC 7946, but in the input's own plan coordinates, m)."""
+"""Read polygons in plan from GeoJSON (RFC 7946, but with the plan coordinates (m) of the input)."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -35,7 +35,7 @@ def read_polygons(path: Path) -> MultiPolygon:
 
 
 def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
-    """Return the polygon of three or more corners (N, 2) m in plan; the last corner joins the first.
+    """Return the polygon with three or more corners (N, 2) m in plan; the last corner is connected to the first.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
     """
     polygon = shapely.Polygon(corners)
     if not polygon.is_valid or polygon.area == 0.0:
-        # A bow tie of two equal halves also has area 0, but crosses itself; corners on one line enclose no area.
+        # A polygon that crosses itself may also have area 0, but only corners on one line have a hull of area 0.
         on_a_line = polygon.convex_hull.area == 0.0
         why = "it encloses no area" if on_a_line else f"it crosses itself: {shapely.is_valid_reason(polygon)}"
         raise InputError(f"must be the corners of a polygon in their order around it, but is none ({why})")
@@ -52,21 +52,21 @@ def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
 
 
 def plan_triangles(polygons: MultiPolygon) -> NDArray[np.float64]:
-    """Return triangles (T, 3, 2) m in plan that fill polygons exactly, without holes and without overlap."""
+    """Return triangles (T, 3, 2) m in plan that cover polygons exactly, without overlap and not over their holes."""
     whole = shapely.union_all(list(polygons.geoms))  # parts may overlap
     triangles = shapely.constrained_delaunay_triangles(whole).geoms
     return np.array([shapely.get_coordinates(triangle)[:3] for triangle in triangles]).reshape(-1, 3, 2)
 
 
 def local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
-    """Return plan coordinates (..., 2) m of the input (x y, or x z if y is up) in the local frame."""
+    """Convert plan coordinates (..., 2) m of the input (x y, or x z if y is up) to the local frame."""
     level = np.zeros(plan.shape[:-1])
     columns = (plan[..., 0], plan[..., 1], level) if frame.up == "z" else (plan[..., 0], level, plan[..., 1])
     return frame.points_to_local(np.stack(columns, axis=-1))[..., :2]
 
 
 def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[Any]:
-    """Yield the geometries of a FeatureCollection, a Feature, a GeometryCollection or a bare geometry of wanted types.
+    """Yield all geometries of the wanted types in a FeatureCollection, Feature, GeometryCollection or single geometry.
 
     Raises
     ------

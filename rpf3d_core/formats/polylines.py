@@ -1,4 +1,4 @@
-"""Lines in plan: given by corners, or from GeoJSON (RFC 7946, but in the input's own plan coordinates, m)."""
+"""Read lines in plan: from corners, or from GeoJSON (RFC 7946, but with the plan coordinates (m) of the input)."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The coordinate reference system of a scene or a file, for georeferenced output."""
+"""Find the coordinate reference system of a scene or a file, for georeferenced output."""
 
 import logging
 from pathlib import Path
@@ -16,10 +16,10 @@ logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
 def reference_system(name: str | None, up: Up) -> CRS | None:
-    """Return the reference system of plan coordinates in the input's own axes; None if the scene names none.
+    """Return the reference system of the plan coordinates of the input; None if the scene names no reference system.
 
-    Return None with `up: y` as well: plan coordinates are then x and z, z runs south, and no reference system has such
-    axes.
+    With `up: y` the result is also None: plan coordinates are then x and z, z points south, and no reference system has
+    such axes.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def reference_system(name: str | None, up: Up) -> CRS | None:
 
 
 def why_unusable(name: str) -> str | None:
-    """Return why a reference system cannot be used for a terrain in metres; None if it can."""
+    """Return the reason why a reference system is unusable for a terrain in metres; None if the system is usable."""
     try:
         system = _named(name)
     except CRSError:
@@ -52,8 +52,8 @@ def are_same(name: str, other: str) -> bool:
 def reference_system_of_file(path: Path) -> str | None:
     """Return the reference system of a GeoTIFF: its EPSG code or, without one, the whole definition (WKT).
 
-    Return None for other files and if the file states no reference system; also if the system is in degrees or the file
-    is damaged, because the reader of the file refuses both.
+    Return None for any other file, and for a file without a reference system. Also return None if the system is in
+    degrees or the file is damaged: the function that reads the file then reports the error.
     """
     if path.suffix.lower() not in GEOTIFF:
         return None
@@ -69,6 +69,6 @@ def reference_system_of_file(path: Path) -> str | None:
 
 
 def _named(name: str) -> CRS:
-    """Return the reference system of a name; raise CRSError if the name is unknown."""
+    """Return the reference system with a name; raise CRSError if the name is unknown."""
     with rasterio.Env():  # without Env, GDAL and PROJ print their errors to the terminal
         return CRS.from_user_input(name)

@@ -1,9 +1,9 @@
 """Reader of binary STL files, and checks of ASCII STL files.
 
-A binary STL has 84 + 50 F bytes: 80 of free text, the number F of facets, and for each facet its normal and three
-corners in float32 (Burns 1993, Automated Fabrication, section 6.5). The number is checked against the file's size
-before memory is allocated. The stored normals are not read, because the winding gives the same normals and is always
-present.
+A binary STL has 84 + 50 F bytes: 80 bytes of free text, the number F of facets, and for each facet the normal and three
+corners in float32 (Burns 1993, Automated Fabrication, section 6.5). The number F is compared with the size of the file
+before memory is allocated. The stored normals are not read, because the order of the corners always defines the
+normals.
 """
 
 from collections.abc import Iterator
@@ -19,9 +19,9 @@ HEADER = 84
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 RECORDS_AT_A_TIME = 2**14
-"""Facets of a binary file that are read at a time, 0.8 MB, so that they stay in the cache."""
+"""Number of facets of a binary file that are read at a time: 0.8 MB, so that they stay in the processor's cache."""
 LINES_AT_A_TIME = 2**24
-"""Bytes of text that are read at a time."""
+"""Number of bytes of text that are read at a time."""
 
 _VERTEX = ("vertex", 3)
 _FACET_LINES = (("facet normal", 3), ("outer loop", 0), _VERTEX, _VERTEX, _VERTEX, ("endloop", 0), ("endfacet", 0))
@@ -56,7 +56,7 @@ def read_binary_stl(path: Path) -> FileMesh:
             f"{HEADER + RECORD.itemsize * announced:,} bytes, but the file has {size:,} (room for {room:,} triangles); "
             "it is truncated, or no STL"
         )
-    # Whole columns, because all later steps work on one coordinate of all points at a time.
+    # The coordinates are stored in columns, because all later steps use one coordinate of all points at a time.
     columns, block = np.empty((3, announced, 3), np.float32), np.empty(RECORDS_AT_A_TIME, RECORD)
     with path.open("rb") as file:
         file.seek(HEADER)
@@ -70,7 +70,7 @@ def read_binary_stl(path: Path) -> FileMesh:
 
 
 def ascii_stl_corners(path: Path, count: int) -> FloatArray:
-    """Return the corners (count, 3) m of a sound ASCII STL, as precise as in the text."""
+    """Return the corners (count, 3) m of an ASCII STL without faults, with all digits of the text."""
     try:
         corners = _numbers_of_vertices(path)
     except ValueError as fault:
@@ -81,7 +81,7 @@ def ascii_stl_corners(path: Path, count: int) -> FloatArray:
 
 
 def _numbers_of_vertices(path: Path) -> FloatArray:
-    """Return the numbers (N,) that follow the word `vertex` at the start of a line."""
+    """Return the numbers (N,) on all lines that begin with the word `vertex`."""
     parts = [np.empty(0)]
     with path.open("rb") as file:
         while lines := file.readlines(LINES_AT_A_TIME):
@@ -99,7 +99,7 @@ def ascii_stl_fault(path: Path) -> str:
 
 
 def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
-    """Return the first fault of an ASCII STL, from its line numbers and words; None if there is none."""
+    """Return a sentence on the first fault of an ASCII STL, given as line numbers and words; None without a fault."""
     n, inside, place = 0, False, 0
     for n, words in lines:
         if inside and place == 0 and words[0] == "endsolid":
@@ -117,7 +117,7 @@ def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
 
 
 def _fits(words: list[str], keyword: str, numbers: int) -> bool:
-    """True if a line is a keyword and the given number of numbers."""
+    """True if a line consists of a keyword and the given number of numbers."""
     keys = keyword.split()
     values = words[len(keys) :]
     return words[: len(keys)] == keys and len(values) == numbers and all(_is_number(word) for word in values)

@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from rpf3d_core.errors import TerrainError
 
 MOST_TRIANGLES = (2**31 - 1) // 3
-"""Largest number of facets, because facets, vertices and sides of facets are counted in 32 bits."""
+"""Largest number of facets: the numbers of facets, vertices and facet sides have 32 bits."""
 
 FARTHEST = 1e9
 """Largest coordinate (m): float64 still resolves a micrometre. Larger values come from damage or from wrong units."""
 
 
 class FileMesh(NamedTuple):
-    """The content of one file, in its own axes, order and winding, not welded.
+    """The points and triangles of one file, with the axes, order and winding of the file, not welded.
 
     points : (N, 3) float32 or float64, m
-    triangles : (F, 3) int32, indices into points; None if points 3 f, 3 f + 1, 3 f + 2 are the corners of facet f
+    triangles : (F, 3) int32, indices into points; None if every three consecutive points are the corners of one facet
     """
 
     points: NDArray[Any]
@@ -32,13 +32,13 @@ def facet_count(surface: FileMesh) -> int:
 
 
 def usable(path: Path, surface: FileMesh) -> FileMesh:
-    """Return the checked surface without the points that no facet uses.
+    """Check a surface, and return the surface without the points that no facet uses.
 
     Raises
     ------
     TerrainError
-        If the surface is empty, too large, not finite, too far from the origin, or has facets on points that do not
-        exist; names the file.
+        The surface is empty, has too many facets, has points that are not finite or too far from the origin, or has
+        facets with missing points; names the file.
     """
     facets = facet_count(surface)
     if facets == 0:
@@ -54,14 +54,14 @@ def usable(path: Path, surface: FileMesh) -> FileMesh:
 
 
 def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None:
-    """Raise a TerrainError if corners, an index array of any shape, name points that do not exist."""
+    """Raise a TerrainError if an array of point indices (any shape) contains an index of a missing point."""
     if corners.size and (corners.min() < 0 or corners.max() >= points):
         wrong = corners[(corners < 0) | (corners >= points)].flat[0]
         raise TerrainError(f"{path}: a facet names point {wrong}, but the file has points 0 to {points - 1}")
 
 
 def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> FileMesh:
-    """Return the mesh with the points that facets use only, renumbered in the same order."""
+    """Return the mesh with only the points that facets use, renumbered in the same order."""
     used = np.zeros(len(points), bool)
     used[triangles] = True
     if used.all():

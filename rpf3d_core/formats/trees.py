@@ -1,4 +1,4 @@
-"""Trees from a file: a CSV with a header, or lines of x, y, dbh_cm, height and kind."""
+"""Read trees from a file: a CSV with a header, or lines of x, y, dbh_cm, height and kind."""
 
 import math
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ THICKEST, HIGHEST = 500.0, 150.0
 
 
 class Tree(NamedTuple):
-    """One tree: its line in the file, its place in plan of the input (m), DBH (cm), height (m), kind and foot (m).
+    """One tree: its line in the file, plan coordinates of the input (m), DBH (cm), height (m), kind and foot (m).
 
-    height, foot : None if the file does not give the value
+    DBH is the diameter at breast height, foot the altitude of the ground. height, foot : None if not in the file
     """
 
     line: int

@@ -1,8 +1,8 @@
-"""The process that reads one VTK file with a limit of memory, and saves the surface.
+"""The program of a separate process: read one VTK file with limited memory, and save the surface.
 
     python -m rpf3d_core.formats.vtk_child terrain.vtp points_and_triangles.npz
 
-If the file is refused, the reason is on standard output, and the exit code is 2.
+If the file is refused, the process prints the reason on standard output, and the exit code is 2.
 """
 
 import sys
@@ -15,9 +15,9 @@ from rpf3d_core.formats.vtk_files import read_here
 from rpf3d_core.formats.vtk_process import REFUSED
 
 MEMORY = 4 * 2**30
-"""Bytes of address space for the process, libraries included, without the share of the file."""
+"""Address space (bytes) of the process, including libraries, for an empty file; see MEMORY_PER_BYTE."""
 MEMORY_PER_BYTE = 200
-"""Further bytes for each byte of the file: a byte stands for a few records at most, of a few hundred bytes each."""
+"""Additional address space (bytes) for each byte of the file."""
 
 
 def main(path: Path, result: Path) -> int:

@@ -1,7 +1,7 @@
-"""ASCII STL, OBJ, VTP and legacy VTK through VTK's readers.
+"""Read ASCII STL, OBJ, VTP and legacy VTK files with VTK's readers.
 
-VTK prints errors and still returns a part of the data, or nothing. This file collects the messages, and any message
-refuses the file. VTP and legacy VTK are read in a separate process (`vtk_process.py`).
+After an error, VTK only prints a message, and returns a part of the data or no data. This module collects the messages,
+and refuses the file if there is any message. VTP and legacy VTK are read in a separate process (`vtk_process.py`).
 """
 
 import re
@@ -26,7 +26,7 @@ from rpf3d_core.formats.surface import FileMesh, refuse_wrong_indices
 from rpf3d_core.formats.vtk_process import read_apart
 
 MOST_RECORDS_PER_BYTE = 10
-"""Points or cells that one byte of a file may stand for: in text a record takes 6 bytes, well compressed about 1."""
+"""Largest number of points or cells for each byte of a file. A text record has 6 bytes, a compressed record about 1."""
 
 _ANNOUNCED = re.compile(
     rb"""(?:Number\w+\s*=\s*["']\s*|(?:^|\s)(?:POINTS|POLYGONS|VERTICES|LINES|TRIANGLE_STRIPS)\s+)(\d+)(?:\s+(\d+))?""",
@@ -37,8 +37,8 @@ _ANNOUNCED = re.compile(
 def read_ascii_stl(path: Path) -> FileMesh:
     """Return the facets of an ASCII STL, corner by corner; a TerrainError names the wrong line.
 
-    VTK's reader checks the file. The corners are read from the text again, because VTK's float32 has steps of half a
-    metre at survey coordinates.
+    VTK's reader only checks the file. The corners are read again from the text, because VTK uses float32, whose steps
+    are half a metre at survey coordinates.
     """
     reader = vtkSTLReader()
     reader.MergingOff()
@@ -61,7 +61,7 @@ def read_vtk(path: Path) -> FileMesh:
 
 
 def read_here(path: Path) -> FileMesh:
-    """Return the polygons like `read_vtk`, read by the calling process."""
+    """Return the polygons of a file as `read_vtk`, but read the file in the calling process."""
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
     try:
         return _surface(path, _output(path, reader))
@@ -82,7 +82,7 @@ def _output(path: Path, reader: Any) -> vtkPolyData:
 
 @contextmanager
 def _collected_messages() -> Iterator[Any]:
-    """Within the context, send VTK's messages to the yielded window instead of the terminal."""
+    """Collect VTK's messages in the yielded output window instead of the terminal, until the `with` block ends."""
     before, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
@@ -95,9 +95,9 @@ def _collected_messages() -> Iterator[Any]:
 
 
 def _first_sentence(messages: str | bytes) -> str:
-    """Return the first message of VTK, without its place in VTK's sources and in memory.
+    """Return the first message of VTK, without source lines and memory addresses.
 
-    VTK quotes the file in its messages; if the quoted part is not text, the messages are bytes.
+    VTK quotes the file in its messages. If the quoted part is not text, the messages are bytes.
     """
     messages = messages if isinstance(messages, str) else messages.decode("ascii", "replace")
     lines = [line.strip() for line in messages.splitlines() if line.strip()]
@@ -106,7 +106,7 @@ def _first_sentence(messages: str | bytes) -> str:
 
 
 def _surface(path: Path, data: vtkPolyData) -> FileMesh:
-    """Return the triangles of polygonal data, with polygons and strips cut up; unused points and lines are ignored."""
+    """Return the triangles of polygonal data; polygons and strips are cut into triangles, lines and points ignored."""
     if data.GetPoints() is None or data.GetNumberOfPolys() + data.GetNumberOfStrips() == 0:
         return FileMesh(np.empty((0, 3)))
     points = vtk_to_numpy(data.GetPoints().GetData())

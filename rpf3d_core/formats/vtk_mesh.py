@@ -1,4 +1,4 @@
-"""Conversion of triangles into VTK's poly data, for VTK's filters."""
+"""Convert triangles into VTK's poly data, for VTK's filters."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from rpf3d_core.terrain.frame import FloatArray
 def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPolyData:
     """Return vertices (V, 3) m and triangles (F, 3) as VTK poly data in double precision.
 
-    VTK refers to the arrays and keeps them alive; copies would take as much memory as the terrain.
+    VTK uses the given arrays without a copy, and keeps the arrays alive: a copy would double the memory.
     """
     points, data = vtkPoints(), vtkPolyData()
     points.SetData(numpy_to_vtk(np.ascontiguousarray(vertices)))
@@ -24,7 +24,7 @@ def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPo
 
 
 def _cells(offsets: NDArray[np.integer], connectivity: NDArray[np.integer]) -> Any:
-    """Return cells in 32 bits, enough for any terrain; cell i joins connectivity[offsets[i]:offsets[i + 1]]."""
+    """Return VTK cells with 32-bit indices; the corners of cell i are connectivity[offsets[i]:offsets[i + 1]]."""
     cells = vtkCellArray()
     cells.SetData(*(numpy_to_vtk(numbers.astype(np.int32, copy=False)) for numbers in (offsets, connectivity)))
     return cells

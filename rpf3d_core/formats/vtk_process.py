@@ -1,4 +1,4 @@
-"""Reading VTK files in a separate process, because VTK's readers crash or use all memory on some damaged files."""
+"""Read VTK files in a separate process, because VTK's readers crash or use all memory on some damaged files."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ from rpf3d_core.formats.surface import FileMesh
 REFUSED = 2
 """Exit code of the process if it refuses a file; the reason is on its standard output."""
 HOME = Path(__file__).parents[2]
-"""The folder that contains the program, independent of the caller's working directory."""
+"""Folder that contains the package `rpf3d_core`, for any working directory of the caller."""
 
 
 def read_apart(path: Path) -> FileMesh:

@@ -1,8 +1,8 @@
-"""Writer of VTK XML files of polygonal data: appended raw binary in blocks, compressed with LZ4.
+"""Write VTK XML files of polygonal data: appended raw binary data in blocks, compressed with LZ4.
 
-VTK's writer is not used, because it needs every array whole and at once: a map of millions of facets has 25 arrays,
-and rocks reach a thousandth of the facets. For an array with the same value nearly everywhere, one block of this value
-is compressed and reused for all equal blocks. (Format: VTK file formats, "XML File Formats", docs.vtk.org.)
+VTK's writer is not used, because VTK needs all arrays complete in memory: a map of millions of facets has 25 arrays,
+and rocks reach only a thousandth of the facets. If an array has one value nearly everywhere, a block of this value is
+compressed once and written for all equal blocks. (Format: VTK file formats, "XML File Formats", docs.vtk.org.)
 """
 
 import html
@@ -18,16 +18,17 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 BLOCK = 2**15
-"""Bytes that are compressed at a time, as in VTK."""
+"""Size (bytes) of a block before compression, as in VTK."""
 CODEC = pa.Codec("lz4_raw")
 WIDEST = 2**63
-"""Placeholder for an unknown offset: no offset has more digits."""
+"""Placeholder for an unknown offset, with the largest possible number of digits."""
 
 
 class Scattered(NamedTuple):
-    """One number a cell: `values` (S,) in the cells `cell` (S,), ascending, and `elsewhere` in all other cells.
+    """An array with one number for each cell, of which nearly all are equal.
 
-    cells : number of cells
+    cell : (S,) cells with other numbers, ascending; values : (S,) numbers of these cells
+    elsewhere : the number of all other cells; cells : total number of cells
     """
 
     cells: int
@@ -43,9 +44,9 @@ class PolyData(NamedTuple):
     """The content of a file of polygonal data.
 
     points : (N, 3) m; kind : "Polys" or "Lines"
-    ends, corners : cell number i joins the points corners[ends[i - 1] : ends[i]]
-    point_data, cell_data : arrays (N,) and (C,) by name; the first array of each is the active one
-    names : field data, texts by name
+    ends, corners : cell i connects the points corners[ends[i - 1] : ends[i]]
+    point_data, cell_data : arrays (N,) and (C,) by name; the first array of each is the active array in VTK
+    names : lists of texts by name, written as field data
     """
 
     points: FloatArray
@@ -58,7 +59,7 @@ class PolyData(NamedTuple):
 
 
 def write_poly_data(path: Path, data: PolyData) -> None:
-    """Write a file. Whole numbers of 64 bits become 32 bits, which is enough for ParaView's colour maps.
+    """Write polygonal data to a file. Integers of 64 bits are written with 32 bits.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def write_poly_data(path: Path, data: PolyData) -> None:
     arrays = _arrays(data)
     try:
         with path.open("wb") as file:
-            # The header states the offset of each array, known after compression only: leave room for the header.
+            # The header states the offset of each array, but offsets are known only after compression: reserve space.
             room = len(_header(data, arrays, [WIDEST] * len(arrays)))
             file.write(b" " * room + b'<AppendedData encoding="raw">\n_')
             begin, offsets = file.tell(), []
@@ -83,7 +84,7 @@ def write_poly_data(path: Path, data: PolyData) -> None:
 
 
 def _arrays(data: PolyData) -> list[Array]:
-    """Return all arrays in the order of their names in `_header`."""
+    """Return all arrays in the order in which `_header` describes them."""
     attributes = [*data.point_data.values(), *data.cell_data.values()]
     return [_narrow(values) for values in (*attributes, data.points, data.corners, data.ends)]
 
@@ -99,7 +100,7 @@ def _narrow_array(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _header(data: PolyData, arrays: Sequence[Array], offsets: Sequence[int]) -> bytes:
-    """Return the text of a file up to its arrays, which begin at the given offsets."""
+    """Return the text of a file before its arrays; the arrays begin at the given offsets (bytes)."""
     following = zip(arrays, offsets, strict=True)
     cells = f'NumberOfVerts="0" NumberOfStrips="0" NumberOf{data.kind}="{len(data.ends)}"'
     other = "Lines" if data.kind == "Polys" else "Polys"
@@ -134,7 +135,7 @@ def _array(name: str, values: Array, offset: int) -> str:
 
 
 def _texts(name: str, texts: Sequence[str]) -> str:
-    """Return an XML element with texts as the codes of their bytes, each text with a final 0."""
+    """Return an XML element with the byte codes of all texts; a 0 ends each text."""
     codes = " ".join(str(code) for text in texts for code in (*text.encode(), 0))
     return f'<Array type="String" Name={_quoted(name)} NumberOfTuples="{len(texts)}" format="ascii">{codes}</Array>'
 
@@ -144,7 +145,7 @@ def _quoted(text: str) -> str:
 
 
 def _write_array(file: BinaryIO, values: Array) -> None:
-    """Write the number of blocks, their size, the size of a smaller last block, the compressed sizes and the blocks."""
+    """Write an array: number of blocks, block size, size of a smaller last block, compressed sizes, and the blocks."""
     if isinstance(values, Scattered):
         size, blocks = values.cells * values.values.itemsize, list(_scattered_blocks(values))
     else:

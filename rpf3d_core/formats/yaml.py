@@ -1,9 +1,9 @@
-"""Reader of a YAML file as plain values, with the line of every key for error messages.
+"""Read a YAML file as plain values, with the line of every key for error messages.
 
-The reader takes only the YAML that scene files use: mappings, sequences and plain scalars by the YAML 1.2 core rules
-(so `1e-4` is a number and `no` a word), and no tags. An alias (*name) stands for a copy of the value with the anchor
-(&name); aliases together may repeat MOST_REPEATED values. Merge keys (<<), which YAML 1.2 no longer has, are faults. A
-repeated key is a fault and does not silently overwrite the first one.
+The reader accepts only mappings, sequences and plain scalars by the YAML 1.2 core rules (so `1e-4` is a number and `no`
+a word), without tags. An alias (*name) is replaced by a copy of the value with the anchor (&name); all aliases together
+may repeat MOST_REPEATED values. Merge keys (<<) are not part of YAML 1.2 and are faults. A repeated key is a fault: the
+second value does not silently replace the first value.
 """
 
 import re
@@ -24,8 +24,8 @@ PLAIN_TAGS = {f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "map")}
 
 MERGE_KEY = "<<"
 MOST_REPEATED = 100_000
-"""Most values (numbers, words, lists and mappings) that all aliases of a file together may repeat. Aliases of lists of
-aliases repeat exponentially many values: a few lines would fill the memory."""
+"""Largest number of values (numbers, words, lists and mappings) that all aliases of a file together may repeat. Nested
+aliases repeat exponentially many values, so a few lines could fill the memory."""
 
 
 class Fault(NamedTuple):
@@ -36,7 +36,7 @@ class Fault(NamedTuple):
 
 
 class Document(NamedTuple):
-    """A file's values (mappings as dict, sequences as tuple), the line of every key path, and the faults found.
+    """The content of a file: values (mappings as dict, sequences as tuple), line of every key path, and faults.
 
     kind : the kind of file in messages, such as "scene"
     """
@@ -48,7 +48,7 @@ class Document(NamedTuple):
 
 
 class _Alias(yaml.Node):
-    """An alias, at its own place in the file; value : the node with the anchor."""
+    """An alias, with the line of the alias in the file; value : the node with the anchor."""
 
     def __init__(self, name: str, value: yaml.Node, mark: yaml.Mark) -> None:
         super().__init__(value.tag, value, mark, mark)
@@ -56,7 +56,7 @@ class _Alias(yaml.Node):
 
 
 class _RefusedAlias(yaml.MarkedYAMLError):
-    """An alias that is valid YAML, but is not read."""
+    """Error for an alias that is valid YAML, but that this reader refuses."""
 
     def __init__(self, alias: _Alias, problem: str) -> None:
         super().__init__(problem=problem, problem_mark=alias.start_mark)
@@ -72,9 +72,10 @@ class _Composer(yaml.BaseLoader):
 
 
 class _Reading:
-    """A file while it is turned into values.
+    """The state of the reader while a file is converted into values.
 
-    alias : the alias whose copy is being made, the outermost of several; repeated : values copied so far
+    alias : the alias that is being copied; of nested aliases, the outermost
+    repeated : number of values copied so far
     """
 
     def __init__(self, document: Document) -> None:
@@ -84,7 +85,7 @@ class _Reading:
         self._open: list[yaml.Node] = []
 
     def value(self, node: yaml.Node, path: KeyPath) -> Any:
-        """Return the values of a node; lines of the file are noted for its key path and all key paths below."""
+        """Return the values of a node, and store the line of its key path and of all key paths below."""
         line = node.start_mark.line + 1
         self.document.lines.setdefault(path, line)
         if isinstance(node, _Alias):
@@ -104,7 +105,7 @@ class _Reading:
         return values
 
     def _copy(self, alias: _Alias, path: KeyPath) -> Any:
-        """Return the values that an alias stands for."""
+        """Return a copy of the values to which an alias refers."""
         if any(alias.value is node for node in self._open):
             raise _RefusedAlias(alias, f"the alias *{alias.name} stands inside its own anchor, so the value has no end")
         outermost, self.alias = self.alias, self.alias or alias
@@ -113,7 +114,7 @@ class _Reading:
         return values
 
     def _count(self) -> None:
-        """Count a copied value; refuse the alias that repeats too many."""
+        """Count one copied value; refuse the alias if too many values are repeated."""
         if self.alias is None:
             return
         self.repeated += 1

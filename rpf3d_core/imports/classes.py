@@ -1,9 +1,9 @@
-"""Group the cells of grids into classes of equal numbers, which become zones of the scene.
+"""Group grid cells with equal numbers into classes, which become zones of the scene.
 
-A facet has the ground of the cell that contains its centroid. The vertices of the mesh are the centres of cells, and
-the diagonal of each square runs from north-west to south-east. So the centroids of the two facets lie a sixth of a
-cell inside the cells at the square's north-east and south-west corners. Each inner cell of the grid thus gives its
-ground to two facets, which together have the cell's area and meet at its centre.
+A facet has the ground of the cell that contains the centroid of the facet. The vertices of the mesh are the centres of
+cells, and the diagonal of each square runs from north-west to south-east. Therefore the centroids of the two facets lie
+a sixth of a cell inside the cells at the north-east and the south-west corner of the square. Each inner cell of the
+grid gives its ground to two facets, which together have the area of the cell and touch at its centre.
 """
 
 from typing import NamedTuple
@@ -15,19 +15,19 @@ from rpf3d_core.imports.grids import Cells
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CLASSES = 200
-"""Most zones of an imported scene: for each zone, laying its polygons over a million facets takes about 0.1 s."""
+"""Largest number of zones of an imported scene: to assign a zone to a million facets takes about 0.1 s."""
 
 BINS = (4096, 1024, 512, 200, 150, 100, 75, 50, 40, 30, 25, 20, *range(16, 0, -1))
-"""Numbers of equal bins between the least and the largest number of a grid, tried from the finest."""
+"""Numbers of equal bins between the smallest and the largest number of a grid, in the order in which they are tried."""
 
 
 class Classes(NamedTuple):
-    """C classes of cells; the cells of a class have the same K numbers, one from each grid.
+    """C classes of cells; all cells of a class have the same K numbers, one number from each grid.
 
-    number : (H, W) int32, class of each cell, from 1; 0 for a cell without facets
-    values : (C, K) numbers of each class, each in its grid's unit
+    number : (H, W) int32, class of each cell, counted from 1; 0 for a cell without facets
+    values : (C, K) numbers of each class, in the units of the grids
     facets : (C,) number of facets of each class
-    distinct : number of classes without bins
+    distinct : number of classes that the cells would have without bins
     error : (K,) largest difference between the number of a cell and the number of its class; 0 without bins
     """
 
@@ -39,7 +39,7 @@ class Classes(NamedTuple):
 
 
 def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
-    """Return the number (H, W) of facets with their centroid in each cell: 2 inside, fewer at the rim.
+    """Return the number (H, W) of facets whose centroid lies in each cell: 2 inside the grid, fewer at the rim.
 
     ground : (H, W) True where a cell has a height
     """
@@ -53,8 +53,8 @@ def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
 def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: NDArray[np.int64]) -> Classes:
     """Return the classes of the cells with facets, in ascending order of their numbers.
 
-    If there are more than MOST_CLASSES, the numbers of grids that allow it are put into equal bins, the finest bins
-    that leave at most MOST_CLASSES. The number of a class is then the mean of its cells.
+    With more than MOST_CLASSES distinct classes, the numbers of some grids (`binned`) are put into equal bins: the
+    finest bins that give at most MOST_CLASSES. The number of a class is then the mean of its cells.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 
 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
-    """Return the class (N,) of each distinct row (N, K), with the finest bins that leave at most MOST_CLASSES."""
+    """Return the class (N,) of each distinct row (N, K), with the finest bins that give at most MOST_CLASSES."""
     for bins in BINS:
         _, place = _distinct(_steps(rows, binned, bins))
         if place.max() < MOST_CLASSES:
@@ -93,7 +93,7 @@ def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
 def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return the distinct rows (C, K) of rows (N, K) in ascending order, and the index (N,) of each row among them.
 
-    The result is that of `np.unique` with an axis, which sorts rows as bytes and takes many times as long.
+    `np.unique` with an axis gives the same result, but takes many times as long.
     """
     order = np.lexsort(rows.T[::-1])
     ordered = rows[order]
@@ -104,7 +104,7 @@ def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
-    """Return numbers (N, K) with the index of the bin in place of each number that may be binned.
+    """Return numbers (N, K) in which the index of the bin replaces each number that may be binned.
 
     binned : (K,) True for columns to bin; bins : number of equal bins between the least and the largest number
     """

@@ -10,7 +10,7 @@ from rpf3d_core.errors import InputError
 
 
 def check_new_folder(folder: Path) -> Path:
-    """Return the absolute path of a folder that a scene may be written to; call it before the work.
+    """Return the absolute path of an output folder; refuse a folder that must not be overwritten.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def check_new_folder(folder: Path) -> Path:
 
 @contextmanager
 def new_folder(folder: Path) -> Iterator[Path]:
-    """Yield a hidden folder to write into; at the end it becomes `folder`. If anything fails, no folder is left.
+    """Yield a hidden folder to write into, and rename it to `folder` at the end; after an error no folder remains.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Find the grids of an input folder by their names, read them, and check that all lie on the elevation grid's cells."""
+"""Find the grids of an input folder by name, read them, and check that all have the cells of the elevation grid."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from rpf3d_core.terrain.frame import FloatArray
 Cells = NDArray[np.bool_]
 
 SAME_CORNER = 1e-3
-"""Tolerance for equal corners and sides, as a share of a cell (-): smaller differences come from rounded digits."""
+"""Tolerance for equal corners and cell sides, as a share of a cell (-), because files contain rounded numbers."""
 
 DEM = "dem"
 
@@ -25,8 +25,8 @@ DEM = "dem"
 class Grids:
     """Grids on the same cells, H rows from north to south and W columns.
 
-    files : path of each grid, by its name in the program of origin
-    values : numbers (H, W) of each grid in its own unit, NaN where there is no value
+    files : path of each grid, by the name of the grid in the other program
+    values : numbers (H, W) of each grid in the unit of the grid, NaN for missing values
     transform : from column and row, counted from the outer corner of the first cell, to x and y (m)
     """
 
@@ -52,9 +52,9 @@ class Grids:
 
 
 def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
-    """Return the grid files of a folder by their names in lower case; other files are ignored.
+    """Return the grid files of a folder by grid name in lower case; other files are ignored.
 
-    Capitals do not matter.
+    File names may have upper-case or lower-case letters.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def _grid_name(path: Path) -> str:
 
 
 def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], program: str) -> None:
-    """Refuse a folder that lacks grids.
+    """Raise an error if a needed grid is missing in a folder.
 
     Raises
     ------
@@ -94,13 +94,13 @@ def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], progr
 
 
 def read_grids(files: Mapping[str, Path]) -> Grids:
-    """Read grids that lie on the same square cells; the elevation grid `dem` must be among them.
+    """Read grids that have the same square cells; one grid must be the elevation grid `dem`.
 
     Raises
     ------
     InputError
-        A file is damaged or does not lie on the cells of dem; or the cells of dem are not square; or dem has a gap.
-        Names the file.
+        A file is damaged or has other cells than dem; or the cells of dem are not square; or dem has a gap. Names the
+        file.
     """
     read = {name: read_grid(path, "elevation" if name == DEM else "value") for name, path in files.items()}
     heights, transform = read[DEM]
@@ -123,7 +123,7 @@ def _refuse_unusable_cells(path: Path, heights: FloatArray, transform: Affine) -
 def _refuse_other_cells(
     path: Path, numbers: FloatArray, its: Affine, dem: Path, heights: FloatArray, transform: Affine
 ) -> None:
-    """Refuse a grid that does not lie on the cells of the elevation grid."""
+    """Refuse a grid whose cells differ from the cells of the elevation grid."""
     cell, corner = transform.a, (transform.c, transform.f)
     if not np.allclose((its.a, -its.e), cell, rtol=SAME_CORNER / max(heights.shape), atol=0.0):
         raise InputError(f"{path}: its cells are {its.a:g} m, but those of {dem.name} {cell:g} m; resample it")

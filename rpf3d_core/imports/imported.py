@@ -24,7 +24,7 @@ COMPANIONS = (".prj",)
 class Imported(NamedTuple):
     """A scene made from an input folder of another program.
 
-    scene : path of its file; taken : sentences on input carried over; left : sentences on input not carried over
+    scene : path of the scene file; taken : sentences on imported input; left : sentences on input that is not imported
     """
 
     scene: Path
@@ -35,10 +35,10 @@ class Imported(NamedTuple):
 class ImportedScene(NamedTuple):
     """The content of a scene folder that an import is about to write.
 
-    text : of the scene file; taken : sentences on input carried over; grids : of the input; classes : of the cells
-    points : (N, 2) m in plan, source points by the name of their file
-    outlines : cells (H, W) whose outlines are written, by the name of the file
-    extra : files that the scene does not use, copied into the folder
+    text : content of the scene file; taken : sentences on imported input; grids : input grids
+    classes : classes of the cells; points : source points (N, 2) m in plan, by file name
+    outlines : cells (H, W) whose outlines are written to a file, by file name
+    extra : files that are copied into the folder, but not used by the scene
     """
 
     text: SceneText
@@ -51,7 +51,7 @@ class ImportedScene(NamedTuple):
 
 
 def write_imported(out: Path, made: ImportedScene) -> Imported:
-    """Write a scene folder, and check it by reading the scene.
+    """Write a scene folder, and read the scene again as a check.
 
     Raises
     ------
@@ -77,9 +77,9 @@ def terrain_name(grids: Grids) -> str:
 
 
 def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequence[str]]) -> list[MaterialZone]:
-    """Return a zone for each class. The class with most facets is the zone of all terrain outside the polygons.
+    """Return a zone for each class. The class with most facets needs no polygons: it is the zone of all other terrain.
 
-    names, materials : (C,) name, and lines of the material, of each class
+    names : (C,) zone names; materials : (C,) lines of the materials
     """
     largest = int(np.argmax(classes.facets))
     files = [None if i == largest else f"{ZONES}/{name}.geojson" for i, name in enumerate(names)]
@@ -90,7 +90,7 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
-    """Return a sentence on binned numbers: the number of classes, and the largest change; no sentence without bins.
+    """Return a sentence on binned numbers (number of classes, largest change of a number); none without bins.
 
     what : (K,) name and unit of each number of a class
     """
@@ -104,7 +104,10 @@ def binning(classes: Classes, what: Sequence[str]) -> list[str]:
 
 
 def shifted_maps(grids: Grids) -> list[str]:
-    """Return a sentence if the cells of hazard maps, which lie on whole multiples of a cell, differ from the grids'."""
+    """Return a sentence if the cells of the hazard maps are shifted against the cells of the grids, else no sentence.
+
+    The cells of hazard maps begin at whole multiples of the cell size.
+    """
     shift = [corner / grids.cell - round(corner / grids.cell) for corner in (grids.transform.c, grids.transform.f)]
     if max(map(abs, shift)) < SAME_CORNER:
         return []

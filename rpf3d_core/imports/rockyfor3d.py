@@ -142,9 +142,9 @@ def _rock(blocks: Blocks) -> list[str]:
 
 
 def _sources(blocks: Blocks, grids: Grids) -> list[str]:
-    """Return the lines of the only source: a rock for each source cell, anywhere in the cell.
+    """Return the lines of the only source: one rock for each source cell, at a random point in the cell.
 
-    Rocks start at the radius of the mean block above the ground, so that the mean block touches the ground.
+    The start height above the ground is the radius of the mean block, so that the mean block touches the ground.
     """
     half = number(0.5 * grids.cell)
     return [
@@ -162,7 +162,7 @@ def _models(grids: Grids) -> list[str]:
 
 
 def _left(blocks: Blocks) -> list[str]:
-    """Return sentences on input of this folder that is not carried over, except trees and nets."""
+    """Return sentences on input that is not imported from this folder, except trees and nets."""
     left = []
     rim, gaps = blocks.left_out
     if rim:
@@ -181,7 +181,7 @@ def _left(blocks: Blocks) -> list[str]:
 
 
 def _left_trees(forest: ImportedForest | None, extra: list[Path]) -> list[str]:
-    """Return sentences on trees and nets that are not carried over."""
+    """Return sentences on trees and nets that are not imported."""
     left = []
     if forest is not None:
         means = "how the forest differs from cell to cell: the scene has its means over the wooded cells"

@@ -24,8 +24,8 @@ input)."""
 class Blocks(NamedTuple):
     """The blocks of N source cells, row by row.
 
-    cells : (H, W) True for a source cell; left_out : number of source cells ignored at the rim, and next to missing
-        ground
+    cells : (H, W) True for a source cell
+    left_out : numbers of ignored source cells, at the rim and next to missing ground
     density : (N,) kg/m3; volume : (N,) m3; shapes : names of the shapes that occur
     """
 
@@ -47,8 +47,8 @@ def blocks_of(grids: Grids) -> Blocks:
     Raises
     ------
     InputError
-        A density is negative or missing; or there is no source cell; or a source cell has no valid size or shape.
-        Names the file, and the cell of a wrong value.
+        A density is negative or missing, there is no source cell, or a source cell has no valid size or shape. Names
+        the file, and the cell with a wrong value.
     """
     density = grids.values[DENSITY]
     wrong = grids.ground & ~(density >= 0.0)

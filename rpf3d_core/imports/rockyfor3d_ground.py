@@ -1,7 +1,7 @@
 """Rockyfor3D's ground codes as coefficients of restitution (physics reference 1.9).
 
-All numbers here are unconfirmed, because the manual was not read. They go into the scene file as values for the user to
-check, never into a kernel.
+All numbers in this file are unconfirmed, because the manual was not available. The numbers are written into the scene
+file, where the user must check them. No kernel contains these numbers.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ VARIATION = 0.1
 LEAST_R_T, MOST_R_T = 0.1, 0.99
 """Limits of R_t (-). Unconfirmed."""
 STEPS = 1000
-"""Evenly spaced values that stand for the uniform variation in a mean; the error of the mean is below 1e-6."""
+"""Number of evenly spaced values that replace a uniform distribution in a mean; the error is below 1e-6."""
 
 
 class Soil(NamedTuple):
@@ -58,8 +58,8 @@ def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
     """Return R_t (3,) (-) of obstacles of heights rg70, rg20 and rg10 (m): 1 / (1 + MOH / R). Unconfirmed.
 
     moh : (3,) m, obstacle heights; radius : of the block, m
-    In Rockyfor3D, MOH includes the depth to which a block sinks in. It is left out here, because it depends on the
-    speed.
+    In Rockyfor3D, the obstacle height MOH includes the penetration depth of the block. This depth is ignored here,
+    because the depth depends on the speed.
     """
     return np.asarray(1.0 / (1.0 + np.array(moh) / radius))
 
@@ -69,7 +69,7 @@ def tangential_restitution(moh: Sequence[float], radius: float) -> CoefficientSp
 
     moh : (3,) m, obstacle heights; radius : of the block, m
     In Rockyfor3D v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)), so R_t is a share of energy: a rolling sphere,
-    w = v_t / R, keeps sqrt(R_t) of its speed. (The formula is unconfirmed; the root follows from it.)
+    w = v_t / R, keeps sqrt(R_t) of its speed. (The formula is unconfirmed; the root follows from the formula.)
     """
     share = energy_share(moh, radius)[:, None]
     evenly = 1.0 + VARIATION * ((2.0 * np.arange(STEPS) + 1.0) / STEPS - 1.0)

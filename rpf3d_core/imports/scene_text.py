@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 WIDTH = 116
-"""Most characters of a line of comment."""
+"""Largest number of characters in a comment line."""
 
 HOLDS_DEG, ANY_SPEED = 89.0, 1000.0
 """Friction angle (degrees) and stop speed (m/s) of ground in which every rock stops: on any slope, at any speed."""
@@ -19,7 +19,7 @@ class MaterialZone(NamedTuple):
     """A zone of the scene with its material.
 
     material : lines of YAML, without indentation
-    polygons : path of a GeoJSON file, relative to the scene; None for the zone of the rest of the terrain
+    polygons : path of a GeoJSON file, relative to the scene; None for the zone of all terrain outside other zones
     """
 
     name: str
@@ -30,8 +30,8 @@ class MaterialZone(NamedTuple):
 class SceneText(NamedTuple):
     """The content of an imported scene file.
 
-    head : sentences on its origin; left : sentences on input that is not carried over
-    terrain : path of the elevation grid, relative to the scene; zones : one of them without polygons
+    head : sentences on the origin of the scene; left : sentences on input that is not imported
+    terrain : path of the elevation grid, relative to the scene; zones : exactly one zone has no polygons
     rock, sources, models : lines of YAML, which may hold comments
     """
 
@@ -74,19 +74,19 @@ def number(value: float) -> str:
 
 
 def normal(mean: float, sd: float, low: float, high: float) -> str:
-    """Return a truncated normal distribution as YAML; its mean if both bounds print the same number."""
+    """Return a truncated normal distribution as YAML; only the mean if both bounds have the same digits as text."""
     if number(low) == number(high):
         return number(mean)
     return f"{{mean: {number(mean)}, sd: {number(sd)}, min: {number(low)}, max: {number(high)}}}"
 
 
 def uniform(low: float, high: float) -> str:
-    """Return a uniform distribution as YAML; a single number if both ends print the same."""
+    """Return a uniform distribution as YAML; a single number if both bounds have the same digits as text."""
     return number(low) if number(low) == number(high) else f"{{uniform: [{number(low)}, {number(high)}]}}"
 
 
 def names_of(words: Sequence[str]) -> list[str]:
-    """Return the words as distinct names: a repeated word gets a number at its end."""
+    """Return the words as distinct names: a repeated word gets a number as suffix."""
     seen: dict[str, int] = {}
     names = []
     for word in words:
@@ -109,7 +109,7 @@ def counted(count: int, noun: str) -> str:
 
 
 def span(values: Sequence[float] | np.ndarray, unit: str) -> str:
-    """Return the interval from the least to the largest of some numbers, with their unit; one number if they are equal.
+    """Return the interval from the smallest to the largest value as text with unit; one number if all are equal.
 
     values : (N,) in `unit`
     """

@@ -43,21 +43,21 @@ NEEDED = (DEM, SOURCES, NORMAL, TANGENTIAL, FRICTION)
 
 GRAVITY = 9.805
 START_SPEED, START_VARIATION = 1.0, 0.1
-"""Start speed of rocks (m/s), and its variation among the rocks of a cell as a share of it (-): r.stone's defaults. The
-law of the variation is unconfirmed."""
+"""Start speed of rocks (m/s), and its relative variation (-) among the rocks of a cell: the defaults of r.stone. The
+distribution of the variation is unconfirmed."""
 STOP_SPEED = 3.0
 """Speed below which a rock stops (m/s): r.stone's default."""
 VARIATION, SD = 0.1, 0.05
-"""Coefficients are drawn from a normal distribution, within a tenth of their value (manual). Its standard deviation, as
-a share of the value, is unconfirmed."""
+"""Largest relative change (-) and relative standard deviation (-) of a coefficient. Coefficients have a normal
+distribution within a tenth of their value (manual). The standard deviation is unconfirmed."""
 STEEPEST_TANGENT = 3.0
-"""Largest friction (-) read as a tangent (71.6 degrees). A larger number is an angle: the largest published tangent is
-0.95."""
+"""Largest friction (-) that is a plausible tangent (of 71.6 degrees); the largest published tangent is 0.95. A larger
+number is probably an angle in degrees."""
 PERCENT = 100.0
 
 ROLLING, ROLLING_KEY = "rolling_stone", "rolling_friction"
-"""Names of STONE's rolling rule as ground model, and of its material key. If this version has both, the import writes
-the coefficient, but does not choose the rule."""
+"""Names of the ground model with STONE's rolling rule, and of its material key. If this version of rpf3d has both, the
+import writes the coefficient, but does not select the ground model."""
 AT_REST = (
     "it stops every rock whose bounces have died out: with both restitutions between 0 and 1 they end at rest, and the "
     "rule holds a slow rock on any slope"
@@ -71,7 +71,7 @@ HEAD = (
 
 
 class Restitution(NamedTuple):
-    """The unit of the grids of restitution: its name, and `whole`, the number that stands for a restitution of 1."""
+    """The unit of the restitution grids: the name of the unit, and `whole`, the number for a restitution of 1."""
 
     unit: str
     whole: float
@@ -114,7 +114,7 @@ def _refuse_wrong_ground(grids: Grids, needed: Cells) -> Restitution:
 
 
 def _unit_of(grids: Grids, needed: Cells) -> Restitution:
-    """Return percent if a number is above 1, else shares; refuse one grid in percent together with one in shares."""
+    """Return percent if a number is above 1, else shares; refuse one grid in percent and the other in shares."""
     most = {name: float(np.nanmax(grids.values[name][needed], initial=0.0)) for name in (NORMAL, TANGENTIAL)}
     low, high = sorted(most, key=lambda name: most[name])
     if most[high] > 1.0 >= most[low] > 0.0:
@@ -172,13 +172,13 @@ def _within_a_tenth(value: float, most: float = 1.0) -> str:
 
 
 def _angle(tangent: float) -> str:
-    """Return the distribution of the angle (degrees) whose tangent is within a tenth of a value."""
+    """Return the distribution of the friction angle (degrees) whose tangent varies by a tenth around a value."""
     low, mean, high = (math.degrees(math.atan(share * tangent)) for share in (1.0 - VARIATION, 1.0, 1.0 + VARIATION))
     return normal(mean, SD / VARIATION * 0.5 * (high - low), low, high)
 
 
 def _rolling(friction: str) -> list[str]:
-    """Return the material's line for STONE's own rolling rule; no line if this version does not have the rule."""
+    """Return the material line for STONE's rolling rule; no line if this version of rpf3d does not have the rule."""
     return [f"{ROLLING_KEY}: {friction}"] if _has_rolling() else []
 
 

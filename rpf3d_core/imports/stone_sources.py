@@ -13,20 +13,20 @@ from rpf3d_core.terrain.frame import FloatArray
 
 SOURCES = "sources"
 STOP = -1
-"""Value, in the grid of sources, of a cell in which rocks stop."""
+"""Value in the source grid that marks a cell in which rocks stop."""
 
 NEIGHBOURS = {
     "north": (0, 1), "north_east": (1, 1), "east": (1, 0), "south_east": (1, -1),
     "south": (0, -1), "south_west": (-1, -1), "west": (-1, 0), "north_west": (-1, 1),
 }  # fmt: skip
-"""Neighbours of a cell with their steps (cells) to the east and north. Of two equally steep ones, the first is used."""
+"""Neighbours of a cell, with steps (cells) to the east and north. Of equally steep neighbours, the first is used."""
 
 MOST_LINES = 5_000_000
-"""Most lines of all files of source points together; more take minutes to read."""
+"""Largest total number of lines in all files of source points; more lines would take minutes to read."""
 
 
 class Start(NamedTuple):
-    """The rocks that start towards one neighbour of their cells.
+    """All rocks that start in the same direction, towards one neighbour of their source cells.
 
     direction : name of the neighbour; step : cells to the east and north; rocks : number of rocks
     points : (N, 2) m in plan, centres of the source cells. A cell is repeated in proportion to its number of rocks.

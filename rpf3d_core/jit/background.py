@@ -1,10 +1,9 @@
-"""A background process that compiles into the disk cache which it shares with this process.
+"""Compile functions in a background process, into the disk cache that both processes share.
 
-numba compiles one function at a time in a process, whatever the number of threads. This process finds functions that
-the background process has compiled in the cache, as if it had compiled them itself: the sources and the types are the
-same. This process waits for each part before it needs the part, so that the two never write the same file. If the
-background process cannot start, fails or takes too long, only time is lost: functions that are not in the cache are
-compiled here.
+numba compiles only one function at a time in a process, with any number of threads. A second process saves time: the
+main process loads the compiled functions from the cache. The main process waits for a function before the first call,
+so the two processes never write the same file. If the background process cannot start, fails or takes too long, the
+main process compiles the missing functions, and only time is lost.
 
     python -m rpf3d_core.jit.background rpf3d_core.hazard.walks.visiting
 """
@@ -25,20 +24,19 @@ from typing import Any
 from rpf3d_core.jit.cache import compile_apart, compiled_apart, is_cached, keeps_compiled
 
 PATIENCE = 60.0
-"""Time (s) to wait for the background process once this process has nothing left to do; an idle machine compiles
-everything in 15 s."""
+"""Longest time (s) that the main process waits for the background process; an idle machine needs 15 s for all loops."""
 FEWEST_CORES = 2
 HOME = Path(__file__).parents[2]
-"""Folder of the program, independent of the current folder of the caller."""
+"""Folder that contains the package `rpf3d_core`, for any current folder of the caller."""
 
 Call = tuple[Any, tuple[Any, ...]]
-"""A loop, and arguments of exactly the types that the loop will be called with."""
+"""A loop with example arguments, which have exactly the types of the later arguments."""
 Work = tuple[str, str, tuple[Any, ...] | None]
-"""Module and name of a loop, and the types to compile it for; None for a function that is to be called."""
+"""Module and name of a loop, and the argument types to compile; None instead of types means: call the function."""
 
 
 class BackgroundCompiler:
-    """A background process that compiles its orders one after the other; without a process, nothing happens."""
+    """A background process that compiles the ordered loops one by one; without a process, all methods do nothing."""
 
     def __init__(self, process: "subprocess.Popen[bytes] | None") -> None:
         self._process = process
@@ -48,21 +46,21 @@ class BackgroundCompiler:
             threading.Thread(target=_listen, args=(process, self._answers), daemon=True).start()
 
     def compile(self, *calls: Call) -> None:
-        """Order the compilation of loops; the caller must not call these loops before `wait`.
+        """Order the compilation of loops; the caller must call `wait` before the first call of these loops.
 
-        Otherwise two processes could write the same file of the cache.
+        Otherwise two processes could write the same file in the cache.
         """
         if self._process is not None:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
-        """Order calls of functions that call loops; the caller must not call any of these loops before `wait`."""
+        """Order calls of functions that call loops; the caller must call `wait` before it calls these loops."""
         self._order([(*_address(function), None) for function in functions])
 
     def wait(self, *parts: Any) -> None:
-        """Wait until some loops and functions are done; without arguments wait for all and end the process.
+        """Wait until the given loops and functions are done; without arguments, wait for all and end the process.
 
-        The wait also ends, and the process with it, if the process has failed or PATIENCE has passed.
+        If the process fails or PATIENCE has passed, the process and the wait end early.
         """
         until = time.monotonic() + PATIENCE
         wanted = {".".join(_address(part)) for part in parts} or set(self._awaited)
@@ -75,7 +73,7 @@ class BackgroundCompiler:
             self.end()
 
     def has_done(self, part: Any) -> bool:
-        """True if there is nothing to wait for, for a loop or a function."""
+        """True if the process has finished a loop or function, or if there is no order or no process."""
         with suppress(queue.Empty):
             while True:
                 self._note(self._answers.get_nowait())
@@ -93,7 +91,7 @@ class BackgroundCompiler:
         process.wait()
 
     def _order(self, work: list[Work]) -> None:
-        """Send work to the background process."""
+        """Send orders to the background process."""
         if self._process is None or self._process.stdin is None:
             return
         self._awaited += [f"{module}.{name}" for module, name, _ in work]
@@ -102,7 +100,7 @@ class BackgroundCompiler:
             self._process.stdin.flush()
 
     def _note(self, answer: str) -> None:
-        """Note a finished part, or the end of the process."""
+        """Record a finished loop or function, or the end of the process."""
         if answer == ENDED:
             self.end()
         elif answer.strip() in self._awaited:
@@ -110,7 +108,7 @@ class BackgroundCompiler:
 
 
 ENDED = ""
-"""The line that stands for the end of the process."""
+"""Answer that marks the end of the process."""
 NO_BACKGROUND = BackgroundCompiler(None)
 """A compiler without a background process."""
 
@@ -129,18 +127,18 @@ def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
 
 
 def has_spare_core() -> bool:
-    """True if a core is free for another process: two processes take a sixth more computing time than one."""
+    """True if a core is free for the background process: two processes need a sixth more computing time than one."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)
 
 
 def _are_missing(loops: Sequence[Any]) -> bool:
-    """True if all loops are missing from the cache, and the cache would keep them."""
+    """True if no loop is in the cache, and the cache can store all loops."""
     return all(hasattr(loop, "typeof_pyval") and not is_cached(loop) and keeps_compiled(loop) for loop in loops)
 
 
 def _address(part: Any) -> tuple[str, str]:
-    """Return module and name of a loop or function, from which another process imports it."""
+    """Return the module and name with which another process imports a loop or function."""
     return part.__module__, part.__name__
 
 
@@ -154,7 +152,7 @@ def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]
 
 
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
-    """Start the background process with the modules of the loops; return None if the system refuses."""
+    """Start the background process with the modules of the loops; return None if the process cannot be started."""
     modules = {loop.__module__ for loop in loops}
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])}
     with suppress(OSError):
@@ -166,9 +164,9 @@ def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
 
 
 def main(modules: Sequence[str]) -> None:
-    """Execute the orders from standard input and print each finished part; end at once when standard input closes.
+    """Execute the orders from standard input and print the name of each finished loop or function.
 
-    A closed standard input means that the process which gave the orders has ended.
+    The process ends as soon as standard input closes, because the main process has then ended.
     """
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_take, args=(orders,), daemon=True).start()
@@ -181,10 +179,7 @@ def main(modules: Sequence[str]) -> None:
 
 
 def _take(orders: "queue.SimpleQueue[bytes]") -> None:
-    """Put orders into a queue as they arrive, still pickled.
-
-    Unpickling imports modules, which only one thread may do.
-    """
+    """Put each arriving order into a queue, still pickled: unpickling imports modules, which one thread only may do."""
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:

@@ -1,4 +1,4 @@
-"""The disk cache of compiled code, and the sources that it depends on."""
+"""The disk cache of compiled code, and the source files that the compiled code depends on."""
 
 import hashlib
 import os
@@ -32,10 +32,10 @@ _foreign: set[str] = set()
 
 
 def compile_apart(digest: str) -> None:
-    """Keep all code compiled from here on in a separate folder, because kernels call code with another digest.
+    """Store all code compiled after this call in a separate cache folder, because kernels call user-defined code.
 
-    Otherwise an edit in that code would go unnoticed, and a process that has not loaded that code could not read the
-    index.
+    digest : of the user-defined code. In a common folder, numba would not notice an edit of the user's code, and a
+    process without the user's code could not read the index of the cache.
     """
     _foreign.add(digest)
     for each in LOOPS:
@@ -50,7 +50,7 @@ def compiled_apart() -> list[str]:
 
 
 def cache_folder(module: str) -> Path:
-    """Return the folder for the compiled code of the loops of a module: one for each state of their sources."""
+    """Return the cache folder for the loops of a module; each version of their source files has its own folder."""
     digest = source_digest(module)
     if _foreign:
         digest += "-" + hashlib.sha256("".join(sorted(_foreign)).encode()).hexdigest()[:16]
@@ -58,7 +58,7 @@ def cache_folder(module: str) -> Path:
 
 
 def is_cached(loop: Any, *classes: type) -> bool:
-    """True if a loop is on disk, compiled for arguments of the given classes."""
+    """True if the disk cache contains a loop, compiled for arguments of the given classes."""
     with suppress(OSError):
         found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")
         return any(all(cls.__name__.encode() in index for cls in classes) for index in map(Path.read_bytes, found))
@@ -75,9 +75,8 @@ def keeps_compiled(loop: Any) -> bool:
 def in_cache_folder(module: str) -> Iterator[bool]:
     """Point numba's cache at the folder for the loops of a module; yield whether the folder is usable.
 
-    numba checks only the file of the decorated function: after an edit in a file that the function calls, stale code
-    would run. If the folder is not writable, each process compiles again; numba's own choice of folder would lack this
-    guard.
+    numba checks only the file of the decorated function. In numba's own folder, stale code would therefore run after an
+    edit in another file whose functions are called. If the folder is not writable, each process compiles again.
     """
     config: Any = numba.config if numba else None
     before = config.CACHE_DIR
@@ -93,7 +92,7 @@ def in_cache_folder(module: str) -> Iterator[bool]:
 
 
 def source_digest(module: str) -> str:
-    """Return the first 16 hex digits of the SHA-256 of the source files that the loops of a module come from."""
+    """Return the first 16 hex digits of the SHA-256 of all source files that the loops of a module depend on."""
     return _digest(SOURCES, module.removeprefix(PACKAGE).replace(".", "/"))
 
 
@@ -113,13 +112,13 @@ def _package(root: Path) -> "PackageSources":
 
 
 class PackageSources:
-    """The sources of a package, and which of them the compiled code of a file depends on.
+    """The source files of a package, to find the files that the compiled code of one file depends on.
 
-    texts : file of the package, without its suffix (`terrain/facets`) -> its source
+    texts : mapping from a file of the package, without its suffix (`terrain/facets`), to its text
     """
 
     def __init__(self, texts: Mapping[str, str]) -> None:
-        """Find the files that register a model function, and those that register a rule."""
+        """Find the files that register model functions, and the files that register rules."""
         self.texts = texts
         self._stubs = {name: set(STUB.findall(text)) for name, text in texts.items()}
         self._rules = {name: set(RULE.findall(text)) for name, text in texts.items()}
@@ -127,12 +126,11 @@ class PackageSources:
         self._always = {name for name, rules in self._rules.items() if rules - known}
 
     def kernel_sources(self, file: str) -> set[str]:
-        """Return the files that loops of a file can be compiled from; the file itself is one of them.
+        """Return all files that the compiled loops of a file may depend on, including the file itself.
 
-        These are the files that they import, directly or not, because compiled code keeps the values of the globals
-        that it reads; and for each model function among them the files that register a rule for it. A rule of a name
-        that no model function has may belong to any: it counts for all loops. A file outside the package may import
-        all files.
+        The result contains all files that are imported, directly or indirectly: compiled code contains the values of
+        globals. For each model function in these files, the result contains the files that register its rules. A file
+        with a rule for an unknown model function counts for all loops. A file outside the package depends on all files.
         """
         if file not in self.texts:
             return set(self.texts)
@@ -149,7 +147,7 @@ class PackageSources:
 
 
 def _imported(text: str) -> Iterator[str]:
-    """Yield what a source imports from the package: files, or names in files; both look alike."""
+    """Yield the paths of all imports from the package: files, or names in files, in the same form."""
     for match in IMPORT.finditer(text):
         package = match[1].strip(".").replace(".", "/")
         yield package

@@ -1,7 +1,8 @@
 """The interface of the package to numba, with a fallback without numba: physics written once for both engines.
 
-`kernel` marks a function that both engines call, `model_function` a choice among models, `loop` a loop that is compiled
-if numba is installed. Without numba all three leave plain Python, and the reference engine works.
+`kernel` marks a function that both engines call. `model_function` marks a function with one rule for each model. `loop`
+marks a loop that is compiled if numba is installed. Without numba, all three leave plain Python functions, and only the
+reference engine works.
 """
 
 from collections.abc import Callable
@@ -28,8 +29,8 @@ HAS_NUMBA = numba is not None
 F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS = {"error_model": "numpy", "_nrt": False}
-"""Options of all compiled code. Nothing in it allocates memory, so it needs no reference counts (`_nrt`). Without them
-the code is three times as fast, because each access to an array inside a NamedTuple would count up and down."""
+"""Options of all compiled code. Compiled code allocates no memory, so reference counts are switched off (`_nrt`): the
+code is then three times as fast, because an access to an array in a NamedTuple would change a count twice."""
 
 INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Options of functions that only compiled code calls: they are copied into their callers."""
@@ -138,7 +139,7 @@ def _class_of(kind: Any) -> type:
 def guarded(instead: F) -> Callable[[F], F]:
     """Mark a kernel `f(*args)` whose arithmetic may fail: where Python raises, the result is `instead(*args)`.
 
-    Compiled code never raises: there the root of a negative number is NaN, a division by zero is infinite, and the
+    Compiled code never raises: the root of a negative number is NaN, a division by zero is infinite, and the
     computation continues.
     """
 

@@ -1,8 +1,8 @@
-"""How a kernel becomes part of the loops that call it: copied into them, and turned into machine code only there.
+"""Copy the code of kernels into the loops that call the kernels, and generate machine code for the loops only.
 
-numba optimises every function fully and makes machine code of it, as if the function were called by itself. For kernels
-within kernels that took a third of the time of a first call, and the result was thrown away. This file depends on
-numba's internals: if these change, the file cannot be imported, and `dispatch.py` works without it.
+numba optimises every function and generates its machine code, as if Python called the function directly. For kernels,
+this work is not needed and takes a third of the time of a first call. This file depends on numba's internals: if the
+internals change, the import of this file fails, and `dispatch.py` works without this file.
 """
 
 from typing import Any
@@ -15,8 +15,8 @@ NEEDLESS = frozenset((
     "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "InlineInlinables", "FindLiterallyCalls",
     "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites", "AnnotateTypes",
 ))  # fmt: skip
-"""Compilation steps for code that no kernel has: `with`, functions within functions, loops over mixed tuples,
-arithmetic of whole arrays; and listings. A kernel with any of these would not compile."""
+"""Compilation steps that kernels do not need: `with`, functions within functions, loops over mixed tuples, arithmetic
+of whole arrays, and listings. A kernel with such code does not compile."""
 
 for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_finalize_final_module", "_finalized"):
     if not hasattr(JITCodeLibrary, _name):
@@ -24,7 +24,7 @@ for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_
 
 
 class _NoMachineCode:
-    """Replaces the object with a function's machine code, which numba informs of the Python objects needed."""
+    """Stand-in for the object that holds the machine code of a function; numba passes Python objects to this object."""
 
     def set_env(self, name: str, env: Any) -> None:
         """Do nothing: a kernel needs no Python objects."""
@@ -35,11 +35,11 @@ class _Copied(JITCodeLibrary):
 
     @property
     def codegen(self) -> _NoMachineCode:
-        """An object in place of the one that holds the machine code."""
+        """The stand-in for the object that holds the machine code."""
         return _NoMachineCode()
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Return 0 as the address of the machine code: there is none."""
+        """Return 0 as the address of the machine code, because a kernel has no machine code."""
         return 0
 
     def _optimize_final_module(self) -> None:

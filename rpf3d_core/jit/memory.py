@@ -1,7 +1,7 @@
-"""Memory that is reused, and work that is shared among threads.
+"""Arrays whose memory is reused, and work that is shared among threads.
 
-The first access to fresh memory costs more than the data written there: a survey of millions of facets that arrives
-again and again is laid out in the memory of the survey before the previous one.
+The first access to new memory takes longer than the writing of data. A live terrain of millions of facets is replaced
+again and again, so each new survey reuses the memory of an earlier survey.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Memory = Callable[[str, int, Any], NDArray[Any]]
-"""Returns an array for a name, a length and a type; the content is undefined."""
+"""A function that returns an array for a name, a length and a type; the content is undefined."""
 Share = Callable[[Sequence[Callable[[], Any]]], list[Any]]
-"""Executes pieces of work, in any order or at the same time, and returns their results in order."""
+"""A function that calls functions, in any order or in parallel, and returns their results in the given order."""
 
 SPARE = 8
-"""An array that is too short is enlarged to the length asked for plus one part in SPARE of it: surveys grow slowly."""
+"""An array that is too short gets the requested length plus 1 / SPARE of this length, because surveys grow slowly."""
 
 
 def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:
@@ -26,19 +26,19 @@ def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:
 
 
 def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Execute the work on this thread, in order; a `Share`."""
+    """Call the functions on this thread, in order; a `Share`."""
     return [piece() for piece in work]
 
 
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
-    """Return the array (N,) if it is long enough, else a longer one with spare room, filled up with `rest`."""
+    """Return the array (N,) if it is long enough, else a longer array with spare elements, filled up with `rest`."""
     if len(array) >= length:
         return array
     return np.concatenate([array, np.full(length + length // SPARE - len(array), rest, dtype=array.dtype)])
 
 
 class Kept:
-    """A `Memory` that returns the same array for the same name each time. For one user at a time."""
+    """A `Memory` that returns the same array again for the same name; two users must not share it at the same time."""
 
     def __init__(self) -> None:
         self._arrays: dict[str, NDArray[Any]] = {}
@@ -51,7 +51,7 @@ class Kept:
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the array (N,) of a length N, as a call does, with its content kept."""
+        """Return the first `length` elements of the array of this name; a new, longer array keeps the content."""
         array = self._arrays[name]
         if len(array) < length:
             self._arrays[name] = np.empty(length + length // SPARE, array.dtype)
@@ -71,7 +71,7 @@ class Threads:
         self._pool = ThreadPoolExecutor(count, thread_name_prefix="ground")
 
     def __call__(self, work: Sequence[Callable[[], Any]]) -> list[Any]:
-        """Execute the work on the threads; raise the first error after all pieces have ended."""
+        """Call the functions on the threads; raise the first error after all functions have ended."""
         tasks = [self._pool.submit(piece) for piece in work]
         errors = [task.exception() for task in tasks]
         for error in errors:

@@ -1,4 +1,4 @@
-"""A hint to the processor to load a cache line that will soon be written."""
+"""Give the processor the hint to load a cache line early, because the cache line will soon be written."""
 
 from collections.abc import Callable
 from typing import Any

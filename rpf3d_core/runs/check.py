@@ -33,11 +33,11 @@ from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
 
 PILOT_ROCKS = 20
-"""Rocks that the reference engine flies to measure the time of one rock."""
+"""Number of rocks that the reference engine flies to measure the time of one rock."""
 WHOLE = 0.99
-"""Share (-) of an outline on the terrain that counts as all of it: no one draws along the rim to the metre."""
+"""An outline with at least this share (-) of its area on the terrain counts as inside: users draw rims roughly."""
 MOST_CHECKED = 50_000
-"""Most rocks whose start is checked, evenly spread over each source: this takes some seconds in plain Python."""
+"""Largest number of rocks whose start is checked, evenly spread over each source; the check takes some seconds."""
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, rounded down from the demo scene in
 docs/explanation/performance.md."""
@@ -47,11 +47,11 @@ COMPILE_S = 12.0
 
 @dataclass(frozen=True)
 class SourceHeight:
-    """Heights of a source's rocks above the terrain at their start.
+    """Start heights of the rocks of one source above the terrain.
 
-    rocks : number of rocks; checked : number of rocks checked, to which all further values apply
-    lowest, highest : m above the terrain; under_ground : rocks below the terrain
-    off_terrain : rocks with no terrain below or above them
+    rocks : number of rocks; checked : number of checked rocks, to which all further values apply
+    lowest, highest : m above the terrain; under_ground : number of rocks below the terrain
+    off_terrain : number of rocks without terrain below or above
     """
 
     name: str
@@ -79,12 +79,13 @@ class SourceHeight:
 
 @dataclass(frozen=True)
 class Cost:
-    """The estimated cost of a run, from a pilot of a few rocks.
+    """The estimated cost of a run, from a pilot run of a few rocks.
 
-    rocks : number of rocks of the run; auto : True if the scene says `rocks: auto`; `rocks` is then the maximum
-    engine : name of the engine that will fly; fly_s : s to fly all rocks
-    compile_s : s to compile; 0 if the engine needs none, or the loops are in the cache
-    impacts : mean number of impacts of a rock; pilot : rocks of the pilot; unresolved : how many ended unresolved
+    rocks : number of rocks of the run; auto : True if the scene states `rocks: auto`; `rocks` is then the maximum
+    engine : name of the engine of the run; fly_s : time (s) to fly all rocks
+    compile_s : time (s) to compile; 0 for the reference engine, or if the loops are in the cache
+    impacts : mean number of impacts of a rock; pilot : number of pilot rocks
+    unresolved : number of pilot rocks that ended unresolved
     """
 
     rocks: int
@@ -101,8 +102,8 @@ class Cost:
 class Maps:
     """Size and memory of the hazard maps.
 
-    raster : of the cells; facets : number of facets; allowed : GB that the maps may take
-    least : GB that the cells and facets need in any case. Percentiles become coarser if they would exceed `allowed`.
+    raster : the cells of the maps; facets : number of facets; allowed : largest memory (GB) of the maps
+    least : memory (GB) of cells and facets without percentiles; percentiles become coarser to stay within `allowed`
     """
 
     raster: Raster
@@ -133,7 +134,7 @@ class Sizes:
     largest: float
 
     def describe(self) -> str:
-        """Return both ranges as one line of text, which shows a mistake in a unit."""
+        """Return both ranges as one line of text, in which a user notices a wrong unit."""
         masses, diameters = _span(self.lightest, self.heaviest), _span(self.smallest, self.largest)
         return f"{masses} kg, {diameters} m in diameter"
 
@@ -142,8 +143,8 @@ class Sizes:
 class Check:
     """The report on a scene; `fit` is True if the scene can be run.
 
-    warnings : sentences on settings that are valid but suspicious; cost : None if the scene is not fit
-    assumed_friction : names of the materials that take the default friction angle
+    warnings : sentences on settings that are valid but suspicious; cost : None if `fit` is False
+    assumed_friction : names of the materials that use the default friction angle
     """
 
     scene: Scene
@@ -195,7 +196,7 @@ def check_scene(scene: Scene) -> Check:
 
 
 def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
-    """Return the report with the results of a pilot: the cost, effects that seem to be missing, and idle effects."""
+    """Return the report with the results of a pilot run: cost, warnings of missing effects and of idle effects."""
     chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
     few = taken(releases, chosen)
     began = time.perf_counter()
@@ -206,7 +207,7 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: in
 
 
 def _sizes(prepared: Prepared) -> Sizes:
-    """Return the range of masses, and of diameters of spheres of the scene's density."""
+    """Return the range of the masses, and the range of the diameters of spheres with these masses."""
     lightest, heaviest = mass_range(prepared.rock)
     smallest, largest = (diameter_of(mass, prepared.scene.rock.density) for mass in (lightest, heaviest))
     return Sizes(lightest=lightest, heaviest=heaviest, smallest=smallest, largest=largest)
@@ -237,9 +238,9 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
 
 
 def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
-    """Return the heights of one source's rocks; rocks without terrain below count as `under_ground` for the time being.
+    """Return the start heights of one source; `under_ground` includes rocks off the terrain (see `_told_apart`).
 
-    below : (R, 3) as `Engine.ground_below` returns: height (m), facet (-1: none) and side of the facet
+    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
     """
     good = (below[:, 1] >= 0) & (below[:, 2] > 0)
     heights = below[good, 0]
@@ -258,10 +259,10 @@ def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
 def _told_apart(
     found: SourceHeight, number: int, releases: Releases, below: NDArray[np.float64], engine: Engine
 ) -> SourceHeight:
-    """Return the heights with `off_terrain` counted apart from `under_ground`.
+    """Return the start heights of one source with separate counts for `off_terrain` and `under_ground`.
 
-    A rock without terrain below is under the ground if there is terrain above it, and off the terrain if not.
-    below : (R, 3) of all sources, as `_heights`; number : index of the source
+    A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain.
+    found : from `_heights`; number : index of the source; below : (R, 3) of all sources, as in `_heights`
     """
     bad = (releases.source == number) & ((below[:, 1] < 0) | (below[:, 2] <= 0))
     top = np.array(releases.x[bad])
@@ -271,7 +272,7 @@ def _told_apart(
 
 
 def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
-    """Return the cost of all rocks, from a flown pilot and its seconds per rock."""
+    """Return the cost of all rocks, from the flights of the pilot rocks and their time (s) per rock."""
     deposits, auto = flown.deposits, scene.rocks == "auto"
     rocks = scene.target.most_rocks if auto else rocks
     fly_s = seconds * rocks
@@ -291,5 +292,5 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
 
 
 def _compile_s(models: Models) -> float:
-    """Return the seconds to compile; 0 if the loop is in the cache."""
+    """Return the time (s) to compile; 0 if the loop is in the cache."""
     return 0.0 if is_precompiled(models) else COMPILE_S

@@ -1,6 +1,6 @@
-"""Find effects that a scene seems to need and does not name, and named effects that do nothing.
+"""Find effects that a scene seems to need but does not name, and named effects that change nothing.
 
-The evidence is a few flown rocks and the files next to the scene.
+The check uses the flights of a few rocks and the files in the folder of the scene.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ TREES = ("nrtrees", "dbhmean", "dbhstd", "conif_percent", "treefile")
 
 
 def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
-    """Yield sentences on effects that a scene seems to need and does not name.
+    """Yield a sentence for each effect that a scene seems to need but does not name.
 
     flown : flights of a few rocks of the scene
     """
@@ -39,15 +39,15 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
 
 
 def _carrying_on(scene: Scene) -> str:
-    """Return the name of the ground model to suggest: sliding, or the first model that the rebound model allows."""
+    """Return the ground model to suggest: `sliding`, or the first model that the rebound model may be combined with."""
     grounds = scene.rebound.model_spec.GROUNDS
     return "sliding" if grounds is None else next(name for name in grounds if name != "none")
 
 
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
-    """Yield a sentence for each effect without which a few rocks fly exactly the same paths.
+    """Yield a sentence for each effect that changes no path of a few rocks.
 
-    releases : of these rocks; flown : their flights with all effects
+    releases : releases of these rocks; flown : flights of these rocks with all effects
     """
     names, effects = list(prepared.scene.effects.named), links_of(prepared.flight.models.effects)
     for k, name in enumerate(names):
@@ -57,11 +57,11 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
 
 
 def _without(flight: Flight, effects: list[object]) -> Flight:
-    """Return the flight settings with other effects."""
+    """Return the flight settings with the given effects in place of the former effects."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 
 
 def _same(one: Flights, other: Flights) -> bool:
-    """True if deposits and impacts of two ensembles have the same positions, bit for bit."""
+    """True if the positions of deposits and impacts of two ensembles are equal, bit for bit."""
     pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
     return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

@@ -1,9 +1,9 @@
 """Compare two runs: shares of each zone and area of interest, their differences, and which differences are significant.
 
 A difference is significant if its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal runs,
-about 5 % are significant by chance; `p_holm` is corrected for their number. Interval and p assume that the rocks of the
-two runs are independent. Runs with the same sources and the same seed release the same rocks; their intervals are, as a
-rule, too wide rather than too narrow.
+about 5 % are significant by chance; `p_holm` is corrected for the number of comparisons. Interval and p assume that the
+rocks of the two runs are independent. Two runs with the same sources and the same seed release the same rocks; then the
+intervals are usually too wide rather than too narrow.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ Facts = Mapping[str, Any]
 
 
 class Counted(NamedTuple):
-    """A number of rocks out of a total, `of`."""
+    """A number of rocks, and the total number of rocks (`of`)."""
 
     rocks: int
     of: int
@@ -37,10 +37,11 @@ class Counted(NamedTuple):
 
 
 class ShareDifference(NamedTuple):
-    """One share of a place in two runs, A and B.
+    """One share of rocks in a place (zone or area of interest), in two runs A and B.
 
-    kind : ZONE or AREA; place : its name; measure : one of MEASURES
-    interval : 95 % interval of share B - share A (-); p : two-sided; p_holm : corrected for the number of differences
+    kind : ZONE or AREA; place : name of the zone or area; measure : one of MEASURES
+    interval : 95 % interval of share B - share A (-); p : two-sided p value
+    p_holm : p after Holm's correction for the number of differences
     """
 
     kind: str
@@ -64,7 +65,7 @@ class ShareDifference(NamedTuple):
 
 
 class Energies(NamedTuple):
-    """The 95th percentile (J) of the rocks' largest energies in a place, in runs A and B; None below 20 rocks."""
+    """The 95th percentile (J) of the largest energy of each rock in a place, in runs A and B; None below 20 rocks."""
 
     kind: str
     place: str
@@ -73,10 +74,10 @@ class Energies(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """The comparison of two runs, place by place.
+    """The comparison of two runs, for each place (zone or area of interest).
 
-    a, b : the summaries; differences, energies : of places that both runs have and rocks reached
-    only : "a" and "b" -> places (kind, name) that only this run has
+    a, b : summaries of the runs; differences, energies : for the places that exist in both runs and that rocks reached
+    only : for "a" and for "b", the places (kind, name) that exist only in this run
     """
 
     a: Facts
@@ -87,7 +88,7 @@ class Comparison(NamedTuple):
 
     @property
     def notes(self) -> list[str]:
-        """Sentences that a reader needs before the figures: partial runs, equal rocks, chance and percentiles."""
+        """Sentences to read before the figures: on partial runs, equal rocks, chance and percentiles."""
         return list(_notes(self))
 
 
@@ -239,7 +240,7 @@ def _notes(comparison: Comparison) -> Iterator[str]:
 
 
 def _alike(a: Facts, b: Facts) -> str | None:
-    """Return in words why the rocks of two runs with one seed start alike; None if they do not, or it is unknown."""
+    """Return a phrase on why two runs release the same rocks; None if the rocks differ, or this is unknown."""
     if a.get("digest") == b.get("digest"):
         return "the same scene"
     known = a.get("releases_digest")

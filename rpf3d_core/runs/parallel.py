@@ -1,4 +1,4 @@
-"""Fly the parts of one scene, or many scenes and seeds, on several processes or machines through an executor.
+"""Fly the parts of one scene, or many scenes and seeds, in several processes or on several machines, by an executor.
 
 Any `concurrent.futures.Executor` works: a process pool on one machine, `distributed.Client.get_executor()` or
 `mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker must see the scene's files at the same paths. A worker
@@ -46,8 +46,8 @@ Flown = TypeVar("Flown")
 class RunPart:
     """The results of a part of a scene's rocks, in a form that can be sent between processes.
 
-    digest : of the scene and its files as the worker read them
-    totals, tallies, barriers : of all rocks of the part; flights : of the rocks that are shown
+    digest : digest of the scene and of its files, as read by the worker
+    totals, tallies, barriers : results of all rocks of the part; flights : flights of the shown rocks only
     """
 
     digest: str
@@ -60,7 +60,8 @@ class RunPart:
 class Finished(NamedTuple):
     """A finished run of a study.
 
-    number : of the run among all pairs of scene and seed, from 0; scene : its file; summary : as in summary.json
+    number : number of the run, counted from 0 over all pairs of scene and seed
+    scene : file of the scene; summary : as in summary.json
     """
 
     number: int
@@ -73,7 +74,7 @@ class Resources(NamedTuple):
     """Memory and threads of a run in parts.
 
     shown : number of rocks to keep in memory for pictures, evenly spread over the parts; None for all
-    threads : of each part, for the compiled engine
+    threads : number of threads for each part, for the compiled engine
     """
 
     shown: int | None = SHOWN
@@ -81,7 +82,7 @@ class Resources(NamedTuple):
 
 
 ONE_THREAD = Resources()
-"""As many rocks in memory as a run on disk keeps, and one thread a part."""
+"""The default resources: the same number of rocks in memory as in a run on disk, and one thread for each part."""
 
 
 def fly_parts(
@@ -97,7 +98,7 @@ def fly_parts(
 
     Parameters
     ----------
-    parts : number of parts; totals and maps are bit for bit the same for any number and order of parts, on any workers
+    parts : number of parts; totals and maps are bit for bit equal for any number and any order of parts, on any workers
     resources : memory for pictures and threads
     scene, rocks, engine, seed : as `run.simulate`
 
@@ -117,7 +118,7 @@ def fly_parts(
     kept = None if shown is None else -(-shown // len(rounds))
     paths = -(-chosen.outputs.trajectories // len(rounds))
     with _all_or_none([executor.submit(fly_part, chosen, part, kept, paths, threads) for part in rounds]) as flying:
-        prepared = prepare(chosen)  # while the parts fly
+        prepared = prepare(chosen)  # the workers fly the parts at the same time
         return merged(prepared, [part.result() for part in flying])
 
 
@@ -127,8 +128,8 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
     Parameters
     ----------
     part : for each source the number of the first rock, and the number after the last rock
-    shown : number of rocks to keep, None for all; paths : number of these rocks whose path is kept
-    threads : number for the compiled engine
+    shown : number of rocks to keep, None for all; paths : number of kept rocks whose path is also kept
+    threads : number of threads for the compiled engine
 
     Raises
     ------
@@ -137,13 +138,13 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
     """
     digest = scene_digest(scene)
     prepared = _prepared(scene, digest)
-    # VTK's locator works in one thread only. The lock costs no time, because the reference engine is plain Python.
+    # VTK's locator works in one thread only. The lock loses no time, because plain Python uses one thread at a time.
     with nullcontext() if isinstance(prepared.engine, Compiled) else _REFERENCE:
         return _flown(prepared, digest, part, shown, paths, threads)
 
 
 def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of a prepared scene; return its results."""
+    """Fly a part of the rocks of a prepared scene, and return the results of the part."""
     for ranges in blocks_of(*part):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
     totals, tallies = empty_totals(prepared), empty_tallies(prepared)
@@ -192,25 +193,25 @@ def study(
     rocks: int | None = None,
     out: str | Path | None = None,
 ) -> Iterator[Finished]:
-    """Fly many scenes, each with many seeds; each run goes as a whole to a free worker of the executor.
+    """Fly many scenes, each with many seeds; one free worker of the executor flies one whole run.
 
     Parameters
     ----------
-    seeds : for each scene; None for the scene's own seed
-    rocks : of each run; None for the scene's own numbers
+    seeds : seeds for every scene; None for the seed in the scene
+    rocks : number of rocks of each run; None for the numbers in the scene
     out : folder that every worker can write to. Each run writes a result folder there, named by its number and scene.
-        Without `out` the rocks of a run stay in the worker's memory, so give a folder for millions of rocks.
+        Without `out`, the worker keeps the rocks of a run in memory: use a folder for millions of rocks.
 
     Returns
     -------
     iterator of Finished
-        In the order in which runs finish. All runs are submitted when this function returns. Leaving the iterator
-        cancels the runs that have not begun.
+        Yields the runs in the order in which they finish. All runs are submitted when this function returns. If the
+        caller closes the iterator, runs that have not begun are cancelled.
 
     Raises
     ------
     InputError
-        A scene is refused: at once, or from the iterator after a worker has tried to fly the scene.
+        A scene is refused: by this function, or by the iterator after a worker has tried to fly the scene.
     """
     each: Sequence[int | None] = [None] if seeds is None else seeds
     chosen = [chosen_scene(scene, rocks, None, seed) for scene in scenes for seed in each]
@@ -240,7 +241,7 @@ def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
 
 @contextmanager
 def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]"]:
-    """Cancel all work that has not begun when the block ends, also if a worker fails or the caller stops waiting."""
+    """At the end of the `with` block, cancel all work that has not begun, also after an error of a worker."""
     try:
         yield flying
     finally:
@@ -249,7 +250,7 @@ def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]
 
 
 def _prepared(scene: Scene, digest: str) -> Prepared:
-    """Return the prepared scene, and keep it for the next part of the same scene in this process."""
+    """Return the prepared scene, and keep the prepared scene for the next part of the same scene in this process."""
     with _PREPARING:
         if (scene.path, digest) not in _READY:
             _READY.clear()  # first, because the terrain of another scene may fill the memory

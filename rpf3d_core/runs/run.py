@@ -1,4 +1,4 @@
-"""Run a scene: read it, release and fly its rocks, count, write the result. The Python functions of `rpf3d run`."""
+"""Run a scene: read the scene, fly its rocks, count the rocks and write the result; as `rpf3d run` does."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -35,17 +35,17 @@ from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.values import Outcome
 
 SHOWN = 10_000
-"""Rocks that a run on disk keeps in memory for the pictures. The tables on disk hold all rocks."""
+"""Number of rocks that a run on disk keeps in memory for the pictures. The tables on disk contain all rocks."""
 
 
 @dataclass(frozen=True)
 class RunControl:
-    """Functions that follow a run, and stop it.
+    """Functions that report the progress of a run or stop the run, and the number of threads.
 
     progress : called before the rocks of a round fly; see `ensemble.fly.Progress`
-    stop : called while rocks fly; after it returns True no further rock flies
+    stop : called while rocks fly; after a return value of True no further rock flies
     writing : called after the last rock has flown, before the files of a result are written
-    threads : number for the compiled engine; None for one thread a core
+    threads : number of threads for the compiled engine; None for one thread for each core
     """
 
     progress: Progress | None = None
@@ -55,7 +55,7 @@ class RunControl:
 
 
 UNCONTROLLED = RunControl()
-"""A run that no one follows."""
+"""A run without progress reports and without a way to stop the run."""
 
 
 def simulate(
@@ -71,11 +71,11 @@ def simulate(
     Parameters
     ----------
     scene : a scene, or the path of its file
-    rocks : total number, dealt to the sources in proportion, or "auto"; None for the scene's own numbers
-    engine : "reference", "compiled" or "auto"; None for the scene's own
-    seed : of all random draws; None for the scene's own
+    rocks : total number, divided among the sources in proportion, or "auto"; None for the numbers in the scene
+    engine : "reference", "compiled" or "auto"; None for the engine in the scene
+    seed : seed of all random draws; None for the seed in the scene
     progress : as `ensemble.batches.Progress`
-    threads : number for the compiled engine; None for one thread a core
+    threads : number of threads for the compiled engine; None for one thread for each core
 
     Raises
     ------
@@ -104,7 +104,8 @@ def run_scene(
     Parameters
     ----------
     folder : new, empty, or an earlier result, which is replaced at the end
-    control : follows the run; if it stops the run, the rocks flown so far are written, marked as partial
+    control : progress reports and stop of the run; after a stop, the result contains the rocks flown so far and is
+        marked as partial
     recording : False to write no run.rrd, whatever the scene says
     scene, rocks, engine, seed : as `simulate`
 
@@ -184,7 +185,7 @@ def _fly(
     scene, tallies, totals = prepared.scene, empty_tallies(prepared), empty_totals(prepared)
     plan = rounds or rounds_of(scene, places_of(prepared))
     compile_s = precompiler.compile(prepared, tallies, lambda: _check_all(prepared, plan[0]))
-    # The rocks that are kept are of the first round: with `rocks: auto`, how many follow is unknown.
+    # All kept rocks are rocks of the first round, because with `rocks: auto` the number of later rocks is unknown.
     kept = shown_of(plan[0].rocks, shown, scene.outputs.trajectories)
     stream = Stream(
         engine=prepared.engine, flight=prepared.flight, shown=kept, watch=tallies, sink=_both(totals, sink),
@@ -204,9 +205,10 @@ def _fly(
 def _fly_rounds(
     prepared: Prepared, stream: Stream, plan: Sequence[Round], control: RunControl, places: Callable[[], HazardMaps]
 ) -> tuple[int, list[Step]]:
-    """Fly rounds until the last one, the target or the end of the run; return the rocks planned, and the convergence.
+    """Fly rounds until the last round, the target or a stop; return the number of planned rocks and the convergence.
 
-    The releases of the first round are already checked. places : returns the shares of zones and areas so far
+    The releases of the first round are already checked.
+    places : function that returns the shares of zones and areas of all rocks flown so far
     """
     scene, steps, planned = prepared.scene, list[Step](), 0
     for each in plan:
@@ -226,9 +228,9 @@ def _fly_rounds(
 def finished_run(
     prepared: Prepared, tallies: Tallies, totals: Totals, flights: Flights, planned: int, steps: Sequence[Step] = ()
 ) -> Run:
-    """Return the run of a prepared scene whose rocks have flown; its wall time ends here.
+    """Return the finished run of a prepared scene; the wall time of the run ends at this call.
 
-    planned : rocks that should fly, without fragments
+    planned : number of rocks that the run should fly, without fragments
     """
     maps = tallies.maps(totals.rocks, prepared.area_names, totals.outcomes[Outcome.LOST_TO_HOLE])
     return Run(

@@ -1,4 +1,4 @@
-"""The two studies of the thesis: its printed shares, and the scenes that repeat the comparison with rpf3d.
+"""The two studies of the thesis: the printed shares of rocks, and the scenes that repeat each study with rpf3d.
 
 Source: Peik 2020, section 5.2, tables 5-2 and 5-4.
 """
@@ -14,7 +14,8 @@ from rpf3d_core.results.folder import check_folder
 class Printed(NamedTuple):
     """A column of the thesis' tables.
 
-    area : as printed; zones : of the synthetic pit that correspond to the area; a, b : printed shares (%) in run A, B
+    area : name of the area as printed; zones : zones of the synthetic pit that correspond to the area
+    a, b : printed shares (%) in run A and run B
     """
 
     area: str
@@ -26,8 +27,8 @@ class Printed(NamedTuple):
 class Study(NamedTuple):
     """A study of the thesis.
 
-    table : number in the thesis; a, b : names of the scene files, without extension
-    part : a third scene file that changes only a part of what B changes, None if there is none
+    table : number of the table in the thesis; a, b : names of the scene files of run A and run B, without extension
+    part : name of a third scene file, with only a part of the changes from A to B; None without such a file
     printed : the columns of the table
     """
 
@@ -70,7 +71,7 @@ STUDIES = {study.name: study for study in (RESOLUTION, LOCALISED)}
 
 
 def scene_files(study: Study) -> list[Path]:
-    """Return the scene files of a study, which are installed with the program: A, B and, if there is one, the part.
+    """Return the scene files of a study: A, B and, if the study has a third run, the part. They are installed files.
 
     Raises
     ------
@@ -87,7 +88,7 @@ def scene_files(study: Study) -> list[Path]:
 
 
 def study_named(name: str) -> Study:
-    """Return the study of a name.
+    """Return the study with the given name.
 
     Raises
     ------
@@ -100,7 +101,7 @@ def study_named(name: str) -> Study:
 
 
 def runs_of(study: Study, out: Path) -> list[tuple[Path, Path]]:
-    """Return each scene file of a study with the folder for its result; folders are checked before any rock flies.
+    """Return each scene file of a study with the folder for its result, and check these folders.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Report on a study of the thesis: its printed differences, their uncertainty with 21 rocks, and the results of rpf3d.
 
-The thesis' percentages are k / 21. Its mesh is not public, so the same comparison is made on the synthetic pit. Signs
-and sizes of the differences can therefore be compared, but not the shares themselves.
+The percentages of the thesis are k / 21. The mesh of the thesis is not public, so the study is repeated on the
+synthetic pit. Therefore signs and sizes of the differences can be compared, but not the shares.
 """
 
 import json
@@ -22,20 +22,20 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.pit.parameters import Pit
 
 ROCKS_OF_THESIS = 21
-"""Rocks of a run of the thesis. It states 20, but 4, 19, 23, 28, 38, 43 and 57 % are all k / 21 (reference,
-validation 6)."""
+"""Number of rocks in a run of the thesis. The thesis states 20, but its printed 4, 19, 23, 28, 38, 43 and 57 % are all
+k / 21 (reference, validation 6)."""
 ON_A_BENCH = 1.0
-"""Most depth (m) below a bench's level at which a rock on a spill counts as on that bench: a spill lies on a bench, and
-the relief of a bench is a few decimetres."""
+"""Largest depth (m) of a rock below the level of a bench at which the rock still counts as on the bench. The relief of
+a bench is a few decimetres."""
 SPILL = "spill"
 NOT_SEEN = "no rock stops there"
 
 
 class ThesisColumn(NamedTuple):
-    """One column of the thesis' table, with the thesis' counts and the counts of rpf3d.
+    """One column of the thesis' table, with the counts of the thesis and the counts of rpf3d.
 
-    printed : the column; thesis_a, thesis_b : the thesis' counts, of 21 rocks
-    a, b, part : rocks of the study's runs that stopped in the column's zones; a spill counts with the bench below it
+    printed : the printed column; thesis_a, thesis_b : counts of the thesis, out of 21 rocks
+    a, b, part : rocks of the rpf3d runs that stopped in the column's zones; a spill counts with the bench below
     """
 
     printed: Printed
@@ -67,13 +67,13 @@ class ThesisColumn(NamedTuple):
 
     @property
     def half_width_of_21(self) -> float:
-        """Half-width (-) of the normal 95 % interval that B - A of the study's runs would have with 21 rocks a run."""
+        """Half-width (-) of the normal 95 % interval of B - A for the shares of rpf3d, if each run had 21 rocks."""
         variance = sum(one.share * (1.0 - one.share) / ROCKS_OF_THESIS for one in (self.a, self.b))
         return NORMAL_QUANTILE_95 * math.sqrt(variance)
 
     @property
     def verdict(self) -> str:
-        """Verdict of the study's runs on the thesis' difference, in words."""
+        """A phrase that states whether the runs of rpf3d confirm the difference in the thesis."""
         if self.a.rocks == self.b.rocks == 0:
             return NOT_SEEN
         if self.thesis_change == 0.0 and _excludes_0(self.interval):
@@ -86,8 +86,8 @@ class ThesisColumn(NamedTuple):
 class Report(NamedTuple):
     """The results of a study.
 
-    findings : the columns of the thesis' table; comparison : of run B with run A
-    part : comparison of the run with the spills' coefficients only with run A; None if the study has no such run
+    findings : the columns of the thesis' table; comparison : comparison of run A and run B
+    part : comparison of run A and the run that changes only the coefficients of the spills; None without such a run
     """
 
     study: Study
@@ -97,7 +97,7 @@ class Report(NamedTuple):
 
 
 def report_of(study: Study, folders: Sequence[Path]) -> Report:
-    """Return the report on the result folders of a study's runs, given in the order of `runs_of`.
+    """Return the report on a study from the result folders of its runs, in the order of `runs_of`.
 
     Raises
     ------
@@ -123,9 +123,9 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 
 
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
-    """Count the rocks that stopped in each zone of the synthetic pit; a rock on a spill counts with the bench below it.
+    """Count the rocks that stopped in each zone of the synthetic pit; a rock on a spill counts for the bench below.
 
-    The thesis counts in the same way: 14 % of its rocks stopped on spills, and its areas sum to 98 % without them.
+    The thesis counts in the same way: 14 % of its rocks stopped on spills, but its areas without spills sum to 98 %.
 
     Raises
     ------
@@ -168,7 +168,7 @@ def write_report(report: Report, out: Path) -> None:
 
 
 def verdict_of(report: Report) -> str:
-    """Return the verdict of the study on the thesis' conclusion, in a few sentences."""
+    """Return a few sentences on whether the runs of rpf3d confirm the conclusion of the thesis."""
     known = [found.printed.area for found in report.findings if _excludes_0(found.thesis_interval)]
     widest = max(half_width(found.thesis_a) for found in report.findings)
     rocks = " and ".join(sorted({f"{facts['rocks']:,}" for facts in (report.comparison.a, report.comparison.b)}))
@@ -182,7 +182,7 @@ def verdict_of(report: Report) -> str:
 
 
 def half_width(counted: Counted) -> float:
-    """Return the half-width (-) of a share's normal 95 % interval, the kind of interval quoted for 21 rocks."""
+    """Return the half-width (-) of the normal 95 % interval of a share, as usually quoted for 21 rocks."""
     return NORMAL_QUANTILE_95 * math.sqrt(counted.share * (1.0 - counted.share) / counted.of)
 
 

@@ -8,9 +8,9 @@ from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Along, Name, Number, StrictModel, no_two_alike
 
 HIGHEST = 100.0
-"""m; the highest nets are 10 m high."""
+"""Largest allowed height (m) of a barrier; the highest nets are 10 m high."""
 STRONGEST = 1e6
-"""kJ; the strongest nets are tested with 10,000 kJ."""
+"""Largest allowed energy (kJ) of a barrier; the strongest nets are tested with 10,000 kJ."""
 BALANCE = "energy balance, physics reference 5.1"
 
 

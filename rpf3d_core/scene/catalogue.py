@@ -18,7 +18,7 @@ KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "effects": EffectsSpec}
 COSTS = "measured_costs.json"
 """File with the measured cost of each model and effect on the wall of a synthetic pit; `make effects` writes it."""
 WORDS = {"gt": "above {:g}", "ge": "at least {:g}", "lt": "below {:g}", "le": "at most {:g}"}
-"""Pydantic's names of bounds, in words."""
+"""The words for each bound of a number, by pydantic's name of the bound."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Parameter:
 class CatalogueEntry:
     """A model or effect that a scene may name.
 
-    kind : the scene's key; summary : what the model or effect does
-    cost : "time", the time of a rock over its time with a scene's defaults, and "runout", the relative change of the
-        mean runout, both on the wall of a synthetic pit; None if not measured
+    kind : the scene's key; summary : description of the model or effect
+    cost : two numbers, measured on the wall of a synthetic pit; None if not measured. "time" is the time per rock
+        divided by the time per rock with default settings. "runout" is the relative change of the mean runout.
     """
 
     kind: str
@@ -68,7 +68,7 @@ def entries() -> list[CatalogueEntry]:
 
 
 def _specs_of(spec: type) -> Iterator[tuple[str, type[ModelSpec]]]:
-    """Yield name and class of each model or effect under a key of the scene, except classes of the user."""
+    """Yield the name and the class of each model or effect under a key of the scene, except user-defined classes."""
     for name, field in spec.model_fields.items():  # type: ignore[attr-defined]
         if field.alias != OWN:
             yield name, next(kind for kind in get_args(field.annotation) if kind is not NoneType)
@@ -89,7 +89,7 @@ def _entry(kind: str, name: str, model_spec: type[ModelSpec], cost: dict[str, fl
 
 
 def _parameter(name: str, field: FieldInfo, model_spec: type[ModelSpec]) -> Parameter:
-    """Return the parameter of a field. A field not made by `model_spec.parameter` has the source of its class."""
+    """Return the parameter for a field of a model; a field without its own source takes the source of the model."""
     facts: Any = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     default = field.get_default(call_default_factory=True)
     return Parameter(

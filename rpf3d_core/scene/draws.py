@@ -1,4 +1,4 @@
-"""A number of a scene that may be random: written as a number, or as one of four truncated distributions."""
+"""Numbers in a scene that may be random: a fixed number, or one of four truncated distributions."""
 
 from collections.abc import Mapping
 from functools import partial, reduce
@@ -19,7 +19,7 @@ from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 
 class Normal(StrictModel):
-    """A normal distribution, cut off at its bounds: written without a name, as {mean, sd, min, max}."""
+    """A normal distribution, cut off at its bounds; the scene file contains {mean, sd, min, max} without a name."""
 
     mean: Number = Field(description="a number from min to max, the mean before the cut")
     sd: Number = Field(ge=0, description="a number >= 0, the standard deviation before the cut")
@@ -51,9 +51,9 @@ class Normal(StrictModel):
 
 
 class LognormalSpec(Normal):
-    """A lognormal distribution, cut off at its bounds: mean and sd of the number itself, not of its logarithm.
+    """A lognormal distribution, cut off at its bounds, with the mean and sd of the number, not of its logarithm.
 
-    Mean and sd are those before the cut.
+    Mean and sd apply to the distribution before the cut.
     """
 
     @model_validator(mode="after")
@@ -151,18 +151,18 @@ Draw = Normal | Lognormal | PowerLaw | Uniform
 KINDS: dict[str, type[StrictModel]] = {
     "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform,
 }  # fmt: skip
-"""Distributions by the mark that pydantic puts into the path of a key below them."""
+"""The distributions, by the mark with which pydantic names a distribution in a key path."""
 NUMBER = "[number]"
 MARKS = (*KINDS, NUMBER)
 
 
 def distribution_of(value: float | Draw) -> Distribution:
-    """Return the distribution of a number or of a written distribution, in the form that kernels draw from."""
+    """Return the distribution for a value of a scene (a number or a distribution), in the form for kernels."""
     return fixed(float(value)) if isinstance(value, int | float) else value.prepared
 
 
 def drawn(unit: str, **limits: float) -> Any:
-    """Return the type of a number in a unit, or of a distribution, that keeps within limits (ge, gt, le, lt)."""
+    """Return the type of a field that takes a number or a distribution within limits (ge, gt, le, lt)."""
     number = Annotated[Number, Field(**limits)]
     kinds = [Annotated[kind, Tag(mark)] for mark, kind in KINDS.items()]
     union = reduce(or_, kinds, Annotated[number, Tag(NUMBER)])
@@ -170,7 +170,7 @@ def drawn(unit: str, **limits: float) -> Any:
 
 
 def _kind_of(value: Any) -> str:
-    """Return the mark of a written value: of the named distribution, of normal for other mappings, else of a number."""
+    """Return the mark of the type of a value: a named distribution, normal (any other mapping), or a number."""
     if isinstance(value, Mapping):
         return next((f"[{name}]" for name in value if f"[{name}]" in KINDS and name != "normal"), "[normal]")
     return next((mark for mark, kind in KINDS.items() if type(value) is kind), NUMBER)
@@ -195,7 +195,7 @@ WORDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
 
 
 def _rising(low: float, high: float) -> None:
-    """Refuse a lower bound that is not below the upper bound."""
+    """Raise an error unless the lower bound is below the upper bound."""
     if low >= high:
         raise refuse(f"is {low:g}, but must be a number below max {high:g}", "min")
 

@@ -1,6 +1,6 @@
-"""Faults of a scene file as sentences: pydantic's findings with line, key, value and the valid values.
+"""Describe the faults of a scene file as sentences: pydantic's errors with line, key, value and the valid values.
 
-Other files that a pydantic model checks pass that model as `root`; without a root, the file is a scene.
+For other kinds of files, `root` is the pydantic model that checks the file. Without `root`, the file is a scene.
 """
 
 import difflib
@@ -24,23 +24,23 @@ LONGEST_VALUE = 60
 """Largest number of characters of a wrong value in an error message."""
 
 PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
-"""Steps that pydantic adds to the path of a key, to mark the key of a mapping or the chosen type of a union."""
+"""Marks that pydantic adds to a key path, for the key of a mapping or for the chosen type of a union."""
 
 PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
-"""Required form of a list item, by the shape in the description of the list."""
+"""The required form of a list item, by the shape (such as `[x, y]`) in the description of the list."""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
-"""The place of keys that users look for among the effects: berms belong to the terrain."""
+"""The right place of keys that users write under `effects` by mistake: berms belong to the terrain."""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
 """Fields of `Scene` that are not keys of the scene file."""
 
 Root = type[BaseModel] | None
-"""The model of the faulty file; None for a scene."""
+"""The pydantic model that checks the file; None for a scene."""
 
 
 def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
-    """Yield pydantic's findings as lines and sentences, without findings that only follow from another."""
+    """Yield each error of pydantic as a line number and a sentence, without errors that another error causes."""
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
         (*path[:-1], _nearest(path, root))
@@ -48,7 +48,7 @@ def faults_of(details: list[ErrorDetails], document: Document, root: Root = None
         if detail["type"] in UNKNOWN_KEY
     }
     for path, detail in zip(paths, details, strict=True):
-        # Pydantic also reports a list as too short if its items are refused.
+        # Pydantic also reports a list as too short if the list has refused items.
         follows = detail["type"] == "too_short" and any(other[: len(path)] == path != other for other in paths)
         if not follows and not (detail["type"] == "missing" and path in misspelt):
             yield _fault(path, detail, document, root)
@@ -87,7 +87,7 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) 
 
 
 def _told_in(message: str, path: KeyPath, root: Root) -> KeyPath:
-    """Return the path of the one key below a path that a message names, or the path itself."""
+    """Return the path of the key that a message names, if the message names one key below the path; else the path."""
     words = re.findall(r"\w+", message)
     named = [key for key in _keys(_annotation(path, root)) if key in words]
     return (*path, named[0]) if len(named) == 1 else path
@@ -101,7 +101,7 @@ def _wrong_value(path: KeyPath, value: Any, root: Root) -> str:
 
 
 def _whole(path: KeyPath, root: Root) -> KeyPath:
-    """Return the path of the vector for one of its numbers, else the path itself: half a vector helps no user."""
+    """Return the path of the whole vector if the path leads to one of its numbers, else the path."""
     is_component = isinstance(path[-1], int) and _bare(_annotation(path, root)) is float
     return path[:-1] if is_component else path
 
@@ -133,7 +133,7 @@ def _shown(value: Any) -> str:
 
 
 def _line(path: KeyPath, document: Document) -> int:
-    """Return the line of a key, or of the nearest key above it."""
+    """Return the line number of a key, or of the nearest key above this key."""
     while path and path not in document.lines:
         path = path[:-1]
     return document.lines.get(path, 1)

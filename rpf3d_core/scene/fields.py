@@ -1,4 +1,4 @@
-"""The fields of a scene as a list, for programs that offer the fields in another form, such as ROS parameters."""
+"""List the fields of a scene, for programs that offer the fields in another form, such as ROS parameters."""
 
 import types
 from collections.abc import Iterator, Mapping
@@ -26,9 +26,10 @@ class SceneField:
 
     key : key in the scene file, with dots; in a mapping of zones, the key below `default`
     kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
-    default : default of the model; None if the field is required or its default is not a bool, int, float or str
-    choices : valid values of a str or an int, () for any; bounds : of a number, by pydantic's names ge, gt, le, lt
-    within : key of the model, effect or optional section that the field belongs to; "" if the section is always present
+    default : default value; None if the field is required or the default is not a bool, int, float or str
+    choices : valid values of a str or an int, () if all values are valid
+    bounds : bounds of a number, by pydantic's names ge, gt, le, lt
+    within : key of the model, effect or optional section that contains the field; "" if the section always exists
     names : True if the field names a model (str) or an effect (bool), whose parameters are the fields below its key
     """
 
@@ -43,7 +44,7 @@ class SceneField:
 
 
 def scene_fields() -> Iterator[SceneField]:
-    """Yield every field that holds a value or names a model or effect, in the order of the scene model."""
+    """Yield every field of a scene that takes a value, or names a model or effect, in the order of the scene model."""
     yield from _fields(Scene, "", "")
 
 
@@ -66,7 +67,7 @@ def _fields(model: type[BaseModel], above: str, within: str) -> Iterator[SceneFi
 
 
 def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
-    """Return the scene field of a model field that holds a value."""
+    """Return the scene field for a pydantic field that takes a value."""
     kind, choices, bounds = _scalar(field.annotation, field.metadata)
     default = field.get_default(call_default_factory=False) if not field.is_required() else None
     known = default if isinstance(default, SCALARS) else None
@@ -100,7 +101,7 @@ def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneFie
 
 
 def _is_nameable(field: FieldInfo) -> bool:
-    """True if every required parameter of a model or effect is a single value, not a list or a file."""
+    """True if no required parameter of a model or effect is a list or a file: each takes a single value."""
     model_spec = _part(field.annotation)
     assert model_spec is not None
     required = [each for each in model_spec.model_fields.values() if each.is_required()]
@@ -108,7 +109,10 @@ def _is_nameable(field: FieldInfo) -> bool:
 
 
 def _part(annotation: Any) -> type[BaseModel] | None:
-    """Return the model that a field holds: alone, optional, or one a zone. Return None if the field holds a value."""
+    """Return the pydantic model of a field that holds a section: required, optional, or one section for each zone.
+
+    Return None if the field holds a value.
+    """
     several = [get_args(annotation)[1]] if _is_mapping(annotation) else _alternatives(annotation)
     found, _ = _unwrapped(several[0]) if len(several) == 1 else (None, [])
     return found if isinstance(found, type) and issubclass(found, BaseModel) else None
@@ -123,7 +127,7 @@ def _may_be_left_out(field: FieldInfo) -> bool:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """Return the types of a union without None, with their annotations; for any other type, the type alone."""
+    """Return the types in a union, without None; for any other type, a list with this type only."""
     bare, _ = _unwrapped(annotation)
     if get_origin(bare) in (Union, types.UnionType):
         return [item for item in get_args(bare) if item is not types.NoneType]
@@ -131,7 +135,7 @@ def _alternatives(annotation: Any) -> list[Any]:
 
 
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
-    """Return type, choices and bounds of a field; None, () and {} if the field holds no single value."""
+    """Return type, choices and bounds of a field; None, () and {} if the field does not take a single value."""
     several = _alternatives(annotation)
     if len(several) == 1 and len(_alternatives(several[0])) > 1:
         several = _alternatives(several[0])

@@ -1,7 +1,7 @@
 """The scene's key `hazard`: the raster of the maps, the levels of the zones, and the memory limit of the maps.
 
-Levels and classes have no defaults, except the three levels of reach probability: thresholds differ between countries
-and mines, and a moved threshold changes the zones radically (physics reference 7.3).
+Only the three levels of reach probability have defaults. Other levels and classes have no defaults, because thresholds
+differ between countries and mines, and a different threshold changes the zones strongly (physics reference 7.3).
 """
 
 from itertools import pairwise
@@ -15,10 +15,10 @@ from rpf3d_core.scene.values import Name, Number, StrictModel, refuse
 JOULE_PER_KJ = 1000.0
 
 LEAST_CELL = 0.01
-"""m; no survey is so detailed, and the number of smaller cells would soon overflow an integer."""
+"""Smallest allowed cell size (m). No survey is so detailed, and the number of smaller cells may overflow an integer."""
 
 REACH_LEVELS = (0.01, 0.1, 0.5)
-"""One rock in a hundred, one in ten and one in two: round shares for display, not thresholds."""
+"""Default levels of the reach probability (-): round shares for display, not thresholds of a regulation."""
 
 
 def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
@@ -28,7 +28,7 @@ def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _table(rows: Any) -> Any:
-    """Return a table of names unchanged; refuse wrong shapes, because later checks see single rows and names only."""
+    """Return a table of class names unchanged; refuse anything else than a list of lists of names."""
     if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
         raise refuse("must be a list of lists of names, a list for each band of energy, from the lowest")
     for number, row in enumerate(rows, start=1):
@@ -44,7 +44,10 @@ Energies = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], Field(min_lengt
 
 
 class MatrixSpec(StrictModel):
-    """Classes by energy and reach probability: n levels separate n + 1 bands, and a level belongs to the upper band."""
+    """Hazard classes by energy and reach probability.
+
+    n levels separate n + 1 bands; a value equal to a level belongs to the upper band.
+    """
 
     energy_levels_kj: Energies = Field(description="a list of numbers above 0 (kJ), ascending")
     probability_levels: Shares = Field(description="a list of shares above 0 and up to 1 (-), ascending")
@@ -75,7 +78,7 @@ class MatrixSpec(StrictModel):
 
 
 class HazardSpec(StrictModel):
-    """The settings of the hazard maps. All maps are of rocks that fall, not of how often rocks fall."""
+    """The settings of the hazard maps. The maps show consequences of a released rock, not the frequency of releases."""
 
     cell: Number | None = Field(
         None,
@@ -102,7 +105,7 @@ class HazardSpec(StrictModel):
 
 
 def matrix_of(spec: HazardSpec) -> Matrix | None:
-    """Return the matrix with energies in J, as `hazard.zones` reads it; None if the scene has no matrix."""
+    """Return the class matrix with energies in J, for `hazard.zones`; None if the scene has no matrix."""
     if spec.matrix is None:
         return None
     levels = tuple(JOULE_PER_KJ * level for level in spec.matrix.energy_levels_kj)
@@ -117,5 +120,5 @@ def matrix_of(spec: HazardSpec) -> Matrix | None:
 
 
 def asks_ways(spec: HazardSpec) -> bool:
-    """True if the maps of a scene need passages per metre."""
+    """True if the hazard maps need the number of passages per metre."""
     return spec.passage_per_metre or (spec.matrix is not None and spec.matrix.object_width is not None)

@@ -8,9 +8,9 @@ from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 EVENTS = "events"
 LONGEST_STEP = 1.0
-"""s; a rock falls 5 m in a second, and a comparison with longer steps is of no use."""
+"""Longest allowed time step (s). A rock falls 5 m in one second; a comparison with longer steps is useless."""
 SHORTEST_STEP = 1e-7
-"""s; a fall of 10 s then takes a hundred million steps and still ends."""
+"""Shortest allowed time step (s). A fall of 10 s then needs a hundred million steps."""
 
 
 class SteppingSpec(StrictModel):
@@ -35,7 +35,7 @@ class MethodSpec(StrictModel):
     stepping: SteppingSpec | None = Field(None, description="a mapping with dt, threshold and squared")
 
     def describe(self) -> str:
-        """Return the method in words, for every report of a result."""
+        """Return the method of finding contacts in words, for the reports of a result."""
         if self.stepping is None:
             return EVENTS
         squared = ", compared with the squared distance" if self.stepping.squared else ""

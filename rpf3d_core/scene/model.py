@@ -1,7 +1,8 @@
 """The scene model: all settings of a run as frozen, validated values.
 
-Coordinates and axes are those of the input files, units are SI; only here, angles are in degrees. The description of
-each field states the valid values. Error messages about wrong values quote the description (`scene.faults`).
+Coordinates and axes are as in the input files. Units are SI, except angles: a scene has degrees, all other code
+radians. The description of each field states the valid values. Error messages about wrong values quote the description
+(`scene.faults`).
 """
 
 from collections.abc import Mapping
@@ -63,7 +64,7 @@ def _names_only(value: Any, name: str) -> bool:
 
 
 class Material(StrictModel):
-    """The ground of a zone for a lumped mass: coefficients (-), friction angle in degrees, stop speed in m/s."""
+    """The ground material of a zone: coefficients (-), friction angle in degrees, stop speed in m/s."""
 
     normal_restitution: Share = Field(description="a number from 0 to 1 (-), R_n, or a distribution")
     tangential_restitution: Share = Field(description="a number from 0 to 1 (-), R_t, or a distribution")
@@ -81,7 +82,7 @@ class Material(StrictModel):
 
 
 class AreaSpec(StrictModel):
-    """A named area in which the summary counts rocks."""
+    """A named area of interest: the summary of a run counts the rocks in the area."""
 
     name: Name = Field(description="a name that no other area has")
     polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")
@@ -97,7 +98,7 @@ class OutputSpec(StrictModel):
 
 
 class TargetSpec(StrictModel):
-    """The accuracy at which `rocks: auto` ends, judged in the areas of interest or, without any, in the zones."""
+    """The target of `rocks: auto`: the accuracy at which a run ends, in the areas of interest or else in the zones."""
 
     half_width: Number = Field(
         0.02, gt=0, lt=0.5, description="a number above 0 and below 0.5, the half-width of the 95 % intervals of shares"
@@ -109,7 +110,10 @@ class TargetSpec(StrictModel):
 
 
 class ObservedSpec(StrictModel):
-    """Observed stops for comparison: points, and sections of distance (m) along a direction in the input's axes."""
+    """Observed stops of rocks for comparison with the simulated stops.
+
+    Stops are counted in sections of distance (m) along a direction, which is given in the axes of the input.
+    """
 
     points_file: InputFile = Field(description="the path of a file with x y z (m) first on each line")
     along: Annotated[Vector, AfterValidator(_pointing_somewhere)] = Field(
@@ -177,7 +181,7 @@ class Scene(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _ground_of_a_sphere(cls, values: Any) -> Any:
-        """Add the ground model `sphere` if a scene has the rebound `coulomb_sphere` and names no ground model."""
+        """Add the ground model `sphere` if a scene has the rebound model `coulomb_sphere` but no ground model."""
         if not isinstance(values, Mapping) or "ground" in values:
             return values
         rebound = values.get("rebound")

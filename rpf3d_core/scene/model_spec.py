@@ -11,8 +11,8 @@ from pydantic import Field
 from rpf3d_core.scene.values import StrictModel
 
 Confirmed = Literal["C", "CC", "S", "D", "UNCONFIRMED"]
-"""How far a figure is confirmed: C read in the primary text, CC in an independent public implementation, S quoted by
-another text, D derived here; UNCONFIRMED general knowledge, to be checked by the user."""
+"""How well a number is confirmed: C read in the primary text, CC read in an independent public implementation, S quoted
+by another text, D derived in this project; UNCONFIRMED general knowledge, which the user must check."""
 
 
 class ModelSpec(StrictModel):
@@ -50,7 +50,7 @@ class ModelSpec(StrictModel):
         return loaded(self.PHYSICS)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
-        """Return the parameters as a value of the physics class, which has fields of the same names."""
+        """Return the parameters as an object of the physics class, which has fields with the same names."""
         return self.physics()(**{name: getattr(self, name) for name in type(self).model_fields})
 
 

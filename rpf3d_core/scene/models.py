@@ -1,6 +1,6 @@
-"""The scene's keys `rebound`, `ground` and `effects`: one of several models each, or any number of effects, by name.
+"""The scene's keys `rebound` and `ground` (one model each) and `effects` (any number of effects), chosen by name.
 
-A name alone selects the model with its defaults. A mapping of the name gives its parameters.
+A name alone selects the model with its default parameters. A mapping from the name to parameters sets the parameters.
 """
 
 from typing import Any, ClassVar, Self
@@ -67,7 +67,7 @@ class SlidingSpec(ModelSpec):
 
 
 class OneOf(StrictModel):
-    """A choice among models, each of which is a field; exactly one is given."""
+    """A choice of one model: each possible model is a field, and exactly one field is set."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -147,13 +147,13 @@ def chosen_model(spec: type[OneOf]) -> Any:
 
 
 def named_effects(value: Any) -> Any:
-    """Return the fields of the effects of a scene from a mapping of names to parameters; None stands for defaults."""
+    """Return the fields of `EffectsSpec` from a mapping of effect names to parameters; None means the defaults."""
     own, ours = _told_apart(value)
     return ours | {OWN: own} if own else ours
 
 
 def _told_apart(value: Any) -> tuple[list[dict[str, Any]], Any]:
-    """Split a mapping of names to parameters into user-defined classes and all others; None becomes {}."""
+    """Split a mapping of names to parameters into user-defined classes and other names; None becomes {}."""
     if not isinstance(value, dict):
         return [], value
     given = {key: {} if item is None else item for key, item in value.items()}

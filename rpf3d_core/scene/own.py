@@ -33,7 +33,7 @@ class OwnSpec(ModelSpec):
     @model_validator(mode="before")
     @classmethod
     def _found(cls, given: Any, info: ValidationInfo) -> Any:
-        """Add the file of the class, which the scene does not give. Refuse a missing class or wrong values."""
+        """Add the path of the file that contains the class. Refuse a missing class or wrong values."""
         path, values = given["path"], given["values"]
         module, _, _ = path.rpartition(".")
         file = _file_of(module, (info.context or {}).get("folder", Path()))
@@ -41,21 +41,21 @@ class OwnSpec(ModelSpec):
         return {**given, "file": file}
 
     def physics(self) -> type:
-        """Return the class from its file. The file is loaded once, and again after it has changed."""
+        """Return the class from its file. The file is loaded once, and again after each change of the file."""
         return _class_at(self.path, self.file)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
-        """Return the parameters as floats, because a whole number would be compiled as another type."""
+        """Return the parameters as floats, because integers have another type in compiled code."""
         return self.physics()(**{name: float(value) for name, value in self.values.items()})
 
 
 def _class_at(path: str, file: Path) -> Any:
-    """Return the NamedTuple class at an import path, whose module is in a file.
+    """Return the NamedTuple class with an import path, from the file of its module.
 
     Raises
     ------
     PydanticCustomError
-        The file cannot be run, or has no such NamedTuple.
+        The file cannot be run, or does not contain a NamedTuple with this name.
     """
     module, _, name = path.rpartition(".")
     own = getattr(_loaded(module, file), name, None)

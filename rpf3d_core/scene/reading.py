@@ -1,4 +1,4 @@
-"""Reading a scene file: from YAML to a validated `Scene`, or to one sentence for each fault."""
+"""Read a scene file: from YAML to a validated `Scene`, or to one sentence for each fault."""
 
 import hashlib
 import json
@@ -54,7 +54,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
-    """Check values that were not read from a file and return their scene; `path` stands for the file in later messages.
+    """Return the checked scene for values that are not from a file; later messages show `path` as its file.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
 
 
 def _filled_in(scene: Scene) -> Scene:
-    """Return the scene with the values that only its files state: the reference system and the number of points."""
+    """Return the scene with values from its files: the reference system, and one rock for each point of a source."""
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
     sources = tuple(_a_rock_a_point(source, scene) for source in scene.sources)
@@ -78,7 +78,7 @@ def _filled_in(scene: Scene) -> Scene:
 
 
 def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
-    """Return the source with one rock a point if the scene gives no number of rocks, so that no point is left out."""
+    """Return the source with one rock for each point, if the scene gives no number of rocks."""
     if "rocks" in source.model_fields_set:
         return source
     if source.points_file:
@@ -91,17 +91,17 @@ def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
 def scene_digest(scene: Scene) -> str:
     """Return the SHA-256 digest (64 hex digits) of the content of a scene.
 
-    All keys count, defaults included, except `path` and `data_hint`. A file counts by its content, not by its name or
-    place. Equal digests therefore mean equal results from the same version.
+    The digest covers all keys, defaults included, except `path` and `data_hint`. Of a file, the digest covers the
+    content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
     """
     return _digest(scene.model_dump(exclude={"path", "data_hint"}))
 
 
 def releases_digest(scene: Scene) -> str:
-    """Return the SHA-256 digest (64 hex digits) of the settings that, with the seed, decide how rocks are released.
+    """Return the SHA-256 digest (64 hex digits) of the settings that affect the releases of rocks, except the seed.
 
-    The settings are those of places, velocities and sizes, not the number of rocks: the first rocks of a larger
-    ensemble start like the rocks of a smaller one.
+    The digest covers places, velocities and sizes, but not the number of rocks: in a larger ensemble, the first rocks
+    start exactly like the rocks of a smaller ensemble.
     """
     return _digest({
         "rock": scene.rock.model_dump(),
@@ -130,7 +130,7 @@ def _scene(path: Path, values: dict[str, Any]) -> Scene:
 
 
 def _data_hint(error: ValidationError, values: dict[str, Any]) -> str:
-    """Return the scene's own hint on missing files, to be shown once after the faults; "" if no file is missing."""
+    """Return the `data_hint` of the scene, to be shown once after the faults; "" if no file is missing."""
     is_missing = any(detail["type"] == MISSING_FILE for detail in error.errors())
     return f"\n{values['data_hint']}" if is_missing and "data_hint" in values else ""
 

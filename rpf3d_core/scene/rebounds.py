@@ -15,9 +15,9 @@ PFEIFFER = "Pfeiffer & Bowen 1989, Bull. AEG 26:135-146"
 BOURRIER = "Bourrier et al. 2009, Geomorphology 110:68-79"
 
 STEEPEST = 90.0
-"""Degrees; the angle of an impact at right angles to the ground."""
+"""Largest impact angle (degrees): an impact at right angles to the ground."""
 MOST_R_N = 10.0
-"""Largest R_n (-) of a table. Wyllie's law is cut off at 2, and the energy limits R_n in any case."""
+"""Largest allowed R_n (-) in an angle table. Wyllie's law is cut off at 2; conservation of energy also limits R_n."""
 ROUNDING = 1e-9
 """Tolerance for asymmetry and negative eigenvalues of a covariance, as a share of its largest entry.
 

@@ -50,7 +50,7 @@ class RockSpec(StrictModel):
 
 
 class SourceSpec(StrictModel):
-    """A source: places and velocities of the released rocks; `rocks` is the total number."""
+    """A source of rocks: places and velocities of the released rocks; `rocks` is the number of rocks."""
 
     name: Name = Field(description="a name that no other source has")
     points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
@@ -120,7 +120,7 @@ class SourceSpec(StrictModel):
 
 
 def source_points(spec: SourceSpec, up: Up) -> FloatArray:
-    """Return the points (P, 3) m of a source's file; plan coordinates are enough if rocks start above the ground.
+    """Return the points (P, 3) m in the file of a source; heights are optional if the source gives `above_ground`.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from rpf3d_core.scene.values import Along, InputFile, Name, Number, StrictModel,
 from rpf3d_core.terrain.pit.parameters import Pit
 
 HIGHEST, WIDEST = 50.0, 200.0
-"""m; berms along haul roads are 2 m high, waste dumps above pits some tens of metres."""
+"""Largest allowed height and width (m) of a berm. Berms of haul roads are 2 m high, waste dumps some tens of metres."""
 
 
 def _pit_values(pit: Any) -> Any:
@@ -54,14 +54,14 @@ class BermSpec(StrictModel):
 
 
 class TerrainFile(StrictModel):
-    """One mesh or grid file, all of whose facets belong to one zone."""
+    """One mesh or grid file; all its facets belong to one zone."""
 
     path: InputFile = Field(description="the path of a terrain file, relative to the scene file")
     zone: Name = Field("terrain", description="the name of the zone that the file's facets belong to")
 
 
 class TerrainSpec(StrictModel):
-    """The origin of the terrain: files, or a synthetic pit."""
+    """The terrain of a scene: files or a synthetic pit."""
 
     files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
@@ -92,7 +92,7 @@ class TerrainSpec(StrictModel):
         return self
 
     def crs_of_files(self) -> dict[int, str]:
-        """Return the reference systems stated by the files, by index in the list of files."""
+        """Return the reference system of each file that states one; key: index in the list of files."""
         found = {i: reference_system_of_file(file.path) for i, file in enumerate(self.files or ())}
         return {i: crs for i, crs in found.items() if crs is not None}
 

@@ -14,11 +14,14 @@ MOST_ROCKS = 4_000_000_000
 """Largest number of rocks of a scene: a rock's number is a 32-bit word of the random streams."""
 
 MISSING_FILE = "missing_file"
-"""The kind of refusal to which a scene's `data_hint` is added."""
+"""Type of the error for a missing file; the message then also shows the scene's `data_hint`."""
 
 
 def refuse(sentence: str, *at: str | int, kind: str = "refused") -> PydanticCustomError:
-    """Return the error that reads `<key> <sentence>`; `at` is the path to a key below the key being validated."""
+    """Return an error whose message is `<key> <sentence>`.
+
+    at : path from the key being validated to the faulty key; kind : type of the error for pydantic
+    """
     return PydanticCustomError(kind, "{sentence}", {"sentence": sentence, "at": at})
 
 
@@ -41,7 +44,7 @@ def existing_file(value: Any, info: ValidationInfo) -> Path:
 
 
 def exactly_one(part: BaseModel, *names: str) -> None:
-    """Refuse a part of a scene unless exactly one of the keys is given."""
+    """Raise an error unless exactly one of the named keys is given in a section of the scene."""
     given = [name for name in names if getattr(part, name) is not None]
     if len(given) != 1:
         has = " and ".join(given) if given else "none of them"
@@ -49,7 +52,7 @@ def exactly_one(part: BaseModel, *names: str) -> None:
 
 
 def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the parts unchanged; refuse parts of which two have the same name."""
+    """Return the list items unchanged; refuse two items with the same name."""
     first: dict[str, int] = {}
     for i, part in enumerate(parts):
         if first.setdefault(part.name, i) != i:
@@ -106,6 +109,6 @@ else:
 
 
 class StrictModel(BaseModel):
-    """A frozen part of a scene that refuses unknown keys."""
+    """Base class of the sections of a scene: frozen, and without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -1,4 +1,4 @@
-"""The material of a zone of the terrain: by the zone's name, by a pattern, or by default."""
+"""Find the material of a zone of the terrain: by the name of the zone, by a pattern, or by default."""
 
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -8,11 +8,11 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.model import Material, Scene
 
 MOST_NAMED = 12
-"""Largest number of zones that a message lists: a pit has dozens."""
+"""Largest number of zones in a message, because a pit has dozens of zones."""
 
 
 def material_of(scene: Scene, zone: str) -> Material:
-    """Return the material of a zone: by its exact name, else by the first fitting pattern in file order, else default.
+    """Return the material of a zone: by exact name, else by the first matching pattern in the file, else `default`.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def name_of_material(scene: Scene, zone: str) -> str:
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
-    """Return names of the materials of zones that use the default friction angle; () if no model needs the angle.
+    """Return the names of zone materials that use the default friction angle; () if no model needs the angle.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def words_on_friction(materials: Sequence[str]) -> str:
 
 
 def check_materials(scene: Scene, zones: Sequence[str]) -> None:
-    """Refuse a material that fits no zone of the terrain: its name is misspelt, or its zone does not exist.
+    """Raise an error for a material that matches no zone of the terrain, because of a wrong name or a missing zone.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""From a scene to everything that a run needs: terrain, sources, materials, models and maps."""
+"""Prepare a scene for a run: terrain, sources, materials, models and maps."""

@@ -21,7 +21,7 @@ REACHED_BY = (
 
 
 def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
-    """Return the areas of interest by name, in the input's plan coordinates; raise InputError like `read_polygons`.
+    """Return the polygons of each area of interest, in plan coordinates of the input; errors as in `read_polygons`.
 
     Overlapping polygons of one area are united, so the overlap lies inside the area.
     """
@@ -36,14 +36,14 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
 def area_outlines(
     scene: Scene, terrain: Terrain, areas: Mapping[str, MultiPolygon]
 ) -> dict[str, list[FloatArray]]:  # fmt: skip
-    """Return the rings (N, 2) m of each area of interest, like `local_outlines`; each area must lie on the terrain.
+    """Return the outline rings (N, 2) m of each area of interest in the local frame, as from `local_outlines`.
 
-    areas : as `read_areas` returns
+    areas : polygons from `read_areas`
 
     Raises
     ------
     InputError
-        An area lies off the terrain, so that it would give no result.
+        No part of an area lies on the terrain, so this area could have no result.
     """
     for spec in scene.areas_of_interest:
         if lies_off(terrain, areas[spec.name]):
@@ -56,7 +56,7 @@ def area_outlines(
 
 
 def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
-    """Return the rings (N, 2) m of the polygons of a file, like `local_outlines`; overlapping polygons are united.
+    """Return the outline rings (N, 2) m of the polygons in a file, in the local frame; overlapping polygons are united.
 
     Raises
     ------
@@ -70,6 +70,6 @@ def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
 
 
 def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:
-    """Return the outer and inner rings (N, 2) m of polygons in plan, in the local frame."""
+    """Return the outer and inner rings (N, 2) m of polygons, converted from plan coordinates to the local frame."""
     rings = [ring for polygon in polygons.geoms for ring in (polygon.exterior, *polygon.interiors)]
     return [local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]

@@ -1,4 +1,4 @@
-"""Adds the berms of a scene to its terrain."""
+"""Add the berms of a scene to its terrain."""
 
 from itertools import pairwise
 
@@ -41,7 +41,10 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
 
 
 def with_zones_of_berms(terrain: Terrain, berms: Terrain) -> Terrain:
-    """Return a terrain with the berm zones of another terrain of the same facets."""
+    """Return the terrain with the berm zones of a second terrain, which has the same facets.
+
+    terrain : terrain whose facets in a berm get the berm's zone; berms : terrain with the berm zones
+    """
     for number, zone in enumerate(berms.zones):
         if zone.startswith(ZONE):
             terrain = with_zone(terrain, zone, berms.zone == number)

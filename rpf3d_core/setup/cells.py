@@ -1,4 +1,4 @@
-"""The smallest cell of a scene's maps if the scene gives none: cells large enough for the rocks to fill them."""
+"""Choose the smallest map cell if the scene gives no cell size: the rocks must be able to fill the cells."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -19,7 +19,10 @@ FIRST_ROUND = 1000
 
 
 def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> float:
-    """Return the smallest cell (m) that a scene's rocks fill, at most the coarsest useful cell; 0 without sources."""
+    """Return the smallest cell size (m) that the rocks of a scene can fill; 0 without sources.
+
+    The result is never larger than the coarsest useful cell.
+    """
     if not sources:
         return 0.0
     low, high = (_corner(terrain.vertices, ends) for ends in (np.min, np.max))
@@ -27,9 +30,9 @@ def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> flo
 
 
 def fewest_rocks(scene: Scene) -> int:
-    """Return the least number of rocks of an uninterrupted run; for `rocks: auto`, after the necessary doublings.
+    """Return the smallest number of rocks of a complete run; for `rocks: auto`, the number after all required rounds.
 
-    The number is known before the first rock flies, and is the same in every part of the scene.
+    The number is known before the first rock flies, and is equal in all parts of a run.
     """
     rocks = sum(source.rocks for source in scene.sources)
     if scene.rocks != "auto":
@@ -38,5 +41,5 @@ def fewest_rocks(scene: Scene) -> int:
 
 
 def _corner(points: FloatArray, ends: Callable[[FloatArray], Any]) -> Vec:
-    """Return a corner (3,) m of the box of points (P, 3), column by column."""
+    """Return the lowest or highest corner (3,) m of the box of points (P, 3); ends : np.min or np.max."""
     return float(ends(points[:, 0])), float(ends(points[:, 1])), float(ends(points[:, 2]))

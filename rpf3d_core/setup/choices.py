@@ -1,4 +1,4 @@
-"""The caller's choices of rocks, engine and seed in place of the scene's."""
+"""Replace the number of rocks, the engine and the seed of a scene by the choices of the caller."""
 
 from pathlib import Path
 from typing import Literal
@@ -14,12 +14,12 @@ Rocks = int | Literal["auto"] | None
 
 
 def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """Return a scene, read from its file if necessary, with the caller's choices; errors as in `with_choices`."""
+    """Return the scene with the choices of the caller; read the scene if its path is given. Errors: `with_choices`."""
     return with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
 
 
 def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """Return the scene with the caller's choices in place of its own settings; None keeps the setting of the scene.
+    """Return the scene with the choices of the caller; a choice of None keeps the setting of the scene.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Builds the models and effects that a scene names for the kernels, and imports no other models or effects."""
+"""Build the models and effects that a scene names, in the form for kernels; no other model or effect is imported."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from rpf3d_core.terrain.obstacles import Obstacles, all_of
 
 
 def models_of(scene: Scene, terrain: Terrain) -> Models:
-    """Return the models and effects of a scene over its terrain.
+    """Return the models and effects of a scene, built for its terrain.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
 
 
 def numbered(effects: list[Any]) -> list[Any]:
-    """Return effects with their obstacles, if any (`first`, `obstacles`), numbered consecutively over all effects."""
+    """Return the effects; the obstacles of all effects are numbered consecutively (fields `first`, `obstacles`)."""
     known, first = [], 0
     for effect in effects:
         if hasattr(effect, "first"):
@@ -44,7 +44,7 @@ def numbered(effects: list[Any]) -> list[Any]:
 
 
 def obstacles_of(scene: Scene, models: Models) -> Obstacles:
-    """Return names and places of the obstacles of a scene, in the order of their numbers."""
+    """Return the names and places of all obstacles of a scene, in the order of the obstacle numbers."""
     named = zip(scene.effects.named.items(), links_of(models.effects), strict=True)
     return all_of([
         loaded(model_spec.OBSTACLES)(name, model_spec, effect)
@@ -54,7 +54,7 @@ def obstacles_of(scene: Scene, models: Models) -> Obstacles:
 
 
 def _built(model_spec: ModelSpec, scene: Scene, terrain: Terrain) -> object:
-    """Return the parameters of a model or effect, as the class for which its rules are registered."""
+    """Return the parameters of a model or effect as its physics class: the class whose rules the kernels call."""
     if model_spec.BUILDER is not None:
         return loaded(model_spec.BUILDER)(model_spec, scene, terrain)
     return model_spec.made()

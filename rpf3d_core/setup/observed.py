@@ -1,4 +1,4 @@
-"""The direction along which simulated and observed end points are compared."""
+"""Measure the end points of rocks along one direction, to compare simulated with observed end points."""
 
 from collections.abc import Callable
 
@@ -10,9 +10,9 @@ from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 
 
 def position_along(observed: ObservedSpec, frame: Frame) -> Callable[[FloatArray], FloatArray]:
-    """Return a function that gives the positions (N,) m of local points (N, 3) along the direction of comparison.
+    """Return a function from local points (N, 3) m to their positions (N,) m along the direction of comparison.
 
-    Positions are measured from the local origin, not in the input's coordinates, because very many positions are stored
+    Positions are measured from the local origin. Input coordinates are large numbers, and the stored positions are
     rounded.
     """
     along = horizontal_direction(observed.along, frame.up)
@@ -20,7 +20,7 @@ def position_along(observed: ObservedSpec, frame: Frame) -> Callable[[FloatArray
 
 
 def horizontal_direction(along: tuple[float, float, float], up: Up) -> FloatArray:
-    """Return the unit vector (3,) of the horizontal part of a direction in the input's axes."""
+    """Return the horizontal unit vector (3,) of a direction, in the axes of the input."""
     vertical = 2 if up == "z" else 1
     flat = np.array([0.0 if axis == vertical else value for axis, value in enumerate(along)])
     length = float(np.linalg.norm(flat))

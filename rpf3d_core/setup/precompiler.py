@@ -1,4 +1,4 @@
-"""Compile the loops that a run calls, before the run calls them and partly in a background process."""
+"""Compile all loops of a run before the run calls them; a background process compiles some of the loops."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -22,27 +22,27 @@ from rpf3d_core.simulation.engines import (
 class Precompiler:
     """Compiles all loops of one run.
 
-    The loops that build the index and find the ground below a rock have the same types in all scenes: a background
-    process compiles them while this process reads the terrain. The types of the loops that count rocks are known only
-    over the terrain: the background process compiles them while this process checks the releases and compiles flights.
-    Without a background process, this process compiles everything.
+    The loops that build the index, and the loops that find the ground below a rock, have the same types in all scenes.
+    A background process compiles these loops while this process reads the terrain. The types of the loops that count
+    rocks depend on the terrain. The background process compiles these loops while this process checks the releases and
+    compiles the loops of flights. Without a background process, this process compiles all loops.
     """
 
     def __init__(self, background: BackgroundCompiler = NO_BACKGROUND) -> None:
-        """Order the loops that have the same types in all scenes."""
+        """Order the compilation of the loops that have the same types in all scenes."""
         self._background = background
         background.call(precompile_index, precompile_ground_below)
 
     def before_index(self) -> None:
-        """Wait until the index can be built without compiling; see `prepared.prepare`."""
+        """Wait until the loops that build the index are compiled; a callback for `prepared.prepare`."""
         self._background.wait(precompile_index)
 
     def compile(self, prepared: Prepared, tallies: Tallies, check: Callable[[], None] = lambda: None) -> float:
-        """Compile all that rocks of a prepared scene call and end the background process; return the wall seconds.
+        """Compile all loops of a prepared scene, end the background process, and return the wall time (s).
 
-        check : refuses releases; called as early as possible. The check needs the loop for the ground below a rock:
-            while the background process still compiles that loop, this process compiles the loops of flights. The
-            seconds do not include the check.
+        check : function that refuses wrong releases; called as early as possible, and not part of the returned time.
+            The check needs the loop that finds the ground below a rock. While the background process still compiles
+            this loop, this process compiles the loops of flights.
         """
         engine, flight = prepared.engine, prepared.flight
         physics = flight.models, flight.materials, flight.settings
@@ -67,7 +67,7 @@ def precompiler_of(scene: Scene) -> Iterator[Precompiler]:
 
 
 def _seconds(function: Callable[..., Any], *args: Any) -> float:
-    """Call a function and return the wall seconds that it took."""
+    """Call a function and return the wall time (s) of the call."""
     began = time.perf_counter()
     function(*args)
     return time.perf_counter() - began

@@ -1,4 +1,4 @@
-"""Prepares a scene to fly: reads the terrain, and builds locator, ground, sources and maps. Refuses bad input."""
+"""Prepare a scene for a run: read the terrain, build locator, ground, sources and maps, and refuse wrong input."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -50,8 +50,9 @@ from rpf3d_core.values import Rock, Vec
 class Prepared:
     """A scene with everything needed to fly its rocks.
 
-    polygons : of each area of interest, in the input's plan coordinates; outlines : the same as rings (N, 2) m, local
-    read_s : wall seconds to read and check the terrain; index_s : wall seconds to build the engine's locator
+    polygons : polygons of each area of interest, in plan coordinates of the input
+    outlines : outline rings (N, 2) m of each area of interest, in the local frame
+    read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
     """
 
@@ -109,12 +110,12 @@ def prepare(scene: Scene, before_index: Callable[[], None] | None = None) -> Pre
 
 
 def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
-    """Read the small files of a scene first, so that a damaged file is refused before a large mesh is read.
+    """Read the small files of a scene to check them, before the large terrain file is read.
 
     Returns
     -------
     dict
-        The areas of interest, as `read_areas` does.
+        The polygons of the areas of interest, as from `read_areas`.
 
     Raises
     ------
@@ -158,12 +159,12 @@ def build_engine(scene: Scene, terrain: Terrain) -> Engine:
 
 
 def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
-    """Return the materials by zone, the settings and the models of a scene.
+    """Return the flight settings of a scene: the materials of the zones, the settings and the models.
 
     Raises
     ------
     InputError
-        A zone of the terrain has no material, or a material no zone.
+        A zone of the terrain has no material, or a material belongs to no zone.
     """
     surfaces = [_surface(scene, zone) for zone in terrain.zones]
     check_materials(scene, terrain.zones)
@@ -175,7 +176,7 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:
-    """Return the ground of one zone."""
+    """Return the ground coefficients of one zone, as fixed or random numbers."""
     material = material_of(scene, zone)
     return DrawnSurface(
         R_n=distribution_of(material.normal_restitution),
@@ -194,8 +195,8 @@ def scene_raster(
 
     Parameters
     ----------
-    box : corners of the terrain's box, m, if known
-    sources : sources whose rocks shall fill the cells if the scene gives no cell; () if unknown
+    box : corners (m) of the terrain's box, if known
+    sources : sources whose rocks must fill the cells, if the scene gives no cell size; () if unknown
 
     Raises
     ------
@@ -212,7 +213,7 @@ def scene_raster(
 
 
 def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
-    """Return the releases of the rocks of each source whose numbers are in its range.
+    """Return the releases of rocks: for each source, the rocks whose numbers are in the range of this source.
 
     Raises
     ------
@@ -227,7 +228,10 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
 
 
 def places_of(prepared: Prepared) -> list[int]:
-    """Return the number of places to which each source deals its rocks in turn; 1 for a source with drawn places."""
+    """Return the number of release points of each source; 1 for a source with random places (line or area).
+
+    Rocks use the points of a source in turn.
+    """
     drawn = [source.line or source.triangles is not None for source in prepared.sources]
     return [1 if its else len(source.points) for its, source in zip(drawn, prepared.sources, strict=True)]
 
@@ -238,7 +242,7 @@ def check_releases(prepared: Prepared, releases: Releases) -> None:
     Raises
     ------
     InputError
-        A rock starts there; names the scene, the source, the rock and its position.
+        A rock starts under the ground or off the terrain; names the scene, the source, the rock and its position.
     """
     names = [source.name for source in prepared.sources]
     try:
@@ -248,7 +252,7 @@ def check_releases(prepared: Prepared, releases: Releases) -> None:
 
 
 def empty_tallies(prepared: Prepared) -> Tallies:
-    """Return empty tallies over a scene."""
+    """Return the counters (tallies) for the maps of a scene, with no rock counted."""
     scene, engine = prepared.scene, prepared.engine
     compiled = isinstance(engine, Compiled)
     facets = engine.facets if compiled else facets_of(prepared.terrain)
@@ -264,7 +268,7 @@ def empty_tallies(prepared: Prepared) -> Tallies:
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:
-    """Return scales that cover all results of a scene; a function of the scene alone, so that parts can be merged."""
+    """Return scales for the bins of all results of a scene; all parts of a run have equal scales and can be merged."""
     facets, sources = prepared.engine.facets, prepared.sources
     fastest = max((_fastest(source) for source in sources), default=0.0)
     highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
@@ -273,28 +277,28 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
 
 
 def _highest(source: Source, top: float) -> float:
-    """Return an upper bound of the release heights of a source, m, over a terrain that reaches up to `top` (m)."""
+    """Return an upper bound of the release altitudes (m) of a source; top : highest altitude (m) of the terrain."""
     above = source.spread[2] + (source.above_ground or 0.0)
     on_ground = source.above_ground is not None or source.triangles is not None
     return (top if on_ground else float(source.points[:, 2].max())) + above
 
 
 def _fastest(source: Source) -> float:
-    """Return an upper bound of the release speeds of a source, m/s."""
+    """Return an upper bound (m/s) of the release speeds of a source."""
     if source.throw is not None:
         return source.throw.speed.high
     return float(np.linalg.norm(source.velocity) + np.linalg.norm(source.velocity_spread))
 
 
 def empty_totals(prepared: Prepared) -> Totals:
-    """Return empty totals over a scene's rocks."""
+    """Return the totals of a scene, with no rock counted."""
     return Totals(position=position_of_stops(prepared), spins=spins_of(prepared.flight.models))
 
 
 def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:
-    """Return the function for positions along the direction of the scene's observed stops; None without observed stops.
+    """Return the function that measures stops along the direction of the observed stops; None without observed stops.
 
-    Takes points (N, 3) m in the local frame and gives positions (N,) m.
+    The function takes points (N, 3) m in the local frame, and returns positions (N,) m.
     """
     observed = prepared.scene.observed
     return None if observed is None else position_along(observed, prepared.terrain.frame)

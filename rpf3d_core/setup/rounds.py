@@ -1,4 +1,4 @@
-"""The rounds in which rocks fly: all at once, each twice as many as before, or in parts."""
+"""Divide the rocks of a run into rounds: one round of all rocks, doubling rounds, or parts."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -22,16 +22,16 @@ class Round(NamedTuple):
 
 
 def rounds_up_to(totals: Sequence[Sequence[int]]) -> list[Round]:
-    """Return the rounds after each of which the sources have flown these numbers of rocks, the first from 0."""
+    """Return rounds from cumulative totals: after round i, each source has flown totals[i] rocks."""
     return [Round(first, last) for first, last in pairwise([[0] * len(totals[0]), *totals])]
 
 
 def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Round]:
-    """Return rounds that each double the number of flown rocks, while that number is at most `most`.
+    """Return rounds, each of which doubles the number of flown rocks, up to a total of `most` rocks.
 
-    The first round has the counts of `first` even if they are more than `most`, because a result needs at least one
-    rock from each source. If the last round ends with fewer than `least` rocks, another round with at least that many
-    follows.
+    The first round has the counts of `first` even if their sum is above `most`, because a result needs at least one
+    rock from each source. If the total of all rounds is below `least`, one more round raises the total to at least
+    `least`.
     """
     totals = [list(first)]
     while 2 * sum(totals[-1]) <= most:
@@ -44,8 +44,8 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
 def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
     """Return one round of all rocks of a scene or, for `rocks: auto`, doubling rounds, up to `most_rocks`.
 
-    points : number of places to which each source deals its rocks in turn. The first round reaches all places;
-        otherwise its result would be of the first places only.
+    points : number of release points of each source, 1 for random places. The first round uses all points, so that its
+        result does not depend on the first points only.
     """
     counts = [source.rocks for source in scene.sources]
     if scene.rocks != "auto":

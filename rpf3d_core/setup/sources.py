@@ -1,4 +1,4 @@
-"""Sources and rocks of a scene as the ensemble releases them: local frame of the terrain, angles in radians."""
+"""Convert the sources and rocks of a scene for the ensemble: local frame of the terrain, angles in radians."""
 
 import math
 from fnmatch import fnmatchcase
@@ -26,12 +26,12 @@ NO_POINTS = np.empty((0, 3))
 
 
 def scene_sources(scene: Scene, terrain: Terrain) -> list[Source]:
-    """Return the sources of a scene in its order; a source without rocks keeps its place, so all draws stay the same.
+    """Return all sources of a scene in order, including sources without rocks: random draws depend on the source index.
 
     Raises
     ------
     InputError
-        A file is damaged, a polygon lies off the terrain, or a zone has no such facet; names the key and what exists.
+        A file is damaged, a polygon lies off the terrain, or a zone has no suitable facet; names the key.
     """
     return [_source(scene, number, terrain) for number in range(len(scene.sources))]
 
@@ -52,7 +52,7 @@ def read_source_files(scene: Scene) -> None:
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
-    """Return a spherical rock from density and one of diameter, mass, volume; drawn sizes if this is a distribution."""
+    """Return the spherical rock from its density and its diameter, mass or volume; a DrawnRock for random sizes."""
     measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
@@ -90,7 +90,7 @@ def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
 
 
 def _throw(spec: SourceSpec) -> Throw | None:
-    """Return speed and direction of a source that gives them; None if the source gives a velocity."""
+    """Return the release speed and direction of a source; None if the source gives a velocity vector."""
     if spec.speed is None:
         return None
     return Throw(
@@ -102,7 +102,7 @@ def _throw(spec: SourceSpec) -> Throw | None:
 
 
 def _triangles(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles | None:
-    """Return the release surface of a source that is an area; None for other sources."""
+    """Return the triangles on which a source with an area (polygon or zone) releases rocks; None for other sources."""
     spec = scene.sources[number]
     if spec.polygon is not None:
         return _within_polygon(scene, number, terrain)
@@ -119,7 +119,7 @@ def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> ReleaseTrian
 
 
 def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
-    """Return the facets of a source's zone that are steep enough."""
+    """Return the facets in the zone of a source that are at least as steep as the source requires."""
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg
     fits = np.array([name == pattern or fnmatchcase(name, pattern) for name in terrain.zones])
@@ -163,6 +163,6 @@ def _refused(scene: Scene, number: int, key: str, sentence: str) -> InputError:
 
 
 def _vector(values: Any) -> Vec:
-    """Return three numbers as a tuple of floats, with zeros that have no sign."""
+    """Return three numbers as a tuple of floats; -0.0 becomes 0.0."""
     x, y, z = (float(value) + 0.0 for value in values)
     return x, y, z

@@ -1,4 +1,4 @@
-"""Reading a scene's terrain: from files or a synthetic pit to a welded, consistently wound mesh and its faults."""
+"""Read the terrain of a scene from files or a synthetic pit, as a welded mesh with consistent winding."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,16 +24,16 @@ from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 
 BLOCK = 2**14
-"""Points that are rotated at a time, so that they stay in the cache."""
+"""Number of points that are rotated at a time, so that they stay in the cache of the processor."""
 
 
 def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     """Return the terrain of a scene, ready to fly over, and the faults that were found and repaired.
 
-    Files are read in order, turned z up, moved to a local origin of whole metres and welded. Facets keep their order,
-    faulty facets included, so facet f of the run is facet f of the files. Facets cut by berms are an exception: the
-    first part of each keeps its number, and the other parts follow after all facets. Zones drawn as polygons are
-    assigned last, and later polygons win; a berm stays a zone of its own.
+    Files are read in order, rotated to z up, moved to a local origin of whole metres and welded. All facets keep their
+    order, faulty facets included, so facet numbers in the run equal facet numbers in the files. Facets cut by berms are
+    an exception: the first part of each cut facet keeps the number, and the other parts follow after all facets. Zones
+    drawn as polygons are assigned last. Later polygons replace earlier polygons, but a berm stays a separate zone.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def _dug_pit(pit: Pit) -> tuple[Terrain, tuple[str, ...]]:
 
 
 def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
-    """Return the files of a scene as one welded mesh with the winding of the files, and the file names."""
+    """Return the terrain of all files as one welded mesh with the winding of the files, and the file names."""
     files = spec.files or ()
     for file in files:
         if spec.up != "z" and _extension(file.path) in DEM_EXTENSIONS:
@@ -104,7 +104,7 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
 
 
 def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
-    """Return all points (N, 3) m in one local frame; its origin is the centre of their box, in whole metres."""
+    """Return all points (N, 3) m in the local frame, and the frame; its origin is the box centre in whole metres."""
     low = np.min([[column.min() for column in part.T] for part in parts], axis=0)
     high = np.max([[column.max() for column in part.T] for part in parts], axis=0)
     x, y, z = np.round(Frame(up=up).directions_to_local(0.5 * low + 0.5 * high)).tolist()
@@ -120,7 +120,7 @@ def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
 
 
 def _corners(surfaces: list[FileMesh]) -> Index | None:
-    """Return the point indices (F, 3) of all facets; None if every facet has three points of its own."""
+    """Return the point indices (F, 3) of all facets; None if no two facets share a point."""
     if all(surface.triangles is None for surface in surfaces):
         return None
     parts, begin = [], 0

@@ -9,13 +9,13 @@ from rpf3d_core.scene.sphere import SPHERE_GROUND
 from rpf3d_core.setup.sources import rock_of
 
 LEAST_FRICTION = 1.0
-"""Degrees; ice on ice has 2. A smaller value is probably an angle in radians, or a tangent."""
+"""Smallest plausible friction angle (degrees); ice on ice has 2. A smaller value is probably radians or a tangent."""
 LEAST_STEM = 2.0
-"""Centimetres; a stem this thin stops no rock. A smaller value is probably a diameter in metres."""
+"""Smallest plausible stem diameter (cm); such a thin stem stops no rock. A smaller value is probably in metres."""
 LEAST_DENSITY = 100.0
-"""kg/m^3; pumice has 250. A smaller value is probably a density in t/m^3."""
+"""Smallest plausible rock density (kg/m^3); pumice has 250. A smaller value is probably in t/m^3."""
 LEAST_TERMINAL_SPEED = 1.0
-"""m/s; a rock that sinks more slowly takes half a minute through a layer of 30 m, so it floats."""
+"""Smallest plausible sink speed (m/s) in a drag layer: a slower rock needs half a minute for a layer of 30 m."""
 
 
 def warnings_of(scene: Scene) -> Iterator[str]:
