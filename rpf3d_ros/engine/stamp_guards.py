@@ -1,4 +1,4 @@
-"""Refuse messages whose stamp goes back, or lies in the future."""
+"""Refuse a message whose stamp is older than the last stamp of its topic, or lies in the future."""
 
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.stamps import SECOND
