@@ -180,7 +180,7 @@ class LargeMessages:
             pause = AFTER_ERROR if self._order.errors else self._pause
 
     def _hand_on(self, message: Published[Buffer]) -> bool:
-        """Pass a message to its callback; return True if the callback raised no error. An error stops no other message."""
+        """Pass a message to its callback; return True if the callback raised no error. Other messages continue."""
         try:
             self._topics[message.queue].take(message.content, message.at_ns)
         except Exception as error:

@@ -32,7 +32,7 @@ ANSWER_WITHIN = 0.04
 """Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
-"""Number of walls whose last sources are kept for another answer, as a multiple of the number of walls that may wait."""
+"""Walls whose last sources are kept for another answer, as a multiple of the number of walls that may wait."""
 
 COMPUTING = 0.5
 """Time (s) for which flyer and builder may continue to compute when the station is closed.
@@ -173,7 +173,7 @@ class Station:
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or sentence)
 
     def acknowledged(self, acknowledged_by: str) -> tuple[bool, str]:
-        """Acknowledge the alert ("NAME: REASON"); return whether the acknowledgement is valid, and a sentence."""
+        """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason."""
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = acknowledged_by.partition(":")

@@ -41,7 +41,7 @@ Events may wait while a large terrain is written.
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """Return the quality of service of a publisher that replaces a mine: terrain is latched, all else are events."""
+    """Return the quality of service of a publisher that replaces a mine: terrain is latched, other data are events."""
     return LATCHED if offered == TERRAIN else EVENTS
 
 

@@ -24,7 +24,7 @@ TRAJECTORIES = "trajectories"
 """Namespace of all trajectories (id = rock); each hazard level and each area of interest has its own namespace."""
 
 FACETS, OUTLINE = 0, 1
-"""Ids of the two markers of a hazard level."""
+"""Ids of the two markers of a hazard level: its facets and its outline."""
 
 LINE_WIDTH = 0.3
 """Width of a line on the screen (m): visible on a pit of 1 km, thinner than its rocks."""

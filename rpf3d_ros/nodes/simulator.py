@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 NAME = "rpf3d_simulator"
 
 TICK = 0.25
-"""Time (s) between checks whether a decision is over."""
+"""Time (s) between checks whether a decision is about to end."""
 
 NAMED_FOR = 10.0
 """Time (s) for which `acknowledged_by` is valid: an old value would acknowledge any later alert."""
@@ -114,7 +114,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End all subscriptions, forget what waits, and publish nothing."""
+        """End all subscriptions, forget waiting sources, and stop publishing."""
         self._stop()
         self._report("inactive", OK)
         self.health.set("run", OK, "inactive")
@@ -130,7 +130,7 @@ class SimulatorNode(LifecycleNode):
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End for good."""
+        """Stop, and release everything; the node cannot be configured again."""
         self._release()
         self._report("shut down", OK)
         return super().on_shutdown(state)
@@ -151,7 +151,7 @@ class SimulatorNode(LifecycleNode):
             self.trigger_activate()
 
     def _tick(self) -> None:
-        """Check the decisions, and check the clock, because ROS reports jumps of simulated time only."""
+        """Do the station's regular work, and check the clock, because ROS reports jumps of simulated time only."""
         now = self._now()
         if now < self._ticked:
             self._clock_went_back((self._ticked - now) * 1e-9)
@@ -188,14 +188,14 @@ class SimulatorNode(LifecycleNode):
             self._named_at = time.monotonic()
 
     def destroy_node(self) -> None:
-        """Let the threads end, or abandon them, before their publishers are destroyed."""
+        """End or abandon the threads before their publishers are destroyed."""
         for each in (self.outlets.answers, self.outlets.alerts, self.health):
             each.closed = True
         self._close_station()
         super().destroy_node()
 
     def _stop(self) -> None:
-        """End all subscriptions and stop answering; the last alert published is a fault."""
+        """End all subscriptions and stop answering; the last published alert is a fault."""
         self._unsubscribe()
         if self.station is not None:
             self.station.deactivate()
