@@ -1,4 +1,4 @@
-"""Additions to rclpy's lifecycle node: long transitions that a signal can end, and refusal of impossible transitions."""
+"""Additions to rclpy's lifecycle node: long transitions that a signal ends, and refusal of impossible transitions."""
 
 import functools
 import threading

@@ -18,7 +18,7 @@ LONGEST = 0.05
 class ExecutorHeartbeat:
     """A timer on the executor that reports the longest delay of a beat in /diagnostics.
 
-    Each report has the longest delay of the last second, so the maximum of all reports is the longest delay of all.
+    Each report has the longest delay of the last second.
     """
 
     def __init__(self, node: Node, health: HealthReport) -> None:

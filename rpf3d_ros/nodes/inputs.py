@@ -94,7 +94,7 @@ class Inputs:
     # --- on the executor's thread
 
     def on_poses(self, poses: PoseArray) -> None:
-        """Answer one source for each pose; a message without poses means that no rock is moving on the watched walls."""
+        """Answer one source for each pose; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
         self._sources("sources", poses.header, lambda: sources_of_poses(poses, self._frame, speed))
 

@@ -40,7 +40,7 @@ LEAVING = 1.0
 
 
 class RecorderNode(Node):
-    """Receives messages as CDR, converts and logs them; each message is in the file before the next message is taken."""
+    """Receives messages as CDR, converts and logs them; a message is in the file before the next message is taken."""
 
     def __init__(self) -> None:
         super().__init__(NAME)

@@ -57,7 +57,7 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Publish the terrain when a subscriber has joined; publish the first sources when all subscribers have joined."""
+        """Publish the terrain when a subscriber has joined, and the first sources when all subscribers have joined."""
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)
