@@ -1,4 +1,4 @@
-"""Decide on alerts and publish them, on a thread of its own: each decision is on disk before it is published.
+"""Decide on alerts and publish them, on a separate thread: each decision is on disk before its alert is published.
 
 If the log cannot be written, the alert is published anyway, together with the fault of the log. A disk that hangs
 without an error delays the alert; after a second the delay is reported and the alarm sounds.
@@ -54,7 +54,7 @@ class DecisionListener(Protocol):
     def held_up(self, why: str) -> None:
         """Report why no decision can be made; "" once decisions can be made again.
 
-        For those who must be warned, a missing decision is a fault.
+        For the subscribers of alerts, a missing decision is a fault.
         """
 
     def unwritten(self) -> None:

@@ -67,7 +67,7 @@ class StationConfiguration:
 
 
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
-    """Prepare everything that parameters and a scene's values ask for; call it on a thread, because it takes seconds.
+    """Prepare the configuration for parameters and values of a scene; call on a thread, because it takes seconds.
 
     Raises InputError if the scene, the site file or the store is refused; the store is then free again.
     """

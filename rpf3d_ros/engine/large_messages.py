@@ -159,7 +159,7 @@ class LargeMessages:
             self._thread.start()
 
     def close(self) -> None:
-        """Take no more messages; a message that is being taken is completed first."""
+        """Take no more messages; the message in progress is completed first."""
         self._closed.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()

@@ -1,4 +1,4 @@
-"""Publish alerts: `alerts` carries levels and reasons, the latched `alarm` is for bridges to a PLC."""
+"""Publish alerts: `alerts` has levels and reasons, the latched `alarm` is for bridges to a PLC."""
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.lifecycle import LifecycleNode

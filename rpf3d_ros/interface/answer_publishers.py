@@ -49,7 +49,7 @@ class AnswerPublishers:
         self.closed = False
 
     def publish(self, answer: Answer, parameters: SimulatorParameters, made: Time) -> None:
-        """Publish an answer; `results` comes last, so a subscriber that waits for it has all other messages.
+        """Publish an answer; `results` is last, so a subscriber that waits for `results` has all other messages.
 
         made : time when the answer was made
         """

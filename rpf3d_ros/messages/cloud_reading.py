@@ -1,6 +1,6 @@
 """Read named columns from a PointCloud2; every length of a received cloud is checked before use.
 
-Messages are read by the names of their fields, so they may come from rclpy or, out of a bag, from rosbags.
+Messages are read by the names of their fields, so they may be objects of rclpy or, if read from a bag, of rosbags.
 """
 
 from collections.abc import Sequence

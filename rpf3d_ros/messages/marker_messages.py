@@ -42,8 +42,9 @@ Levels in between are interpolated.
 def trajectory_markers(header: Header, columns: Columns, most: int, points_each: int, result: int = 0) -> bytes:
     """Return the CDR bytes of one LINE_STRIP for each rock, coloured by speed.
 
-    The array has at most `most` rocks and `points_each` points for each rock. Larger numbers are thinned evenly, and
-    the first and last points stay; trajectories/points carries all points. The text of each marker is `result N`.
+    The array has at most `most` rocks and `points_each` points for each rock. If there are more, rocks and points are
+    thinned evenly, and the first and last points stay; the topic trajectories/points has all points. The text of each
+    marker is `result N`.
     """
     strips = _thinned(columns["rock"], most, points_each)
     rows = np.concatenate([np.empty(0, dtype=np.int64), *strips])

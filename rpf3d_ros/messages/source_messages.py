@@ -67,7 +67,7 @@ def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> S
 
 
 def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
-    """Return the one source at a clicked point; it starts at rest.
+    """Return the single source at a clicked point; the source starts at rest.
 
     Raises MessageRefused for a foreign frame and for a point that is not finite.
     """

@@ -1,6 +1,6 @@
 """Read release points and directions from a geometry_msgs/PoseArray.
 
-The message may come from rclpy or, out of a bag, from rosbags.
+The message may be an object of rclpy or, if read from a bag, of rosbags.
 """
 
 from typing import TYPE_CHECKING

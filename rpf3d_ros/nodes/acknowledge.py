@@ -2,7 +2,7 @@
 
 `rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 if the level was lowered, 1 if the
 simulator refuses and gives the reason, 2 if there is no simulator, 3 if the result is not yet known. ROS's own
-arguments (an enclave, for example) come after --ros-args.
+arguments (an enclave, for example) follow after --ros-args.
 """
 
 import argparse

@@ -52,7 +52,7 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
 
 
 def arguments_of_program(args: Sequence[str]) -> list[str]:
-    """Return the arguments that are not ROS's: those outside of --ros-args ... --."""
+    """Return the program's own arguments: all arguments outside of --ros-args ... --."""
     own, ros = [], False
     for word in args:
         if word == "--ros-args" or (ros and word == "--"):

@@ -1,6 +1,6 @@
 """The lifecycle node rpf3d_simulator: receives terrain, sources and areas; publishes answers and alerts.
 
-The executor's thread only receives messages, converts small ones, and puts them in line. Long work is done by the
+The executor's thread only receives messages, converts small messages, and puts them in queues. Long work is done by the
 threads of the `Station`, which exists from configuring to cleaning up.
 """
 
@@ -136,7 +136,7 @@ class SimulatorNode(LifecycleNode):
         return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Release everything after an error in a transition, report it, and be ready to be configured again."""
+        """Release everything after an error in a transition and report the error; the node can be configured again."""
         self._release()
         self.lock.closed = False
         self._report(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)

@@ -95,7 +95,7 @@ def made(name: str, folder: Path) -> Digests:
 
 
 def joined(engines: Mapping[str, Digests]) -> dict[str, str]:
-    """Return one digest for each part: the common digest of all engines, or a list of digests if the engines disagree."""
+    """Return part -> digest: the common digest of all engines, or the digest of each engine if the engines disagree."""
     found = {}
     for part in dict.fromkeys(part for digests in engines.values() for part in digests):
         values = [digests.get(part, "nothing") for digests in engines.values()]

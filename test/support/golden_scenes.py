@@ -118,7 +118,7 @@ REBOUNDS = {
     ),
 }
 GROUNDS = {"none": "none", "rolling": "rolling", "rolling_stone": "{rolling_stone: {stop_speed: 2}}"}
-"""Ground models; `sliding` is in the scenes of rebounds and effects, `sphere` in those of the sphere."""
+"""Ground models; other scenes use the models `sliding` and `sphere`."""
 MORE_EFFECTS = {
     "roughness_amplitude": "roughness: {amplitude: 0.1, deviates: true}",
     "roughness_sideways": "roughness: {angle_sd_deg: 6, lateral_sd_deg: 4}",
