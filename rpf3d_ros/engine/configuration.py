@@ -32,11 +32,11 @@ from rpf3d_ros.messages.stamps import SECOND
 WARM_SIDE, WARM_STEP = 60, 2.0
 """Points along a side of the slope that is used to compile all code, and the distance of the points (m).
 
-The slope has so many cells that compiled code is used in place of NumPy.
+The slope has enough cells that compiled code is used in place of NumPy.
 """
 
 WARM_ROCKS = 300
-"""Number of rocks: they reach so many cells that the percentiles are computed by compiled code, not by NumPy."""
+"""Number of rocks: they reach enough cells that compiled code, not NumPy, computes the percentiles."""
 
 LIVE_AREAS = (LIVE_AREA, EQUIPMENT)
 """Names of the areas whose outlines are received as messages."""

@@ -1,7 +1,7 @@
 """Convert trajectories, hazard zones and areas of interest to a MarkerArray; `marker_reading` does the reverse.
 
 Every array begins with DELETEALL, so that no marker of an earlier event stays on the screen. The messages are laid out
-as bytes (`marker_layout`): Python objects of the same number take too long for the answer to a burst of sources.
+as bytes (`marker_layout`), because Python objects would take too long for the answer to a burst of sources.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -50,7 +50,10 @@ DONE, FAILED = (
 
 
 class SimulatorNode(LifecycleNode):
-    """Lifecycle: configure reads and compiles, activate subscribes and answers, deactivate forgets, cleanup frees."""
+    """The simulator node: configure reads and compiles, activate subscribes and answers, cleanup frees the memory.
+
+    Deactivate ends the subscriptions and forgets waiting sources.
+    """
 
     def __init__(self) -> None:
         super().__init__(NAME)
