@@ -1,4 +1,4 @@
-"""Receive the diagnostics of nodes in programs that are not nodes: the demo and the tests."""
+"""Receive the diagnostics of nodes; for programs that are not nodes, such as the demo and the tests."""
 
 from typing import Self
 
@@ -15,7 +15,7 @@ PATIENCE = 0.1
 
 
 class DiagnosticListener:
-    """A context manager that subscribes to /diagnostics in a context of its own."""
+    """A context manager that subscribes to /diagnostics in a separate rclpy context."""
 
     def __init__(self) -> None:
         self.healths: dict[str, Health] = {}

@@ -13,7 +13,7 @@ DOMAINS = 101
 """Domain ids 1 to 101 need no ports from the operating system's ephemeral range."""
 
 _numbers = itertools.count(13 * os.getpid())
-"""Next number to try; a domain that was released a moment ago may still have nodes that are shutting down."""
+"""Next domain number to try: not a domain that was just released, whose nodes may still be shutting down."""
 
 
 def free_domain() -> tuple[int, IO[str]]:

@@ -40,9 +40,9 @@ def isolated_environment(logs: Path) -> dict[str, str]:
 
 
 def node_process(module: str, ros_arguments: list[str], logs: Path) -> subprocess.Popen[bytes]:
-    """Start a node of this package with this process' environment; its output goes to logs/<module>.out.
+    """Start a node of this package with this process' environment; the node's output goes to logs/<module>.out.
 
-    On Linux the node ends with the thread that started it, whatever ends the thread.
+    On Linux the node ends when the thread that started the node ends.
     """
     command = [sys.executable, "-m", f"rpf3d_ros.nodes.{module}", "--ros-args", *ros_arguments]
     root = str(Path(__file__).resolve().parents[2])

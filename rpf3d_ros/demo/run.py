@@ -1,4 +1,4 @@
-"""Five minutes of a shift, in time lapse: simulator and recorder on a simulated clock, each in a process of its own.
+"""Five minutes of a shift, in time lapse: simulator and recorder run on a simulated clock in separate processes.
 
 `python -m rpf3d_ros.demo.run --out out/demo-ros` plays survey, radar and operator (`shift.py`), while the nodes answer,
 decide and record. The demo leaves the log of decisions and a .rrd file that `rerun rrd verify` accepts. The exit code
@@ -38,7 +38,7 @@ ENTITIES = ("/terrain", "/sources", "/trajectories", "/trajectories/points", "/i
 """Entities that the recording must hold; /deposits depends on whether a rock stops."""
 
 LEVELS = ("evacuate", "normal")
-"""Levels that the alert must show, in this order: one alert, up and down."""
+"""Levels that the alert must show, in this order: one alert rises and falls."""
 
 SPEED = 20.0
 """Seconds of the shift per second of wall-clock time, while no answer is awaited."""
@@ -47,7 +47,7 @@ BEGINS_NS = 1_767_250_800_000_000_000
 """The shift begins on 2026-01-01 at 07:00 UTC."""
 
 EARLIER_NS = 600_000_000_000
-"""The clock begins this time (ns) before the shift, and skips the rest when the nodes are ready."""
+"""Time (ns) between the begin of the clock and the shift; when the nodes are ready, the clock jumps to the shift."""
 
 SOURCES = 12
 
@@ -87,7 +87,7 @@ def _played(options: argparse.Namespace) -> int:
 
 
 def _keep_decisions(made: Path, kept: Path) -> None:
-    """Replace the log of the last demo by the log of this demo; all other files in the folder stay."""
+    """Replace the decision log of the last demo in the folder `kept`; all other files in the folder stay."""
     kept.mkdir(exist_ok=True)
     for _, old in files_in(kept):
         old.unlink()

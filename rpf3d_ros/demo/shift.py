@@ -1,8 +1,8 @@
 """Five minutes of a shift: the actions of survey, radar and operator, and their times.
 
-The same rocks fall three times. First a bench catches them. Then the crest of the bench fails, and over its muck the
-rocks reach the haul ramp, which is evacuated. Then the bench is cleaned. Nothing is played back: the nodes answer the
-messages that they receive.
+The same rocks fall three times. First a bench catches the rocks. Then the crest of the bench fails, and the rocks reach
+the haul ramp over the muck; the ramp is evacuated. Then the bench is cleaned. No recorded results are used: the nodes
+answer the messages that they receive.
 """
 
 from collections.abc import Callable
@@ -65,7 +65,7 @@ EVENTS = (
     Event(at=240.0, action="falls", sentence="the same rocks a third time"),
     Event(at=275.0, action="quiet", sentence="the wall is quiet"),
 )
-"""Two updates of the terrain, three bursts of sources, one alert up and down."""
+"""The actions of the shift: two updates of the terrain, three bursts of sources; one alert rises and falls."""
 
 BY = "M. Supervisor: ramp closed and inspected, radar quiet for 30 s"
 ANSWERING = 30.0
@@ -73,7 +73,7 @@ ANSWERING = 30.0
 
 
 class Shift:
-    """Plays the shift; the clock runs in real time while an answer is awaited, so delays in the recording are real."""
+    """Plays the shift; the clock runs in real time while the shift waits for an answer, so recorded delays are real."""
 
     def __init__(self, content: ShiftContent, stand_in: StandIn, clock: SimulatedClock, speed: float) -> None:
         """Subscribe to results and alerts; speed : seconds of the shift per second while no answer is awaited."""
@@ -86,7 +86,7 @@ class Shift:
         stand_in.subscribe("alerts", self._note_alert, RESULTS)
 
     def play(self, report: Callable[[str], None]) -> None:
-        """Do everything at its time. Raises InputError if a node does not answer or an acknowledgement is refused."""
+        """Do each action at its time. Raises InputError if a node does not answer or refuses an acknowledgement."""
         if not self._stand_in.wait(lambda: self.levels, ANSWERING):
             raise InputError(f"no alert is heard within {ANSWERING:g} s")
         for event in EVENTS:
@@ -125,7 +125,7 @@ class Shift:
             raise InputError(f"the acknowledgement was refused: {answer}")
 
     def _update(self, points: FloatArray) -> None:
-        """Publish a patch, and wait for an answer over a new terrain."""
+        """Publish a patch, and wait for an answer that uses the new terrain."""
         before = self._flown_over
 
         def publish() -> None:
@@ -148,8 +148,8 @@ class Shift:
     def _pass_until(self, at: float) -> None:
         """Let the clock run to a second of the shift; the radar publishes in the meantime.
 
-        Every answer to the radar is awaited. Otherwise the clock would run ahead of the nodes on a busy machine, and
-        they would receive the next messages of the radar as stale, or as from the future.
+        The method waits for the answer to each message of the radar. Otherwise, on a busy machine, the clock would run
+        ahead of the nodes. The nodes would then refuse the next messages of the radar as stale or from the future.
         """
         end = self._began_ns + round(at * SECOND)
         while (now := self._clock.now_ns()) < end:

@@ -30,7 +30,7 @@ TOP, EDGE, SLOPE = 1664.5, -581.0, 0.72
 BEND, BENT = (10.0, 70.0), 8.0
 """Northings (m) between which the wall bends eastwards; offset of the bend (m)."""
 HALF_LENGTH = 55.0
-"""Half the length of the muck along the wall (m); beyond it, the muck falls off at the same slope."""
+"""Half the length of the muck along the wall (m); beyond this length, the muck slopes down at the same angle."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
-"""A stand-in for survey, radar, dispatch and operator in a demo, a benchmark or a soak test.
+"""A replacement for survey, radar, dispatch and operator in a demo, a benchmark or a soak test.
 
-The stand-in needs little computing time, so that measurements show the nodes. It can publish bytes that were laid out
-earlier. Received messages stay bytes and come with their time of arrival.
+The replacement needs little computing time, so that measurements show the nodes. It can publish messages that are
+already serialized. Received messages stay serialized and are given with their time of arrival.
 """
 
 import time
@@ -31,10 +31,10 @@ Receive = Callable[[bytes, int], None]
 
 
 class StandIn:
-    """A context manager: a node in a context of its own. One thread at a time may spin it; any thread may publish."""
+    """A context manager with a node in a separate context. One thread at a time may spin; any thread may publish."""
 
     def __init__(self, publishes: tuple[str, ...] = (), name: str = "rpf3d_stand_in") -> None:
-        """Create the node; publishes : topics to publish on, offered at once, because discovery takes time."""
+        """Create the node; publishes : topics whose publishers are created at once, because discovery takes time."""
         self._context = Context()
         self._context.init()
         self.node = Node(name, context=self._context)
@@ -51,7 +51,7 @@ class StandIn:
         return began
 
     def subscribe(self, topic: str, receive: Receive, qos: QoSProfile = NEWS) -> None:
-        """Call `receive` for each message of a topic, undecoded."""
+        """Call `receive` with the serialized bytes of each message of a topic."""
         arrived = time.monotonic_ns
         kind = TOPICS[topic].message_class
         self.node.create_subscription(kind, topic, lambda data: receive(data, arrived()), qos, raw=True)

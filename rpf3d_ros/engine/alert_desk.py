@@ -1,4 +1,4 @@
-"""Decide on alerts and publish them, on a thread of its own: each decision is on disk before it is published.
+"""Decide on alerts and publish them, on a separate thread: each decision is on disk before its alert is published.
 
 If the log cannot be written, the alert is published anyway, together with the fault of the log. A disk that hangs
 without an error delays the alert; after a second the delay is reported and the alarm sounds.
@@ -30,16 +30,16 @@ FORGOTTEN = "a decision failed: what was heard before is not used"
 """Why the state is unknown after an error."""
 
 NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
-"""Why there is no decision: it would have the stamp 0, and state that a level is held since 1970."""
+"""Why there is no decision: a decision would have the stamp 0, and state that a level is held since 1970."""
 
 RENEWED_BEFORE = SECOND
-"""How long (ns) before the end of a decision the next is made; half of the decision's validity if that is less."""
+"""Time (ns) between the next decision and the end of the last one; half of the decision's validity if that is less."""
 
 LONGEST_WRITE = 1.0
 """Time (s) that a decision may take to reach the disk before the alarm sounds without it."""
 
 CLOSING = None
-"""Put in the place of a request, it ends the thread."""
+"""Entry in the queue of requests that ends the thread."""
 
 
 class DecisionListener(Protocol):
@@ -52,9 +52,9 @@ class DecisionListener(Protocol):
         """Report why the last decision is not on disk; "" if it is on disk."""
 
     def held_up(self, why: str) -> None:
-        """Report why no decision can be made; "" once it can be made.
+        """Report why no decision can be made; "" once decisions can be made again.
 
-        For those who must be warned, a missing decision is a fault.
+        For the subscribers of alerts, a missing decision is a fault.
         """
 
     def unwritten(self) -> None:
@@ -68,10 +68,10 @@ class DecisionListener(Protocol):
 class Request:
     """A request to the desk to decide.
 
-    evidence : of a region, or None; topic : the topic of its sources
-    faults : why the state is unknown: all evidence is forgotten
-    forgets_topics : if True, the topics that have reported sources are forgotten too
-    acknowledged : who, why, and when (ns)
+    region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
+    faults : the reason why the state is unknown; all evidence is then forgotten. "" if there is no such reason
+    forgets_topics : if True, the desk also forgets which topics have reported sources
+    acknowledged : the acknowledging person, the reason, and the time (ns)
     reply : called with True and a sentence if the request was met, or False and the reason
     """
 
@@ -85,13 +85,14 @@ class Request:
 
 
 TICK = Request()
-"""A request without news: only time has passed."""
+"""A request without new evidence: the desk only checks whether the last decision is about to end."""
 
 
 class AlertDesk:
     """One thread that decides on evidence when it arrives, and again before a decision ends.
 
-    thresholds : the site's; log : the decision log, None if it could not be opened; now : the node's clock, ns
+    thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
+    now : returns the time of the node's clock (ns)
     """
 
     def __init__(
@@ -112,9 +113,9 @@ class AlertDesk:
         self._requests.put(Request(region=region, evidence=evidence, topic=topic))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
-        """Forget all evidence and topics: until there is new evidence, the state is unknown for the given reason.
+        """Forget all evidence and topics; until there is new evidence, the state is unknown for the reason `why`.
 
-        reply : called, on the desk's thread, once the decision on that has been published
+        reply : called on the desk's thread after the decision without evidence has been published
         """
         self._requests.put(Request(faults=why, forgets_topics=True, reply=reply))
 
@@ -127,9 +128,9 @@ class AlertDesk:
         self._requests.put(Request(acknowledged=(by, why, self._now()), reply=reply))
 
     def tick(self) -> None:
-        """Decide again if the last decision is about to end or failed; do nothing if a request is waiting.
+        """Request a decision if the last decision has failed or is about to end; do nothing if a request is waiting.
 
-        Also report a decision that has long been waiting for its log, because a disk that hangs raises no error.
+        Also report a decision that has waited too long for the log, because a disk that hangs raises no error.
         """
         since = self._writing_since
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
@@ -184,7 +185,7 @@ class AlertDesk:
                 request.reply((True, request.faults))
 
     def _wait_for_clock(self, request: Request) -> None:
-        """Keep the evidence, and decide on it as soon as there is a time that a decision can be stamped with."""
+        """Report that the clock does not run yet; the desk keeps the evidence and decides when the clock runs."""
         if not self._owed or request != TICK:
             self._listener.held_up(NO_CLOCK)
         self._owed = True
@@ -232,9 +233,10 @@ class AlertDesk:
             self._writing_since = None
 
     def _is_over(self, now: int) -> bool:
-        """True if it is time for another decision, which must be published before the last one ends.
+        """True if the last decision has ended or is about to end, so that the next decision must be made.
 
-        If the evidence itself ends, every decision on it ends at the same time, and the fault follows one tick later.
+        If the evidence becomes stale, every decision on this evidence ends at the same time, and the alert becomes a
+        fault one tick later.
         """
         if self._owed or self.alert is None:
             return True

@@ -1,4 +1,4 @@
-"""Turn an answer, or the lack of one, into the evidence that a decision rests on."""
+"""Convert an answer, or a missing answer, to the evidence for a decision."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ from rpf3d_ros.engine.configuration import version
 
 @dataclass(frozen=True, eq=False)
 class EvidenceContext:
-    """The circumstances of an answer that are part of its evidence.
+    """Data for the evidence that are not part of the answer.
 
-    standing : the terrain in use, None if there is none; lost_patches : number of patches that it lacks
-    at_ns : time of the answer (ns); seed : of the scene
+    standing : the prepared terrain in use, or None; lost_patches : number of patches that this terrain lacks
+    at_ns : time of the answer (ns); seed : random seed of the scene
     """
 
     standing: PreparedTerrain | None
@@ -24,7 +24,7 @@ class EvidenceContext:
 
 
 def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
-    """Return the evidence of an answer; sources left out and patches that the terrain lacks are faults."""
+    """Return the evidence of an answer; omitted sources and patches that the terrain lacks are faults."""
     faults = (answer.left_out,) if answer.left_out else ()
     if lost := context.lost_patches:
         faults = (*faults, f"{lost} patches are not in the terrain: the whole terrain must be published")
@@ -38,7 +38,7 @@ def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
 
 
 def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceContext) -> Evidence:
-    """Return the evidence of a trigger that has no answer, with the reason as its fault; "" for no fault."""
+    """Return the evidence of a trigger without an answer; fault : reason for the missing answer, "" for no fault."""
     ground = None if context.standing is None else context.standing.ground
     return Evidence(
         result=0, stage=0, at_ns=context.at_ns, trigger_stamp_ns=trigger.stamp_ns,

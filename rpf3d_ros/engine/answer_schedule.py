@@ -1,4 +1,4 @@
-"""Choose the trigger that is answered next: new ones first, then valid ones again, then interrupted ones."""
+"""Choose the next trigger to answer: new triggers first, then triggers to answer again, then interrupted triggers."""
 
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.answered_sources import AnsweredSources
@@ -8,11 +8,11 @@ from rpf3d_ros.engine.waiting_sources import WaitingSources
 class AnswerSchedule:
     """The order in which triggers are answered.
 
-    A new trigger ends the refinement of the last one. So does a change of ground or of areas, after which the last
-    trigger of each region is answered again, the newest last. A refinement that another wall's trigger has interrupted
-    is completed afterwards.
+    The refinement of an answer ends when a new trigger arrives, or when the ground or the areas change. After such a
+    change, the last trigger of each region is answered again, the newest trigger last. If a trigger of another wall has
+    interrupted a refinement, this refinement is completed afterwards.
 
-    The flyer calls every method with its lock, except `progress` and `finish`, which only its own thread calls.
+    The flyer holds its lock when it calls a method, except for `progress` and `finish`, which only its thread calls.
 
     current : the trigger that is being answered or was answered last, None if there is none
     repeats : whether the latest trigger must be answered again
@@ -28,9 +28,9 @@ class AnswerSchedule:
         self._interrupted: list[Trigger] = []
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in line; return the trigger of another wall that is pushed out for lack of room, or None.
+        """Put a trigger in the queue; if the queue is full, return the dropped trigger of another wall, else None.
 
-        A trigger that is pushed out is answered after all waiting triggers.
+        A dropped trigger is answered after all waiting triggers.
         """
         pushed_out = self._sources.put(trigger)
         if pushed_out is not None:
@@ -65,9 +65,10 @@ class AnswerSchedule:
         self.current = self._unfinished = self._latest = None
 
     def next_trigger(self) -> Trigger | None:
-        """Return the trigger to begin with, None if there is none.
+        """Return the next trigger to answer; None if there is none.
 
-        The latest trigger comes again if the ground or the areas have changed, or another trigger was answered since.
+        The latest trigger is returned again if the ground or the areas have changed, or if another trigger was
+        answered after it.
         """
         if self._outdated and self._latest is not None:
             self._again, self._outdated = self._answered.others(self._latest), False
@@ -92,7 +93,7 @@ class AnswerSchedule:
         self._unfinished = trigger if can_answer else None
 
     def progress(self, trigger: Trigger, complete: bool) -> None:
-        """Note that a stage of a trigger's answer has been flown, the last one if it is complete."""
+        """Note that a stage of a trigger's answer has been flown; complete : whether this was the last stage."""
         self._unfinished = None if complete else trigger
 
     def finish(self) -> None:
@@ -100,12 +101,12 @@ class AnswerSchedule:
         self._unfinished = None
 
     def _wants_latest(self) -> bool:
-        """True if the newest trigger must be answered, again or finally, because it is the one shown in the end."""
+        """True if the newest trigger must be answered again, because its answer must be the last published answer."""
         ends_another = self._finishing and (self._unfinished is not None or self._to_be_completed() is not None)
         return self._latest is not None and (self.repeats or (self.current is not self._latest and not ends_another))
 
     def _set_aside(self, trigger: Trigger) -> None:
-        """Keep the trigger that another trigger interrupts, so that its answer can be completed."""
+        """Remember the unfinished trigger that `trigger` interrupts, so that its answer can be completed later."""
         kept = self._interrupted if self._unfinished is None else [*self._interrupted, self._unfinished]
         self._interrupted = [each for each in kept if each is not trigger and self._answered.holds(each)]
 
@@ -117,6 +118,6 @@ class AnswerSchedule:
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _next_again(self) -> Trigger | None:
-        """Return the next trigger to answer again in addition to the latest; replaced triggers are skipped."""
+        """Return the next older trigger to answer again; skip triggers that newer triggers of their region replaced."""
         self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
         return self._again.pop(0) if self._again else None

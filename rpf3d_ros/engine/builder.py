@@ -1,4 +1,4 @@
-"""The thread that builds ground from surveys while other ground is flown over, and keeps the last good one on disk."""
+"""The thread that builds ground from surveys while rocks fly over the ground in use; it stores the last good ground."""
 
 import threading
 from collections.abc import Callable
@@ -19,9 +19,9 @@ from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
 
 @dataclass(frozen=True, eq=False)
 class Arrival:
-    """A message of terrain: a function that converts it to a survey, its time (ns), and its bytes.
+    """A terrain message: a function that converts the message to a survey, its stamp (ns), and its bytes.
 
-    data : bytes of a mesh, which identify a repetition of the mesh; empty for other messages
+    data : bytes of a mesh, to detect that the same mesh is published again; empty for other messages
     """
 
     convert: Callable[[], Survey]
@@ -36,7 +36,7 @@ class TerrainListener(Protocol):
         """Report that a ground is in use."""
 
     def terrain_refused(self, why: str) -> None:
-        """Report that a message of terrain cannot be used; the ground is unchanged."""
+        """Report that a terrain message cannot be used; the ground is unchanged."""
 
     def failed(self, error: BaseException) -> None:
         """Report an unforeseen error."""
@@ -98,10 +98,13 @@ class Builder:
         self._listener.terrain_refused(why)
 
     def _whole(self, arrival: Arrival) -> tuple[LiveTerrain, Survey | None]:
-        """Build the ground of a whole survey and hand it over; no survey is returned if the ground in use stays."""
+        """Build the ground of a whole survey and give it to the flyer; return the ground and the survey.
+
+        If the survey equals the ground in use, this ground stays and the returned survey is None.
+        """
         standing = self._flyer.standing
         known = standing.ground if standing is not None else None
-        # A mesh has no stamp: a repetition of the terrain in use keeps its age, unless that age means nothing.
+        # A mesh has no stamp: if the terrain in use is published again, it keeps its stamp, unless that is invalid.
         keeps = len(arrival.data) and isinstance(known, LiveTerrain) and 0 < known.stamp_ns <= arrival.stamp_ns
         if keeps and same_bytes(arrival.data, self._mesh):
             return known, None
@@ -117,7 +120,7 @@ class Builder:
         return ground, survey
 
     def _patched(self, arrival: Arrival) -> tuple[LiveTerrain, Survey]:
-        """Sew a patch into the ground in use and hand the ground over."""
+        """Insert a patch into the ground in use, give the result to the flyer, and return the ground and the patch."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a cloud of points")
@@ -137,7 +140,7 @@ class Builder:
 
 
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
-    """Return `stand_after`, with its TerrainError replaced, because that would mean that nothing has changed."""
+    """Return `stand_after`; raise MessageRefused in place of TerrainError, which means that no ground was changed."""
     try:
         return stand_after(before, ground)
     except TerrainError as error:

@@ -1,4 +1,4 @@
-"""Prepare a simulator: scene, thresholds, log, workshop, the last good terrain, and all compiled code."""
+"""Prepare a simulator: read scene and thresholds, open the log, restore the last good terrain, compile all code."""
 
 import importlib.metadata
 import time
@@ -30,19 +30,19 @@ from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.messages.stamps import SECOND
 
 WARM_SIDE, WARM_STEP = 60, 2.0
-"""Points along a side, and their distance (m), of the slope that everything is compiled over.
+"""Points along a side of the slope that is used to compile all code, and the distance of the points (m).
 
-The slope has more cells than the number up to which NumPy is used.
+The slope has enough cells that compiled code is used in place of NumPy.
 """
 
 WARM_ROCKS = 300
-"""Enough rocks to reach more cells than NumPy computes percentiles of; the reference engine needs no compiling."""
+"""Number of rocks: they reach enough cells that compiled code, not NumPy, computes the percentiles."""
 
 LIVE_AREAS = (LIVE_AREA, EQUIPMENT)
-"""Areas whose outlines come as messages."""
+"""Names of the areas whose outlines are received as messages."""
 
 DECISIONS = "decisions"
-"""Folder of the decision log, next to the site file, unless another is named."""
+"""Default folder of the decision log, next to the site file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class StationConfiguration:
 
 
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
-    """Prepare everything that parameters and a scene's values ask for; call it on a thread, because it takes seconds.
+    """Prepare the configuration for parameters and values of a scene; call on a thread, because it takes seconds.
 
     Raises InputError if the scene, the site file or the store is refused; the store is then free again.
     """
@@ -94,7 +94,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
 
 
 def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError if no answer could ever have enough rocks to clear a level."""
+    """Raise InputError if the largest answer has too few rocks to show that a level is no longer exceeded."""
     fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
     if most < fewest:
         raise InputError(
@@ -104,7 +104,7 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
 
 
 def _check_names(scene: Scene) -> None:
-    """Raise InputError if an area of the scene has the name of an area on a topic, which would replace it."""
+    """Raise InputError if an area of the scene has the name of a live area, which would replace the scene's area."""
     for area in scene.areas_of_interest:
         if area.name in LIVE_AREAS:
             raise InputError(
@@ -114,7 +114,7 @@ def _check_names(scene: Scene) -> None:
 
 
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError if the site names an area in full that neither the scene nor a topic has an outline of."""
+    """Raise InputError if the site names an area (not a pattern) that neither the scene nor a topic defines."""
     outlined = [area.name for area in scene.areas_of_interest]
     for name in thresholds.named_in_full:
         if name not in (*outlined, *LIVE_AREAS):
@@ -131,7 +131,7 @@ def spread_of(parameters: SimulatorParameters) -> ReleaseSpread:
 
 
 def warm(scene: Scene, parameters: SimulatorParameters) -> float:
-    """Compile everything that an answer calls, by answering once on a made-up slope; return the seconds it took."""
+    """Compile all code that answers use, by one answer on an artificial slope; return the wall time (s)."""
     began = time.perf_counter()
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
     slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
@@ -186,7 +186,7 @@ def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
-    """Return the decision log and what it found, or None and why there is none: alerts work without a log."""
+    """Return the decision log and its report, or None and the reason for the missing log; alerts work without a log."""
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:
         log = DecisionLog(folder, version())
@@ -204,7 +204,7 @@ def version() -> str:
 
 
 def age_of(stamp_ns: int, now_ns: int) -> str:
-    """Format the age of something."""
+    """Format the time between a stamp and now as an age."""
     seconds = (now_ns - stamp_ns) / SECOND
     for size, unit in ((86_400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * size:

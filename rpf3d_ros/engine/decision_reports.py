@@ -41,13 +41,13 @@ class DecisionReports:
             self._outlets.logger.info(f"alert: {alert.level.word}: {alert.reasons[0]}")
 
     def held_up(self, why: str) -> None:
-        """Report why nothing can be decided, and sound the alarm: a missing alert must not be taken for safety."""
+        """Report why no decision can be made, and sound the alarm, because a missing alert does not mean safety."""
         self._outlets.health.set("clock", ERROR if why else OK, why or "it runs")
         if why:
             self._outlets.alerts.sound_alarm()
 
     def unwritten(self) -> None:
-        """Report that a decision waits for the disk, and sound the alarm, because the decision is unknown."""
+        """Report that a decision waits for the disk, and sound the alarm, because the decision is not published yet."""
         why = f"the disk does not answer: a decision has waited for {LONGEST_WRITE:g} s, and is not told before it is"
         self._outlets.health.set("decision log", ERROR, why)
         self._outlets.alerts.sound_alarm()

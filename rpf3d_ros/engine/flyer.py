@@ -1,6 +1,6 @@
-"""The thread that owns the ground: it takes over new ground, applies patches, answers triggers and refines answers.
+"""The thread that owns the ground: this thread replaces the ground, applies patches, answers triggers, refines answers.
 
-One thread does all of these, so that a patch never changes the ground under a rock in flight.
+One thread does all these tasks, so that a patch never changes the ground under a rock in flight.
 """
 
 import threading
@@ -20,7 +20,7 @@ from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.messages.refusals import report_error
 
 Change = Callable[[PreparedTerrain], PreparedTerrain]
-"""Change the ground of a prepared terrain and return the new one; the old one must not be flown over any more."""
+"""Changes the ground of a prepared terrain and returns the new prepared terrain; the old one must not be used again."""
 
 
 class FlightListener(Protocol):
@@ -41,10 +41,11 @@ class FlightListener(Protocol):
 
 @dataclass(eq=False)
 class Handover:
-    """A change of ground for the flyer; `done` is set when the change has been made or refused.
+    """A change of the ground that the flyer makes; `done` is set when the change has been made or refused.
 
-    ready : a prepared terrain; None if the present one is changed by `change`
-    error : why the change was refused, None if it was made; standing : the prepared terrain after the change
+    ready : the new prepared terrain; None if `change` changes the present terrain
+    error : the exception that refused the change, None if the change was made
+    standing : the prepared terrain after the change
     """
 
     ready: PreparedTerrain | None
@@ -63,7 +64,7 @@ class Flyer:
     ) -> None:  # fmt: skip
         """Start the thread; nothing is answered before `activate`.
 
-        spread : how rocks are spread around each source; results : numbers of the answers
+        spread : distribution of the rocks around each source; results : yields the number of each answer
         """
         self._spread, self._size, self._results, self._listener = spread, size, results, listener
         answered = answered or AnsweredSources()
@@ -79,19 +80,19 @@ class Flyer:
         self._thread.start()
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in line; return the trigger of another wall that is pushed out for lack of room, or None.
+        """Put a trigger in the queue; if the queue is full, return the dropped trigger of another wall, else None.
 
-        A trigger that is pushed out is answered after all waiting triggers.
+        A dropped trigger is answered after all waiting triggers.
         """
         with self._changed:
             self._changed.notify()
             return self._schedule.submit(trigger)
 
     def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
-        """Give the flyer new ground, or a change of its present ground, and wait until the flyer has taken it over.
+        """Give the flyer new ground, or a change of the present ground, and wait until the flyer uses the new ground.
 
-        Raises whatever the change raises; the ground is then unchanged. Raises InputError if the flyer is closed, or if
-        there is no ground to change.
+        Raises the exceptions of the change. Raises InputError if the flyer is closed, or if there is no ground to
+        change.
         """
         handover = Handover(ready=ready, change=change, done=threading.Event())
         with self._changed:
@@ -157,7 +158,7 @@ class Flyer:
                 report_error(self._listener.failed, error)
 
     def _step(self) -> None:
-        """Wait for work and do one piece of it: changes of ground first, then triggers, then refinements."""
+        """Wait for work and do one task: a change of ground first, then a trigger, then a refinement."""
         with self._changed:
             self._changed.wait_for(self._has_work)
             if self._closed:
@@ -189,7 +190,7 @@ class Flyer:
             handover.done.set()
 
     def _changed_by(self, change: Change) -> PreparedTerrain:
-        """Return the prepared terrain after a change of the ground; none remains if the change fails halfway."""
+        """Return the prepared terrain after a change; if the change fails halfway, the flyer has no terrain left."""
         if self.standing is None:
             raise InputError("there is no terrain yet that it could change")
         try:
@@ -202,7 +203,7 @@ class Flyer:
             raise
 
     def _begin(self, trigger: Trigger) -> None:
-        """Answer a trigger, unless the trigger has been forgotten since it was taken."""
+        """Answer a trigger, unless the trigger was forgotten after it left the queue."""
         with self._changed:
             if self._schedule.current is not trigger:
                 return
@@ -239,7 +240,7 @@ class Flyer:
                 self._listener.answered(answer)
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
-        """True if the stage just flown still counts, because its trigger has not been forgotten meanwhile."""
+        """True if the result of the last stage is still valid: its trigger was not forgotten during the flight."""
         with self._changed:
             if self._stages is not stages:
                 return False
@@ -248,9 +249,9 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """True if a stage must be given up.
+        """True if the flyer must abandon a stage for other work.
 
-        The first stage is flown whatever else waits, or a flood of triggers would never be answered.
+        The first stage is flown even if other triggers wait. Otherwise a flood of triggers would never be answered.
         """
         if self._closed or not self._active:
             return True

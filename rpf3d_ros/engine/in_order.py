@@ -9,7 +9,7 @@ T = TypeVar("T")
 class Published(NamedTuple, Generic[T]):
     """A published message.
 
-    at_ns : time of publication; queue : number of the queue it came from; content : its content
+    at_ns : time of publication (ns); queue : index of the queue that contained the message; content : the content
     """
 
     at_ns: int
@@ -18,18 +18,19 @@ class Published(NamedTuple, Generic[T]):
 
 
 class InOrder(Generic[T]):
-    """Takes messages from one queue after the other and puts them in order.
+    """Takes messages from several queues, one queue after the other, and sorts them by their time of publication.
 
-    Messages keep arriving during a look at the queues: a message found late in a look may be younger than a message
-    that arrived in a queue already passed. So messages are handed on after a second look, which finds all messages that
-    arrived before any of them. Later messages found by the second look wait for the next call.
+    Messages also arrive while the queues are read. The last queues may then give a message that is younger than a
+    message that has just arrived in the first queue. Therefore all queues are read twice before messages are returned:
+    the second pass finds all messages that arrived before any message of the first pass. Younger messages of the second
+    pass wait for the next call.
 
-    Only messages that have arrived are put in order: a message that was published before others and arrives after they
-    were handed on comes after them. Times are by the publishers' clocks: if the clocks differ, so does the order of
-    messages that arrive together.
+    Only messages that have arrived can be sorted: a late message is returned after younger messages that arrived
+    earlier. The times of publication are times of the publishers' clocks. If these clocks differ, the order of messages
+    that arrive together is wrong.
 
     takes : for each queue, a function that returns the next message's time of publication (ns) and content, or None
-    errors : errors raised by queues in the last look; an error in one queue does not delay the others
+    errors : errors raised by queues in the last pass; an error in one queue does not delay the other queues
     """
 
     def __init__(self, takes: Sequence[Callable[[], tuple[int, T] | None]]) -> None:
@@ -38,7 +39,7 @@ class InOrder(Generic[T]):
         self.errors: list[Exception] = []
 
     def ready(self) -> list[Published[T]]:
-        """Return the messages that can be handed on, in order."""
+        """Return the messages that are ready, in order of publication."""
         self.errors = []
         self._look()
         if not self._waiting:

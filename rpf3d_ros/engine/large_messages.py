@@ -1,10 +1,10 @@
-"""Take large messages, and those whose order with them matters, on one thread and without the interpreter's lock.
+"""Take large messages, and messages that must stay in order with them, on one thread without the interpreter's lock.
 
-rclpy holds that lock while it takes a message: a mesh of 56 MB, copied twice into untouched pages, blocks every thread
-of a node for 0.1 s and more. Here rcl's own function is called through ctypes, which releases the lock, and the bytes
-stay where rcl has put them. Messages of several topics that have arrived are handed on in the order in which they were
-published. A large message may still arrive after a small one that was published later, because its fragments take
-time. So the time of publication is passed on with each message.
+rclpy holds the interpreter's lock while it takes a message: a mesh of 56 MB, copied twice into untouched pages, blocks
+every thread of a node for 0.1 s and more. This module calls the function of rcl through ctypes, which releases the
+lock, and does not copy the bytes. Messages of several topics that have arrived are passed on in the order in which they
+were published. The transport of a large message takes time, so the message may arrive after a small message that was
+published later. Therefore the time of publication is passed on with each message.
 """
 
 import ctypes
@@ -33,7 +33,7 @@ AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
 
 MOST_REPORTED = 100
-"""Number of error messages that are remembered, so that they are not reported again while the errors go on."""
+"""Number of error messages that are remembered, so that a continuing error is reported once."""
 
 OK, NOTHING_THERE = 0, 401
 """RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED (rcl/types.h)."""
@@ -128,12 +128,12 @@ class LargeTopic(NamedTuple):
 
 
 class LargeMessages:
-    """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of their own.
+    """Subscriptions whose messages are passed on as CDR bytes (memoryview), on a separate thread, ordered by `InOrder`.
 
-    The order is that of `InOrder`.
+    If the functions of rcl are missing, the executor passes the messages on as `bytes`, topic by topic.
 
-    failed : called with a sentence if rcl cannot check for messages, or if a callback raises an error; once for each
-        sentence until all is well. If rcl's functions are missing, the executor hands on `bytes`, topic by topic.
+    failed : called with a sentence if rcl cannot check for messages, or if a callback raises an error; the same
+        sentence is reported again only after the errors have stopped
     """
 
     def __init__(
@@ -159,7 +159,7 @@ class LargeMessages:
             self._thread.start()
 
     def close(self) -> None:
-        """Take no more messages; a message that is being taken is completed first."""
+        """Take no more messages; the message in progress is completed first."""
         self._closed.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
@@ -180,7 +180,7 @@ class LargeMessages:
             pause = AFTER_ERROR if self._order.errors else self._pause
 
     def _hand_on(self, message: Published[Buffer]) -> bool:
-        """Hand on a message; return True if its callback raised no error. An error does not stop other messages."""
+        """Pass a message to its callback; return True if the callback raised no error. Other messages continue."""
         try:
             self._topics[message.queue].take(message.content, message.at_ns)
         except Exception as error:
@@ -189,7 +189,7 @@ class LargeMessages:
         return True
 
     def _report(self, error: Exception) -> None:
-        """Report an error, once until all is well; errors of a context that a signal has shut down are ignored."""
+        """Report an error once until the errors stop; ignore errors after a signal has shut the context down."""
         sentence = f"{type(error).__name__}: {error}"
         if sentence not in self._reported and self._node.context.ok():
             self._reported.append(sentence)
@@ -215,7 +215,7 @@ class LargeMessages:
 
 
 def _viewed(message: _Serialized, rcl: _Rcl) -> memoryview:
-    """Return the bytes of a message where they lie; they are freed with their last user."""
+    """Return a view of a message's bytes in rcl's memory; the memory is freed when no view is left."""
     owner = (ctypes.c_ubyte * message.length).from_address(message.buffer or 0)
     weakref.finalize(owner, rcl.free, ctypes.byref(message)).atexit = False
     return memoryview(np.ctypeslib.as_array(owner))

@@ -1,4 +1,4 @@
-"""The outputs of a station: publishers, diagnostics and log, or nothing once the station is closed."""
+"""The outputs of a station: publishers, diagnostics and log; after the station is closed, outputs that do nothing."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from rpf3d_ros.interface.health_report import HealthReport
 
 @dataclass(frozen=True, eq=False)
 class Outlets:
-    """The outputs of the station: the node's publishers, diagnostics and log; now : the node's clock, ns."""
+    """The outputs of a station: the node's publishers, diagnostics and log; now : returns the node's time (ns)."""
 
     answers: AnswerPublishers
     alerts: AlertPublishers
@@ -24,7 +24,7 @@ class Outlets:
     def silenced(self) -> "Outlets":
         """Return outputs that discard everything, with the same clock.
 
-        They are for abandoned threads, because another station may use the real outputs by then.
+        Abandoned threads get these outputs, because another station may already use the real outputs.
         """
         return replace(self, answers=_NO_OUTPUT, alerts=_NO_OUTPUT, health=_NO_OUTPUT, logger=_NO_OUTPUT)
 

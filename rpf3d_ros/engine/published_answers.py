@@ -1,4 +1,4 @@
-"""Remember which answers were published, so that an answer that begins again does not replace a better one."""
+"""Remember the published answers, so that the first stages of a repeated answer do not replace a better answer."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from rpf3d_ros.engine.answered_sources import AnsweredSources
 
 
 class PublishedAnswer(NamedTuple):
-    """What has been published for a trigger over the present ground: for which areas, and of how many rocks."""
+    """A trigger whose answer has been published over the present ground, the answer's areas and number of rocks."""
 
     trigger: Trigger
     areas: Mapping[str, Outlines]
@@ -26,7 +26,7 @@ class PublishedAnswers:
     def note(self, trigger: Trigger, areas: Mapping[str, Outlines], rocks: int) -> bool:
         """Note an answer; return False if an answer with more rocks was published for the same trigger and areas.
 
-        An answer that begins again begins with few rocks.
+        The first stage of a repeated answer has few rocks.
         """
         published = self._published
         if any(each.trigger is trigger and each.areas is areas and each.rocks > rocks for each in published):

@@ -1,4 +1,4 @@
-"""Keep the evidence of each region, and combine what is fresh of it for a decision."""
+"""Keep the evidence of each region, and combine the evidence that is not stale for a decision."""
 
 from collections.abc import Hashable
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from rpf3d_ros.messages.stamps import SECOND
 
 
 class TopicEvidence(NamedTuple):
-    """Evidence, and the topic of its sources."""
+    """Evidence, and the topic on which its sources were received."""
 
     topic: str
     evidence: Evidence
@@ -21,15 +21,15 @@ class TopicEvidence(NamedTuple):
         return self.evidence.trigger_stamp_ns
 
     def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
-        """Return this evidence with the faults of other evidence that is not kept.
+        """Return this evidence with the faults of other evidence, which is then dropped.
 
-        Such a fault may be that patches are missing in the terrain.
+        Example of such a fault: patches are missing in the terrain.
         """
         faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
-        """True if this evidence, of a message without sources, replaces other evidence."""
+        """True if this evidence, from a message without sources, makes the other evidence invalid."""
         return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
 
 
@@ -46,7 +46,7 @@ class RegionEvidence:
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
 
-        While there is evidence with sources that is not cleared, evidence without sources counts only with its faults.
+        Evidence without sources is kept only if no evidence with sources is left; otherwise only its faults are kept.
         """
         self._topics.note(topic, evidence.trigger_stamp_ns, evidence.sources)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
@@ -61,10 +61,10 @@ class RegionEvidence:
             self._evidence = others or {region: new}
 
     def fresh(self, now_ns: int) -> Evidence | None:
-        """Return the combined evidence of all regions that is not stale; if none is fresh, that of the newest sources.
+        """Return the combined fresh evidence of all regions; if all is stale, the evidence of the newest sources.
 
-        Stale evidence is left out, because the radar may have reported since that the rocks are elsewhere. If the radar
-        has reported nothing since, that is a fault. None if there is no evidence.
+        Returns None if there is no evidence. Stale evidence is omitted, because the radar may have reported later that
+        the rocks are at other places. A radar that has reported nothing later is a fault.
         """
         if not self._evidence:
             return None
@@ -72,15 +72,15 @@ class RegionEvidence:
         self._evidence = {wall: kept for wall, kept in self._evidence.items() if kept.stamp_ns >= oldest}
         known = together([kept.evidence for kept in self._evidence.values()])
         faults = (*known.faults, *self._topics.silent(oldest, now_ns))
-        # The newest evidence may be gone, cleared or stale: the rest is as new as the last evidence received.
+        # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.
         return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)
 
     def clear(self) -> None:
-        """Forget all evidence, but neither how new it was nor which topics have reported sources."""
+        """Forget all evidence, but keep the time of the newest evidence and the topics that have reported sources."""
         self._evidence.clear()
 
     def reset(self) -> None:
-        """Forget all evidence and how new it was, but not which topics have reported sources."""
+        """Forget all evidence and the time of the newest evidence, but keep the topics that have reported sources."""
         self.clear()
         self._newest_at_ns = 0
 

@@ -3,11 +3,13 @@
 from rpf3d_core.alerts.times import span
 
 BY_HAND = "/clicked_point"
-"""Topic of clicked sources: a click watches no wall, so the topic is not expected to publish again."""
+"""Topic of clicked sources: a click by a person is a single event, so no further message is expected."""
 
 
 def is_cleared_by(empty: str, reported: str) -> bool:
-    """True if a message without sources on one topic clears a report of another: of the same topic, or of a click.
+    """True if a message without sources on topic `empty` ends a report of topic `reported`.
+
+    A topic ends its own reports, and reports of clicked sources.
 
     >>> is_cleared_by("sources", "sources"), is_cleared_by("sources", "source_cloud"), is_cleared_by("sources", BY_HAND)
     (True, False, True)
@@ -24,13 +26,13 @@ class SourceTopics:
     def note(self, topic: str, stamp_ns: int, sources: int) -> None:
         """Note the stamp (ns) and number of sources of a message.
 
-        A message that is answered again is not newer than the last message of its topic, so it changes nothing.
+        A message that is answered again is not newer than the last message of its topic, so the call changes nothing.
         """
         if topic != BY_HAND and stamp_ns >= self._last.get(topic, (stamp_ns, False))[0]:
             self._last[topic] = stamp_ns, sources > 0
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a sentence for each topic whose last report had sources and is older than a time (ns)."""
+        """Return a sentence for each topic whose last report had sources and is older than `oldest_ns`."""
         return tuple(
             f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}"
             for topic, (stamp, had_sources) in self._last.items()

@@ -1,4 +1,4 @@
-"""The station: everything that exists between configuring and cleaning up, namely the threads and their connections."""
+"""The station of a configured simulator: the threads and their connections, from configuring to cleaning up."""
 
 import itertools
 import queue
@@ -32,20 +32,19 @@ ANSWER_WITHIN = 0.04
 """Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
-"""Walls whose last sources are kept to be answered again or completed, as a multiple of the walls that may wait."""
+"""Walls whose last sources are kept for another answer, as a multiple of the number of walls that may wait."""
 
 COMPUTING = 0.5
-"""Time (s) that the threads that fly and build may continue when the station is closed.
+"""Time (s) for which flyer and builder may continue to compute when the station is closed.
 
-Both may compute for that long while someone waits for the node to end. Ground that is not yet in use is then lost, as
-by a `kill -9`.
+After this time, ground that is not yet in use is lost, as after a `kill -9`.
 """
 
 WRITING = 1.0
-"""Time (s) that decisions already made, and terrain in use, may take to reach the disk after that."""
+"""Time (s) after COMPUTING in which the made decisions and the terrain in use must reach the disk."""
 
 LAST_FAULT = 0.5
-"""Time (s) that a transition waits for the last fault to be published; after that only the alarm sounds."""
+"""Time (s) for which a transition waits until the last fault is published; afterwards only the alarm is published."""
 
 
 class Ending(Protocol):
@@ -56,7 +55,7 @@ class Ending(Protocol):
 
 
 def _all_end(threads: Iterable[Ending], timeout: float) -> bool:
-    """End all of them within `timeout` (s) in total; return True if all have ended."""
+    """End all threads within `timeout` (s) in total; return True if all have ended."""
     until = time.monotonic() + timeout
     ended = [one.close(max(until - time.monotonic(), 0.0)) for one in threads]
     return all(ended)
@@ -98,9 +97,9 @@ class Station:
         self.report_waiting()
 
     def deactivate(self) -> None:
-        """Stop answering, and forget waiting sources; terrain that was received is still processed.
+        """Stop answering, and forget waiting sources; received terrain is still processed.
 
-        The last alert published is a fault, because a subscriber of the latched alarm must not take silence for safety.
+        The last published alert is a fault, because a subscriber of the latched alarm must not take silence for safety.
         """
         self.flyer.deactivate()
         self.terrain.forget_received()
@@ -113,9 +112,9 @@ class Station:
                 self.decisions.end_with_alarm()
 
     def close(self) -> bool:
-        """End all threads, within COMPUTING and WRITING; return True if all have ended.
+        """End all threads within COMPUTING and WRITING; return True if all have ended.
 
-        Threads that have not ended are abandoned: nothing that they report is published any more.
+        Threads that have not ended are abandoned: their results and reports are discarded.
         """
         self.terrain.close()
         ended = _all_end((self.flyer, self.builder), COMPUTING)
@@ -125,9 +124,10 @@ class Station:
         return ended
 
     def submit(self, trigger: Trigger) -> None:
-        """Put a trigger in line.
+        """Put a trigger in the queue.
 
-        A trigger that is pushed out counts as a fault of its wall until it is answered, after all others.
+        If a full queue drops a trigger of another wall, that wall has a fault until the trigger is answered, which
+        happens after all waiting triggers.
         """
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
@@ -136,7 +136,7 @@ class Station:
         self.report_waiting()
 
     def report_waiting(self) -> None:
-        """Report the missing input."""
+        """Report a missing input: terrain, or else sources."""
         if self.flyer.standing is None:
             self.waiting("terrain")
         elif not self.flyer.has_trigger:
@@ -150,7 +150,7 @@ class Station:
             self.desk.forget(why)
 
     def beat(self) -> None:
-        """Do regular work: decide again if a decision is over, free old patches, and report the queues."""
+        """Do regular work: renew a decision that is about to end, free old patches, and report the queues."""
         if self.desk is not None:
             self.desk.tick()
         self.terrain.drop_old_patches()
@@ -173,7 +173,7 @@ class Station:
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or sentence)
 
     def acknowledged(self, acknowledged_by: str) -> tuple[bool, str]:
-        """Return True if an acknowledgement ("NAME: REASON") lowered the level, else False; and a sentence about it."""
+        """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason."""
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = acknowledged_by.partition(":")
@@ -203,12 +203,12 @@ class Station:
         self._outlets.health.set("run", level, sentence, figures_of(answer))
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """Report why a trigger has no answer; for alerts that is a fault."""
+        """Report why a trigger has no answer; the missing answer is a fault of the alert."""
         self._outlets.health.set("run", WARN, f"sources refused: {why}")
         self._decide_without_answer(trigger, why)
 
     def groundless(self, trigger: Trigger) -> None:
-        """Report that there is no terrain to answer on; for alerts that is a fault."""
+        """Report that there is no terrain for an answer; the missing terrain is a fault of the alert."""
         self.waiting("terrain")
         self._decide_without_answer(trigger, "there is no terrain to fly over")
 
@@ -217,7 +217,7 @@ class Station:
         self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
 
     def failed(self, error: BaseException) -> None:
-        """Report an unforeseen error; for alerts it is a fault."""
+        """Report an unforeseen error; the error is a fault of the alert."""
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
         if self.desk is not None:
@@ -226,7 +226,7 @@ class Station:
     # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Report which ground is in use."""
+        """Report that a ground is in use."""
         age = (self._outlets.now() - ground.stamp_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,

@@ -1,6 +1,6 @@
-"""The bounded queue of triggers: the newest trigger of each wall, the walls in turn, every dropped trigger counted.
+"""The bounded queue of triggers: it keeps the newest trigger of each wall and counts dropped triggers.
 
-Putting a trigger in line is quick; the flyer's thread takes triggers from there.
+Any thread may put triggers in the queue, which is quick. The flyer's thread takes triggers from the walls in turn.
 """
 
 from collections.abc import Hashable
@@ -10,19 +10,19 @@ import numpy as np
 from rpf3d_core.live.triggers import Trigger
 
 NO_SOURCES = "no sources"
-"""Replaces the square of a region: a message without sources reports on all walls that its topic watches."""
+"""Stands for the square of a region: a message without sources applies to all walls that its topic watches."""
 
 
 class WaitingSources:
-    """Triggers in line, one for each region: a newer trigger replaces a waiting one of its region.
+    """Waiting triggers, one for each region: a newer trigger replaces the waiting trigger of its region.
 
-    So a flood from one wall is answered with its newest message, and never pushes out another wall's.
+    After a flood of messages about one wall, only the newest message is answered; triggers of other walls stay.
     """
 
     def __init__(self, region_size: float, most: int) -> None:
-        """Begin with an empty line.
+        """Begin with an empty queue.
 
-        region_size : side of the squares that regions are (m); most : largest number of triggers that may wait
+        region_size : side of the square regions (m); most : largest number of triggers that may wait
         """
         self._size, self._most = region_size, most
         self._waiting: dict[Hashable, Trigger] = {}
@@ -31,7 +31,7 @@ class WaitingSources:
         self.dropped = 0
 
     def put(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in line; if too many wait, drop and return the trigger of the oldest region."""
+        """Put a trigger in the queue; if the queue is full, drop and return the trigger of the oldest region."""
         region = self.region_of(trigger)
         if self._waiting.pop(region, None) is not None:
             self.dropped += 1

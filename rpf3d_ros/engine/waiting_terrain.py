@@ -1,6 +1,6 @@
 """The bounded queue of surveys: the latest whole survey, then its patches in order; every lost patch is counted.
 
-Putting a survey in line is quick; the builder's thread takes surveys from there.
+Any thread may put surveys in the queue, which is quick. The builder's thread takes them.
 """
 
 import threading
@@ -14,26 +14,27 @@ from rpf3d_ros.messages.refusals import MessageRefused
 M = TypeVar("M")
 
 UNTRIED = 3
-"""Surveys that may wait to be tried as terrain: a bad survey must not push out a good one, nor many fill the memory."""
+"""Largest number of untried whole surveys: enough that a bad survey does not replace a good one; limits the memory."""
 
 LATE = 10.0
-"""Time (s) that a whole survey may be late while patches published after it arrive before it."""
+"""Largest delay (s) of a whole survey after the arrival of patches that were published later than the survey."""
 
 REMEMBERED = 10_000
 """Number of patches whose time of publication is kept."""
 
 
 class Moment(NamedTuple):
-    """When a message of terrain was published, by the publisher's clock, and its stamp; None if it has no stamp.
+    """The publication time and the stamp of a terrain message.
 
-    published_ns : 0 if the middleware does not give it
+    published_ns : time of the publisher's clock (ns); 0 if the middleware gives no time
+    stamp_ns : stamp of the message (ns); None if the message has no stamp
     """
 
     published_ns: int
     stamp_ns: int | None = None
 
     def follows(self, whole: "Moment") -> bool:
-        """True if a patch of this moment was published after a whole survey of moment `whole` and has no older stamp.
+        """True if a patch of this moment was published after the whole survey of moment `whole`, with no older stamp.
 
         A patch with an older stamp would be refused.
         """
@@ -55,9 +56,11 @@ class ReceivedPatch(Generic[M]):
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost.
+    """A whole survey, the patches that follow the survey, and the number of lost patches.
 
-    early : patches that follow the survey but were received before it; missing : number of early patches no longer kept
+    whole : the survey; None for the survey in use
+    early : patches that follow the survey but were received before the survey
+    missing : number of early patches that are no longer kept
     """
 
     whole: M | None
@@ -74,14 +77,14 @@ class Chapter(Generic[M]):
 
 
 class WaitingTerrain(Generic[M]):
-    """Surveys in line for one thread: the latest whole survey first, then its patches in order.
+    """Waiting surveys for one thread: the latest whole survey first, then its patches in order.
 
-    A few overtaken whole surveys are kept until a newer one has turned out to be a terrain. The first chapter belongs
-    to the survey in use.
+    Older whole surveys are kept until a newer survey has become the terrain. Their number is limited. The first chapter
+    belongs to the survey in use.
 
-    A mesh of many fragments may be received after a patch that was published later. So patches are kept for a while,
-    and laid again upon a whole survey that they follow, even if they have been taken already. Older patches are not
-    kept, but counted as missing in such a survey.
+    A large mesh may be received after a patch that was published later. Therefore received patches are kept for a
+    while, and applied again to a whole survey that they follow, even if they have been taken already. Patches that are
+    too old are not kept, but counted as missing in such a survey.
     """
 
     def __init__(self, most_patches: int) -> None:
@@ -102,10 +105,10 @@ class WaitingTerrain(Generic[M]):
             return sum(chapter.lost for chapter in self._chapters)
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
-        """Put a whole survey in line; if too many wait, drop the oldest one that has not been tried.
+        """Put a whole survey in the queue; if too many wait, drop the oldest untried survey.
 
-        A survey that is in use already, and comes again because it is latched, is ignored: patches have been laid upon
-        it.
+        A latched survey may be received again. If it is already in the queue or in use, the repetition is ignored,
+        because patches may have been applied to the survey.
         """
         with self._changed:
             if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
@@ -123,7 +126,7 @@ class WaitingTerrain(Generic[M]):
             self._changed.notify()
 
     def put_patch(self, patch: M, moment: Moment | None = None) -> None:
-        """Put a patch in line. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
+        """Put a patch in the queue. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
         with self._changed:
             if moment is not None:
                 self._received.append(received := ReceivedPatch(patch=patch, moment=moment, at=time.monotonic()))
@@ -162,7 +165,7 @@ class WaitingTerrain(Generic[M]):
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def refused(self) -> None:
-        """Note that the survey taken last is not a terrain; the previous one is next, and the patches of both stay."""
+        """Note that the survey taken last is not a terrain; the survey before it is next, and all patches stay."""
         with self._changed:
             tried = self._tried
             assert tried is not None
@@ -185,13 +188,13 @@ class WaitingTerrain(Generic[M]):
             return self._length()
 
     def forget_received(self) -> None:
-        """Lay no earlier patch again, because the clock went back or the node stops listening."""
+        """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again."""
         with self._changed:
             self._received.clear()
             self._kept.clear()
 
     def drop_old_patches(self) -> None:
-        """Free the memory of patches that are too old for a late survey; to be called regularly."""
+        """Free the memory of patches that are too old for a late survey; the caller does this regularly."""
         with self._changed:
             self._drop_old_patches()
 

@@ -1,4 +1,4 @@
-"""Publish alerts: `alerts` carries levels and reasons, the latched `alarm` is for bridges to a PLC."""
+"""Publish alerts: `alerts` has levels and reasons, the latched `alarm` is for bridges to a PLC."""
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.lifecycle import LifecycleNode
@@ -25,7 +25,7 @@ class AlertPublishers:
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
         """Publish a decision.
 
-        The stamp is the stamp of its sources, or the time of the decision if it rests on no answer.
+        The message has the stamp of the decision's sources, or the time of the decision if there is no answer.
 
         Returns False if the node is not active and nothing was published.
         """

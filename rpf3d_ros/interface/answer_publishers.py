@@ -49,7 +49,7 @@ class AnswerPublishers:
         self.closed = False
 
     def publish(self, answer: Answer, parameters: SimulatorParameters, made: Time) -> None:
-        """Publish an answer; `results` comes last, so a subscriber that waits for it has all other messages.
+        """Publish an answer; `results` is last, so a subscriber that waits for `results` has all other messages.
 
         made : time when the answer was made
         """
@@ -63,7 +63,7 @@ class AnswerPublishers:
 def messages_of(
     header: Header, answer: Answer, parameters: SimulatorParameters, made: Time
 ) -> Iterator[tuple[str, Any]]:
-    """Yield each topic with its message, made on demand; the hazard grid comes first, because it is the most urgent."""
+    """Yield each topic with its message, made on demand; the hazard grid is first, because it is the most urgent."""
     terrain, scene, result = answer.standing.ground.terrain, answer.standing.scene, answer.result
     cells = answer.standing.cells
     yield "hazard/grid", occupancy_grid(header, answer.maps, cells, terrain.frame, made)
@@ -82,7 +82,7 @@ def messages_of(
 
 
 def facts_of_answer(answer: Answer) -> ResultFacts:
-    """Return the answer in figures, as in `results`."""
+    """Return the facts of an answer that `results` publishes."""
     return ResultFacts(
         result=answer.result, stage=answer.stage, complete=answer.complete, rocks=answer.rocks,
         sources=answer.sources, seed=answer.standing.scene.seed, seconds=answer.seconds,

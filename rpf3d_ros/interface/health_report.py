@@ -18,12 +18,12 @@ PERIOD = 1.0
 """Wall-clock time between repetitions (s), as diagnostic_aggregator expects (REP 107)."""
 
 SPACING = 0.005
-"""Least time between publications, except repetitions (s): a flood of messages causes no flood of diagnostics."""
+"""Least time (s) between publications, except repetitions, so that many messages do not cause many diagnostics."""
 
 QUIET = 5.0
-"""Time in which a part logs the same warning only once, whatever its numbers (s).
+"""Time (s) in which a part logs the same warning only once, even if the numbers in the warning differ.
 
-/diagnostics carries every warning.
+/diagnostics has every warning.
 """
 
 NUMBER = re.compile(r"\d+(\.\d+)?")

@@ -1,4 +1,4 @@
-"""Parameters of the nodes that are not fields of a scene: frozen dataclasses whose fields are declared from here.
+"""Parameters of the nodes that are not fields of a scene: frozen dataclasses whose fields are declared as parameters.
 
 A node reads its parameters at its start; afterwards they are read-only. The simulator, which may be configured several
 times, accepts new values while it is not configured (`ParameterLock`).
@@ -59,7 +59,7 @@ class FrameParameters:
 
 @dataclass(frozen=True)
 class InputParameters(FrameParameters):
-    """How terrain is received."""
+    """Parameters for the reception of terrain."""
 
     terrain_durability: str = parameter(
         "volatile",
@@ -70,7 +70,7 @@ class InputParameters(FrameParameters):
 
 @dataclass(frozen=True)
 class SimulatorParameters(InputParameters):
-    """How `rpf3d_simulator` works; the scene (`scene_parameters`) says what it simulates."""
+    """Parameters of `rpf3d_simulator` except the fields of the scene (`scene_parameters`)."""
 
     autostart: bool = parameter(True, "whether the node configures and activates itself when it starts")
     first_rocks: int = parameter(200, "rocks of the first answer to a message of sources", 1, LARGEST_COUNT)
@@ -105,7 +105,7 @@ class SimulatorParameters(InputParameters):
 
 @dataclass(frozen=True)
 class RecorderParameters(InputParameters):
-    """Where `rpf3d_recorder` writes."""
+    """Parameters of `rpf3d_recorder`."""
 
     file: str = parameter(
         "rpf3d.rrd", "the recording to write; replaced where it exists, with rotation a prefix of the files' names"
@@ -123,7 +123,7 @@ class RecorderParameters(InputParameters):
 
 @dataclass(frozen=True)
 class ScenePublisherParameters(FrameParameters):
-    """What `rpf3d_scene_publisher` publishes, and how often."""
+    """Parameters of `rpf3d_scene_publisher`."""
 
     scene: str = parameter("", "the scene file; there is no default")
     repeat_every: float = parameter(10.0, "seconds between repetitions of the sources", 0.1, 86_400.0)
@@ -152,7 +152,7 @@ def values_of(node: Node, kind: type[P]) -> P:
 
 
 class ParameterLock:
-    """Refuses changes of parameters while it is closed, because a configuration belongs to one set of values."""
+    """Refuses changes of parameters while the lock is closed, because a configuration belongs to one set of values."""
 
     def __init__(self, node: Node, free: Sequence[str] = ()) -> None:
         """Check all changes of the node's parameters; free : parameters that may be set at any time."""

@@ -6,13 +6,13 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rpf3d_ros.interface.recorded_topics import EVENT, RESULT, STATE, TERRAIN
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""State: published terrain and every result; a late subscriber receives the last message."""
+"""Quality of service of states, which are terrain and results: a late subscriber receives the last message."""
 
 RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Subscription of the recorder to results: the results of several answers may wait while a large terrain is written."""
+"""Quality of service of the recorder's subscription to results, which may wait while a large terrain is written."""
 
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
-"""Events: sources and diagnostics; a late subscriber must not receive an old event as a new one."""
+"""Quality of service of events, which are sources and diagnostics: a late subscriber must not receive old events."""
 
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
@@ -41,7 +41,7 @@ Events may wait while a large terrain is written.
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """Return the quality of service of a publisher that replaces a mine: terrain is latched, all else are events."""
+    """Return the quality of service of a publisher that replaces a mine: terrain is latched, other data are events."""
     return LATCHED if offered == TERRAIN else EVENTS
 
 

@@ -11,7 +11,11 @@ CLOUD, MARKERS, DIAGNOSTICS = (
 POSES = "geometry_msgs/msg/PoseArray"
 
 STATE, EVENT, RESULT, TERRAIN = "state", "event", "result", "terrain"
-"""Kinds of topics: last message latched; not latched; latched with many waiting messages; durability by parameter."""
+"""Kinds of topics.
+
+STATE : the last message is latched; EVENT : not latched; RESULT : latched, and many messages may wait
+TERRAIN : a parameter sets the durability
+"""
 
 
 class RecordedTopic(NamedTuple):
@@ -28,7 +32,7 @@ class RecordedTopic(NamedTuple):
 
     @property
     def message_class(self) -> Any:
-        """Return rclpy's class of its messages; the only part of this file that needs ROS."""
+        """Return the message class of rclpy; the only property of this file that needs ROS."""
         module, _, name = self.kind.rpartition("/")
         return getattr(import_module(module.replace("/", ".")), name)
 
@@ -59,7 +63,7 @@ TOPICS: dict[str, RecordedTopic] = {
 
 
 def topic_called(name: str, namespace: str = "") -> str | None:
-    """Return the key in TOPICS of a topic's full name, as in a bag; None if the topic is not recorded.
+    """Return the key in TOPICS for the full name of a topic, as in a bag; None if the topic is not recorded.
 
     >>> topic_called("/mine/terrain/mesh", "/mine"), topic_called("/diagnostics", "/mine"), topic_called("/odom")
     ('terrain/mesh', '/diagnostics', None)

@@ -1,4 +1,4 @@
-"""Declare the fields of a scene as parameters of the simulator, from the scene's own model, so that both agree."""
+"""Declare the fields of a scene as parameters of the simulator; the fields are read from the scene's model."""
 
 import sys
 from collections.abc import Mapping

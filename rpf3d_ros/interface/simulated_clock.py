@@ -55,7 +55,7 @@ class SimulatedClock:
             self._speed = speed
 
     def publish(self) -> None:
-        """Publish the time at once, before a message with this stamp: at a high rate the last tick is long ago."""
+        """Publish the time at once; call before a message with this stamp, because the last tick may be too old."""
         with self._lock:  # publishes the times in order
             self._publisher.publish(Clock(clock=stamp_of(self._now_ns())))
 

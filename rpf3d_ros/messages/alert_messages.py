@@ -19,8 +19,8 @@ A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and ab
 def alerts_message(header: Header, alert: Alert, result: int | None) -> DiagnosticArray:
     """Return the message of an alert: one status for the site, then one status for each area of interest.
 
-    The status of the site has the reasons as its message and the figures that a bridge needs as its values. The status
-    of an area is named after the area.
+    The message of the site's status contains the reasons; the values contain the figures that a bridge to a PLC needs.
+    The status of an area is named after the area.
 
     header : copied to the message; its stamp is the stamp of the message that triggered the decision
     result : number of the answer that the decision rests on; None if the decision rests on no answer
@@ -43,7 +43,7 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
 
 
 def _of_area(area: AreaAlert, alert: Alert) -> Health:
-    """Return the status of an area; the cause of its level comes first, as in the reasons of the site."""
+    """Return the status of an area; the message begins with the cause of the level, like the reasons of the site."""
     held = f"{area.held.word} is held and needs an acknowledgement to step down"
     sentence = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
     faults = "; ".join(alert.faults)

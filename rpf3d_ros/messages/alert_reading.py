@@ -1,6 +1,6 @@
 """Read the alert of the site and of each area from the DiagnosticArray of `alerts`.
 
-The message may come from rclpy or, out of a bag, from rosbags.
+The message may be an object of rclpy or, if read from a bag, of rosbags.
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ ALERT = "rpf3d: alert"
 """Name of the status of the site. The status of an area has this name, a space and the name of the area."""
 
 LATEST = 2**63 - 1
-"""Largest time (ns) that is accepted: 64 bits with a sign."""
+"""Largest accepted time (ns): the largest signed 64-bit integer."""
 
 
 class ReceivedLevel(NamedTuple):

@@ -66,7 +66,7 @@ def figures_of(answer: Answer) -> dict[str, str]:
 def warnings_of(answer: Answer) -> tuple[str, ...]:
     """Return the warnings of an answer, one sentence each.
 
-    The warnings name refused sources and every outcome that cuts the path of a rock off (`alerts.evidence.UNFINISHED`).
+    The warnings name refused sources and every outcome that ends a path too early (`alerts.evidence.UNFINISHED`).
     """
     counts = {outcome: answer.outcomes.get(outcome, 0) for outcome in UNFINISHED}
     left_out = (f"sources refused: {answer.left_out}",) if answer.left_out else ()

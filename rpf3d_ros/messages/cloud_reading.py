@@ -1,6 +1,6 @@
 """Read named columns from a PointCloud2; every length of a received cloud is checked before use.
 
-Messages are read by the names of their fields, so they may come from rclpy or, out of a bag, from rosbags.
+Messages are read by the names of their fields, so they may be objects of rclpy or, if read from a bag, of rosbags.
 """
 
 from collections.abc import Sequence
@@ -54,7 +54,9 @@ def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, ND
 
 
 def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
-    """Return the points (height, width, 3) m in float64, in the cloud's own frame; NaN only if the cloud is not dense.
+    """Return the points (height, width, 3) m of a cloud in float64, in the frame of the cloud.
+
+    Only a cloud that is not dense may contain NaN.
 
     Raises MessageRefused as `columns_of_cloud`, and also:
     for x, y, z that are not floating point; for infinite points; for NaN in a cloud that is marked as dense; and for

@@ -1,6 +1,6 @@
 """Read the percentages of the cells from a nav_msgs/OccupancyGrid; every size is checked.
 
-The message may come from rclpy or, out of a bag, from rosbags.
+The message may be an object of rclpy or, if read from a bag, of rosbags.
 """
 
 import math

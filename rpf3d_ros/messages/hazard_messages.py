@@ -16,7 +16,7 @@ from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 
 UNKNOWN, NOT_REACHED, LEAST_REACHED, PERCENT = -1, 0, 1, 100
-"""Cell values: no ground; no rock reached the cell; least value of a reached cell; a share of 1 in percent."""
+"""Cell values: no ground; no rock reached the cell; least value of a reached cell; all rocks reached the cell."""
 
 
 def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, made: Time) -> OccupancyGrid:

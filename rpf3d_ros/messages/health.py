@@ -1,6 +1,6 @@
 """The state of a node's parts, and how to read such states from diagnostic_msgs.
 
-The messages may come from rclpy or, out of a bag, from rosbags.
+The messages may be objects of rclpy or, if read from a bag, of rosbags.
 """
 
 from collections.abc import Mapping

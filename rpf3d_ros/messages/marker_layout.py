@@ -2,7 +2,7 @@
 
 A hundred thousand triangles take half a second as Python objects and a few milliseconds as bytes.
 Layout (OMG XCDR1, little endian): 00 01 00 00, then all fields. Offsets count from the first field. Every number
-starts at a multiple of its own size; strings and sequences follow their length. The order of the fields is that of
+starts at a multiple of its own size; strings and sequences follow their length. The fields have the order of
 visualization_msgs/Marker.msg (Jazzy).
 """
 
@@ -32,7 +32,7 @@ IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class Layout(NamedTuple):
-    """The fields of a marker that rpf3d sets; all other fields are zero or empty, and the pose is the identity.
+    """The marker fields that rpf3d sets; all other fields are zero or empty, and the pose is the identity.
 
     kind, action : type and action of visualization_msgs/Marker
     scale : m; colour : red, green, blue, opacity
@@ -69,7 +69,7 @@ def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
 
 
 def _head(header: Header, namespace: str) -> bytes:
-    """Return the first fields of a marker; they start and end at a multiple of 4 bytes."""
+    """Return the bytes of a marker's first fields; both ends of these bytes are at a multiple of 4 bytes."""
     data = bytearray(STAMP.pack(header.stamp.sec, header.stamp.nanosec))
     _append_string(data, header.frame_id)
     _append_string(data, namespace)
@@ -78,7 +78,7 @@ def _head(header: Header, namespace: str) -> bytes:
 
 
 def _append_middle(data: bytearray, marker: Layout) -> None:
-    """Append the fields between head and tail, in the order of the message; they end at a multiple of 4 bytes."""
+    """Append the fields between head and tail, in the order of the message; the end is at a multiple of 4 bytes."""
     data += KIND.pack(marker.number, marker.kind, marker.action)
     _align(data, 8)
     data += POSE_AND_SCALE.pack(*IDENTITY, *marker.scale)
@@ -90,7 +90,7 @@ def _append_middle(data: bytearray, marker: Layout) -> None:
 
 
 def _tail(text: str) -> bytes:
-    """Return the last fields of a marker; they start at a multiple of 4 bytes."""
+    """Return the bytes of a marker's last fields; the begin is at a multiple of 4 bytes."""
     data = bytearray()
     _append_string(data, "")  # texture_resource
     _align(data, 4)

@@ -1,7 +1,7 @@
 """Convert trajectories, hazard zones and areas of interest to a MarkerArray; `marker_reading` does the reverse.
 
 Every array begins with DELETEALL, so that no marker of an earlier event stays on the screen. The messages are laid out
-as bytes (`marker_layout`): Python objects of the same number take too long for the answer to a burst of sources.
+as bytes (`marker_layout`), because Python objects would take too long for the answer to a burst of sources.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,7 +24,7 @@ TRAJECTORIES = "trajectories"
 """Namespace of all trajectories (id = rock); each hazard level and each area of interest has its own namespace."""
 
 FACETS, OUTLINE = 0, 1
-"""Ids of the two markers of a hazard level."""
+"""Ids of the two markers of a hazard level: its facets and its outline."""
 
 LINE_WIDTH = 0.3
 """Width of a line on the screen (m): visible on a pit of 1 km, thinner than its rocks."""
@@ -42,8 +42,9 @@ Levels in between are interpolated.
 def trajectory_markers(header: Header, columns: Columns, most: int, points_each: int, result: int = 0) -> bytes:
     """Return the CDR bytes of one LINE_STRIP for each rock, coloured by speed.
 
-    The array has at most `most` rocks and `points_each` points for each rock. Larger numbers are thinned evenly, and
-    the first and last points stay; trajectories/points carries all points. The text of each marker is `result N`.
+    The array has at most `most` rocks and `points_each` points for each rock. If there are more, rocks and points are
+    thinned evenly, and the first and last points stay; the topic trajectories/points has all points. The text of each
+    marker is `result N`.
     """
     strips = _thinned(columns["rock"], most, points_each)
     rows = np.concatenate([np.empty(0, dtype=np.int64), *strips])

@@ -1,6 +1,6 @@
 """Read lines and facets, map frame, from a visualization_msgs/MarkerArray.
 
-The message may come from rclpy or, out of a bag, from rosbags.
+The message may be an object of rclpy or, if read from a bag, of rosbags.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Convert published trajectories to positions of rocks at even times, so that a recording can replay their motion."""
+"""Convert published trajectories to rock positions at equally spaced times, so that a recording shows the motion."""
 
 from typing import NamedTuple
 
@@ -19,9 +19,9 @@ MOST_ROCKS = 200
 
 
 class RockPositions(NamedTuple):
-    """Positions of rocks at even times.
+    """Positions of rocks at equally spaced times.
 
-    times : (K,) s after release, even
+    times : (K,) s after release, equally spaced
     positions : (K, R, 3) m; after the end of its path a rock stays at its last position
     """
 

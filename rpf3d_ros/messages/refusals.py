@@ -1,4 +1,4 @@
-"""How a node reports failures: refused messages, slow disks, unforeseen errors."""
+"""Report failures of a node: refused messages, slow disks, unforeseen errors."""
 
 import sys
 import traceback

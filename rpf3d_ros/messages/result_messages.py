@@ -15,7 +15,7 @@ NAME = "rpf3d: result"
 
 @dataclass(frozen=True)
 class ResultFacts:
-    """One answer in figures.
+    """The facts of one answer.
 
     result : number of the answer
     stage : counted from 0; each stage has more rocks than the previous stage
@@ -23,7 +23,7 @@ class ResultFacts:
     rocks, sources : rocks flown, sources released; outcomes : outcome -> number of rocks
     seconds : time since the processing of the trigger began
     terrain_digest, sources_digest : sha256, hex
-    warning : a sentence if the answer lacks part of the request, else ""
+    warning : a sentence if the answer omits part of the request, else ""
     """
 
     result: int
@@ -70,7 +70,7 @@ def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
 def facts_of(message: DiagnosticArray) -> ResultFacts:
     """Return the facts in a received message.
 
-    Raises MessageRefused if the message has no such status, or a damaged one.
+    Raises MessageRefused if the status is missing or damaged.
     """
     values = next((health.values for health in healths_of(message) if health.name == NAME), None)
     if values is None:

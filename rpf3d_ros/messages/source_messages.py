@@ -23,11 +23,11 @@ from rpf3d_ros.messages.stamps import nanoseconds
 MOST_SOURCES = 10_000
 """Largest number of sources in one message; a radar detects dozens of moving blocks.
 
-Raw lidar points are no sources.
+A cloud of raw lidar points is therefore refused.
 """
 
 LARGEST_DIAMETER = 1.0e3
-"""Largest diameter (m) of a source that gives its size."""
+"""Largest accepted diameter (m) of a source in a message."""
 
 VELOCITY = ("vx", "vy", "vz")
 
@@ -36,7 +36,7 @@ VELOCITY = ("vx", "vy", "vz")
 class Sources:
     """The sources of one message.
 
-    header : the message's header with the map frame; copied to every output
+    header : header of the message, with the map frame; copied to every output
     positions : (S, 3) m, map frame
     velocities : (S, 3) m/s
     diameters : (S,) m, NaN if unknown; None if no source has a diameter
@@ -67,7 +67,7 @@ def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> S
 
 
 def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
-    """Return the one source at a clicked point; it starts at rest.
+    """Return the single source at a clicked point; the source starts at rest.
 
     Raises MessageRefused for a foreign frame and for a point that is not finite.
     """
@@ -81,9 +81,9 @@ def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
 def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
     """Return the sources of a cloud x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
 
-    A point with a NaN in x, y or z is not a source, as in every cloud that is not dense. A NaN in diameter means that
-    the diameter is unknown. Raises MessageRefused as `columns_of_cloud`, for too many points, and for an impossible
-    diameter or velocity.
+    A point with a NaN in x, y or z is not a source; a cloud that is not dense may have such points. A NaN in diameter
+    means that the diameter is unknown. Raises MessageRefused as `columns_of_cloud`, for too many points, and for an
+    impossible diameter or velocity.
     """
     frame.check(cloud.header.frame_id)
     _check_number(cloud.height * cloud.width)

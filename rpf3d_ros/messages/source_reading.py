@@ -1,6 +1,6 @@
 """Read release points and directions from a geometry_msgs/PoseArray.
 
-The message may come from rclpy or, out of a bag, from rosbags.
+The message may be an object of rclpy or, if read from a bag, of rosbags.
 """
 
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from geometry_msgs.msg import PoseArray
 
 UNIT_TOLERANCE = 1.0e-3
-"""Allowed deviation of a quaternion's length from 1: three decimals are enough; `placed` accepts a zero quaternion."""
+"""Largest deviation of a quaternion's length from 1: three decimals are enough; `placed` also accepts length 0."""
 
 
 def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]:

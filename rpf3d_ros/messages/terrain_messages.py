@@ -1,8 +1,9 @@
-"""Convert terrain messages to surveys and back: a PointCloud2 is a grid of heights or scattered points, a Mesh a mesh.
+"""Convert terrain messages to surveys and back: a PointCloud2 is a grid or scattered points, a Mesh is a mesh.
 
-A shape_msgs/Mesh is transported as CDR bytes that are laid out here: 2.3 million triangles take 0.2 s; as Python
-objects they take 7 s. Layout (OMG XCDR1, little endian): 00 01 00 00, then, with offsets counted from the next byte,
-u32 number of triangles, u32[3] for each triangle, u32 number of vertices, padding to 8 bytes, f64[3] for each vertex.
+A shape_msgs/Mesh is sent and received as CDR bytes, which this module writes and reads directly: 2.3 million triangles
+take 0.2 s; as Python objects they take 7 s.
+Layout (OMG XCDR1, little endian): 00 01 00 00, then, with offsets counted from the next byte, u32 number of triangles,
+u32[3] for each triangle, u32 number of vertices, padding to 8 bytes, f64[3] for each vertex.
 """
 
 import struct

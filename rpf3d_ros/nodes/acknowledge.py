@@ -1,8 +1,8 @@
-"""Acknowledge the alert of a running simulator, so that its level may fall; the decision log records who and why.
+"""Acknowledge the alert of a running simulator, so that its level may fall; the log records the person and the reason.
 
 `rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 if the level was lowered, 1 if the
 simulator refuses and gives the reason, 2 if there is no simulator, 3 if the result is not yet known. ROS's own
-arguments (an enclave, for example) come after --ros-args.
+arguments (an enclave, for example) follow after --ros-args.
 """
 
 import argparse
@@ -83,7 +83,10 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
 
 
 def _ask(options: argparse.Namespace) -> tuple[bool, str]:
-    """Return whether the level was lowered, and the simulator's message. Raises InputError if it does not answer."""
+    """Return whether the level was lowered, and the simulator's message.
+
+    Raises InputError if the simulator does not answer.
+    """
     from rcl_interfaces.srv import SetParameters
     from rclpy.node import Node
     from std_srvs.srv import Trigger

@@ -1,4 +1,4 @@
-"""What rclpy lacks for a lifecycle node: long transitions that signals end, and refusal of impossible transitions."""
+"""Additions to rclpy's lifecycle node: long transitions that a signal ends, and refusal of impossible transitions."""
 
 import functools
 import threading
@@ -18,20 +18,20 @@ LOOK = 0.05
 """Time (s) between checks for a signal while a transition waits."""
 
 REPEAT = 1.0
-"""Time (s) between repeated reports of the node's state meanwhile."""
+"""Time (s) between repeated reports of the node's state during a transition."""
 
 BACKWARDS = Duration(nanoseconds=-1)
 """Smallest step back of the clock that is noticed."""
 
 
 class ContextEnded(Exception):
-    """A signal has ended the context; the work in progress is abandoned."""
+    """A signal has ended the rclpy context; the work in progress is abandoned."""
 
 
 def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[[], None]) -> T:
     """Do long work on a thread while signals are handled, and return its result.
 
-    `meanwhile` is called every REPEAT seconds. Raises whatever the work raises, and ContextEnded if the context has
+    `meanwhile` is called every REPEAT seconds. Raises the exception of the work, or ContextEnded if the context has
     ended.
     """
     found: list[T] = []
@@ -75,7 +75,7 @@ def refuse_impossible_transitions(node: LifecycleNode) -> None:
 
 
 def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T]:
-    """Wrap a transition of a node so that its exceptions are noted in `node.broken`, because rclpy drops them."""
+    """Wrap a transition of a node so that `node.broken` describes its exception, because rclpy drops exceptions."""
 
     @functools.wraps(transition)
     def noted(node: Any, state: Any) -> T:
@@ -91,7 +91,7 @@ def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T
 
 
 def watch_clock(node: LifecycleNode, went_back: Callable[[float], None]) -> None:
-    """Call `went_back` with the seconds by which the node's clock went back, each time it does."""
+    """Call `went_back` each time the node's clock goes back, with the length of the step (s)."""
 
     def after(jump: TimeJump) -> None:
         if jump.delta is not None and jump.delta.nanoseconds < 0:

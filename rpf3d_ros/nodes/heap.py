@@ -1,4 +1,4 @@
-"""Memory of a node that runs for weeks: return freed arrays to the system and spare the garbage collector work."""
+"""Manage the memory of a node that runs for weeks: return freed arrays to the system, shorten garbage collections."""
 
 import ctypes
 import gc
@@ -8,14 +8,14 @@ MMAP_THRESHOLD = -3
 """M_MMAP_THRESHOLD of glibc's mallopt(3)."""
 
 LARGE = 4_000_000
-"""Size (bytes) from which an array has pages of its own, which go back to the system when the array is freed.
+"""Size (bytes) from which an array has separate pages, which go back to the system when the array is freed.
 
-Smaller arrays are those of rocks in flight, which are made and freed thousands of times: touching their pages again
-took a fifth of a flight.
+The arrays of rocks in flight are smaller. They are made and freed thousands of times; separate pages for these arrays
+would take a fifth of the time of a flight.
 
-By default, glibc raises its threshold to the largest block freed, at most 32 MB. Then the arrays of a survey go into
-the heap and leave it fragmented: a node that received a terrain of 2.33 million triangles again and again grew by
-3.8 MB each time. With this setting its memory stays constant (docs/explanation/live.md).
+By default, glibc raises the threshold to the largest freed block, at most 32 MB. Then the arrays of a survey go into
+the heap and fragment the heap: a node that repeatedly receives a terrain of 2.33 million triangles grows by 3.8 MB each
+time. With this setting the memory of the node stays constant (docs/explanation/live.md).
 """
 
 
@@ -29,10 +29,10 @@ def return_large_arrays() -> None:
 
 
 def exempt_from_collection() -> None:
-    """Exclude all objects that exist at this time, mostly those of libraries, from Python's garbage collection.
+    """Exclude all objects that exist at this time, mostly objects of libraries, from Python's garbage collection.
 
-    A collection over their 120,000 objects stops every thread for 35 to 65 ms, including the executor, and each patch
-    of the terrain makes enough objects to start one. Objects made afterwards are collected as usual.
+    A collection over these 120,000 objects stops every thread for 35 to 65 ms, including the executor. Each patch of
+    the terrain makes enough objects to start a collection. Objects made afterwards are collected as usual.
     """
     gc.collect()
     gc.freeze()

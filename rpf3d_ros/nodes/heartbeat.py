@@ -1,4 +1,4 @@
-"""Measure how long the executor was busy with other work: a timer that notes how late it is called."""
+"""Measure how long the executor was busy with other work: a timer measures the delay of its own calls."""
 
 import time
 
@@ -16,9 +16,9 @@ LONGEST = 0.05
 
 
 class ExecutorHeartbeat:
-    """Beats on the executor and reports the longest delay of a beat in /diagnostics.
+    """A timer on the executor that reports the longest delay of a beat in /diagnostics.
 
-    Each second reports the longest delay of that second, so a summary can be made from all published reports.
+    Each report has the longest delay of the last second.
     """
 
     def __init__(self, node: Node, health: HealthReport) -> None:
@@ -30,12 +30,12 @@ class ExecutorHeartbeat:
         node.create_timer(BEAT, self.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def reset(self) -> None:
-        """Start again: earlier delays, such as compiling, were expected."""
+        """Ignore earlier delays, which were expected, for example because of compiling."""
         self._last = self._reported_at = time.monotonic()
         self._gap = self.longest = 0.0
 
     def beat(self) -> None:
-        """Note how late this beat is."""
+        """Measure the delay of this beat."""
         now = time.monotonic()
         self._gap = max(self._gap, now - self._last - BEAT)
         self._last = now

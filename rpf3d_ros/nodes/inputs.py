@@ -1,4 +1,4 @@
-"""The inputs of an active simulator: each message is checked, converted if that is quick, and put in line."""
+"""The inputs of an active simulator: each message is checked, converted if that is quick, and put in a queue."""
 
 import threading
 from collections.abc import Callable
@@ -66,11 +66,11 @@ class Inputs:
     # --- on the thread of the surveys
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
-        """Take a cloud, as CDR, as the terrain: a grid of heights, or points to be triangulated."""
+        """Accept a cloud (CDR) as the terrain: a grid, or scattered points to be triangulated."""
         self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns))
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
-        """Take a mesh, as CDR, as the terrain; it has no stamp, so its time of survey is the time of its arrival."""
+        """Accept a mesh (CDR) as the terrain; a mesh has no stamp, so its time of arrival is the time of the survey."""
         now = self._now()
 
         def take() -> None:
@@ -83,7 +83,7 @@ class Inputs:
         self._try("terrain", take)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
-        """Take a cloud, as CDR, as a patch that replaces the terrain in its footprint."""
+        """Accept a cloud (CDR) as a patch that replaces the terrain in the footprint of the cloud."""
 
         def take(cloud: PointCloud2) -> None:
             arrival = self._arrival(cloud)
@@ -94,24 +94,24 @@ class Inputs:
     # --- on the executor's thread
 
     def on_poses(self, poses: PoseArray) -> None:
-        """Answer one source for each pose; no pose means that the walls are watched and nothing is seen."""
+        """Answer one source for each pose; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
         self._sources("sources", poses.header, lambda: sources_of_poses(poses, self._frame, speed))
 
     def on_point(self, point: PointStamped) -> None:
-        """Answer a source that someone has clicked."""
+        """Answer the source at a clicked point."""
         self._sources("/clicked_point", point.header, lambda: sources_of_point(point, self._frame))
 
     def on_cloud(self, cloud: PointCloud2) -> None:
-        """Answer one source for each point, with its size and velocity if the cloud gives them."""
+        """Answer one source for each point, with its size and velocity if the cloud has these fields."""
         self._sources("source_cloud", cloud.header, lambda: sources_of_cloud(cloud, self._frame))
 
     def on_polygon(self, polygon: PolygonStamped) -> None:
-        """Watch a polygon as the live area."""
+        """Set the live area of interest to a polygon."""
         self._area("areas/polygon", polygon.header, LIVE_AREA, lambda: rings_of_polygon(polygon, self._frame))
 
     def on_equipment(self, poses: PoseArray) -> None:
-        """Watch circles around equipment."""
+        """Set the areas of interest around equipment to circles."""
         radius = self._parameters.equipment_radius
         self._area("areas/equipment", poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
 
@@ -127,7 +127,7 @@ class Inputs:
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch with an older stamp is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None]) -> None:
-        """Take a cloud that may be unreadable; if rclpy reads messages itself, it drops unreadable ones silently."""
+        """Accept a serialized cloud, which may be unreadable; rclpy would drop an unreadable message silently."""
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)
         except RMWError as error:
@@ -160,7 +160,7 @@ class Inputs:
         self._take("areas", topic, header, take)
 
     def _take(self, part: str, topic: str, header: Header, take: Callable[[], None]) -> None:
-        """Take a message whose stamp does not go back."""
+        """Accept a message if its stamp is not older than the last stamp of its topic."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:

@@ -1,4 +1,4 @@
-"""End a program that is not a node on a signal: through every `finally`, with the exit code that a shell expects."""
+"""End a program that is not a node on a signal: run every `finally`, and return the exit code that a shell expects."""
 
 import signal
 import sys
@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable
 
 CLEANING_UP = 5.0
-"""Time (s) in which further signals are ignored while the program ends; a later one counts again."""
+"""Time (s) for which further signals are ignored while the program ends; a later signal is handled again."""
 
 
 def unless_signalled(work: Callable[[], int]) -> int:
     """Do work and return its exit code, or 128 + the signal's number after SIGINT or SIGTERM.
 
-    A second signal does not disturb the ending. rclpy must not handle signals: in a context that it has shut down the
-    next call fails for no clear reason.
+    A second signal does not interrupt the cleaning up. rclpy must not handle signals: after rclpy has shut a context
+    down, the next call in this context fails for no clear reason.
     """
     ended_by: list[int] = []
     until = 0.0

@@ -1,7 +1,7 @@
 """Run one node in one process: start, spin until a signal, end cleanly.
 
-Nothing that takes long is imported before signals are handled: Python's own KeyboardInterrupt could occur inside an
-import or a C++ call.
+Modules that take long to import are imported after the signal handlers are set. Otherwise Python's KeyboardInterrupt
+could occur inside an import or a C++ call.
 """
 
 import os
@@ -23,7 +23,7 @@ BAD_INPUT = 2
 USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/reference/parameters.md lists them)"
 
 SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
-"""The place in rcl's C sources in an error message."""
+"""Pattern of a file and line of rcl's C sources in an error message."""
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
@@ -52,7 +52,7 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
 
 
 def arguments_of_program(args: Sequence[str]) -> list[str]:
-    """Return the arguments that are not ROS's: those outside of --ros-args ... --."""
+    """Return the program's own arguments: all arguments outside of --ros-args ... --."""
     own, ros = [], False
     for word in args:
         if word == "--ros-args" or (ros and word == "--"):
@@ -63,7 +63,7 @@ def arguments_of_program(args: Sequence[str]) -> list[str]:
 
 
 def _leave_on_signals() -> list[bool]:
-    """End the process on a signal until the returned list is filled; then rclpy shuts its context down by itself."""
+    """End the process on a signal as long as the returned list is empty; afterwards rclpy handles signals."""
     listening: list[bool] = []
 
     def leave(number: int, frame: object) -> None:
@@ -109,7 +109,7 @@ def _refused(sentence: str) -> int:
 
 
 def _leave_at_once() -> None:
-    """End the process while a run or an import goes on, because Python's own exit waits for the threads of its pool."""
+    """End the process at once, even during a run or an import; Python's own exit would wait for the thread pool."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)

@@ -1,8 +1,8 @@
-"""Play a bag into the running nodes: its input topics as CDR, at the recorded pace, optionally with /clock.
+"""Play a bag into the running nodes: publish its input topics as CDR, at the recorded pace, optionally with /clock.
 
 `rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is published, 2 if the bag cannot be read.
-Stamps in a bag are of its time: nodes that use today's clock take its sources for stale, so give them
-use_sim_time:=true. ROS's own arguments (an enclave, for example) come after --ros-args.
+The stamps in a bag are times of the recording. Nodes that use today's clock treat the sources of a bag as stale, so
+start the nodes with use_sim_time:=true. ROS's own arguments (an enclave, for example) follow after --ros-args.
 """
 
 import argparse
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 CLOCK_AHEAD = 0.5
-"""Time (s) for which /clock shows the time of the first message before that message is published: nodes need a time."""
+"""Time (s) for which /clock shows the time of the first message before the message, because nodes need a time."""
 
 LEAVING = 1.0
-"""Time (s) between the last message and the end: when a reliable publisher ends, messages on their way are lost."""
+"""Time (s) between the last message and the end: when a reliable publisher ends, undelivered messages are lost."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -93,7 +93,7 @@ def _played(options: argparse.Namespace, words: list[str]) -> int:
 
 
 def _play(options: argparse.Namespace, words: list[str]) -> None:
-    """Publish every input at its time, and print what was played; words : of the command line, for ROS."""
+    """Publish every input at its time, and print the played topics; words : command-line words for ROS."""
     played = dict.fromkeys(inputs_of(options.bag, options.namespace), 0)
     import rclpy
     from rclpy.node import Node
@@ -133,7 +133,7 @@ def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
 
 
 def _wait_for_subscribers(publishers: Mapping[str, "Publisher"], options: argparse.Namespace) -> None:
-    """Wait until each topic has its subscribers. Raises InputError that names the topics without them."""
+    """Wait until each topic has its subscribers. Raises InputError with the names of the topics without subscribers."""
     deadline = time.monotonic() + options.patience
     while few := [each for each, offer in publishers.items() if offer.get_subscription_count() < options.subscribers]:
         if time.monotonic() > deadline:

@@ -25,22 +25,22 @@ from rpf3d_ros.recording.viewer_feed import NONE, Viewer, ViewerFeed
 NAME = "rpf3d_recorder"
 
 RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
-"""The part of /diagnostics that counts the recorded messages by topic."""
+"""Name of the part of /diagnostics with the number of recorded messages of each topic."""
 
 FILE, BAG, VIEWER = "file", "bag", "viewer"
-"""Parts of /diagnostics."""
+"""Names of the other parts of /diagnostics."""
 
 DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
 
 LOOK_AFTER = 1.0
-"""Time (s) between checks of the file's age, of a file that could not be written, and of the viewer."""
+"""Time (s) between checks whether the recording needs a new file, and of the viewer."""
 
 LEAVING = 1.0
 """Time (s) that a viewer has to disconnect."""
 
 
 class RecorderNode(Node):
-    """Receives CDR, converts and logs it; every message is in the file before the next one is taken."""
+    """Receives messages as CDR, converts and logs them; a message is in the file before the next message is taken."""
 
     def __init__(self) -> None:
         super().__init__(NAME)

@@ -19,7 +19,7 @@ from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 NAME = "rpf3d_scene_publisher"
 
 LOOK_EVERY = 0.25
-"""Time (s) between checks for a new subscriber, for which the terrain is published again."""
+"""Time (s) between checks for new subscribers; the terrain is published again for each new subscriber."""
 
 
 class ScenePublisherNode(Node):
@@ -57,7 +57,7 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Publish the terrain when a subscriber has joined, and the first sources once all their subscribers have."""
+        """Publish the terrain when a subscriber has joined, and the first sources when all subscribers have joined."""
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)
@@ -66,7 +66,7 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again, if they have been published, but not yet as often as configured."""
+        """Publish the sources again, if they have been published, but fewer times than configured."""
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()

@@ -1,6 +1,6 @@
 """The lifecycle node rpf3d_simulator: receives terrain, sources and areas; publishes answers and alerts.
 
-The executor's thread only receives messages, converts small ones, and puts them in line. Long work is done by the
+The executor's thread only receives messages, converts small messages, and puts them in queues. Long work is done by the
 threads of the `Station`, which exists from configuring to cleaning up.
 """
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 NAME = "rpf3d_simulator"
 
 TICK = 0.25
-"""Time (s) between checks whether a decision is over."""
+"""Time (s) between checks whether a decision is about to end."""
 
 NAMED_FOR = 10.0
 """Time (s) for which `acknowledged_by` is valid: an old value would acknowledge any later alert."""
@@ -50,7 +50,10 @@ DONE, FAILED = (
 
 
 class SimulatorNode(LifecycleNode):
-    """Lifecycle: configure reads and compiles, activate subscribes and answers, deactivate forgets, cleanup frees."""
+    """The simulator node: configure reads and compiles, activate subscribes and answers, cleanup frees the memory.
+
+    Deactivate ends the subscriptions and forgets waiting sources.
+    """
 
     def __init__(self) -> None:
         super().__init__(NAME)
@@ -114,7 +117,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End all subscriptions, forget what waits, and publish nothing."""
+        """End all subscriptions, forget waiting sources, and stop publishing."""
         self._stop()
         self._report("inactive", OK)
         self.health.set("run", OK, "inactive")
@@ -130,13 +133,13 @@ class SimulatorNode(LifecycleNode):
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End for good."""
+        """Stop, and release everything; the node cannot be configured again."""
         self._release()
         self._report("shut down", OK)
         return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Release everything after an error in a transition, report it, and be ready to be configured again."""
+        """Release everything after an error in a transition and report the error; the node can be configured again."""
         self._release()
         self.lock.closed = False
         self._report(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)
@@ -151,7 +154,7 @@ class SimulatorNode(LifecycleNode):
             self.trigger_activate()
 
     def _tick(self) -> None:
-        """Check the decisions, and check the clock, because ROS reports jumps of simulated time only."""
+        """Do the station's regular work, and check the clock, because ROS reports jumps of simulated time only."""
         now = self._now()
         if now < self._ticked:
             self._clock_went_back((self._ticked - now) * 1e-9)
@@ -188,14 +191,14 @@ class SimulatorNode(LifecycleNode):
             self._named_at = time.monotonic()
 
     def destroy_node(self) -> None:
-        """Let the threads end, or abandon them, before their publishers are destroyed."""
+        """End or abandon the threads before their publishers are destroyed."""
         for each in (self.outlets.answers, self.outlets.alerts, self.health):
             each.closed = True
         self._close_station()
         super().destroy_node()
 
     def _stop(self) -> None:
-        """End all subscriptions and stop answering; the last alert published is a fault."""
+        """End all subscriptions and stop answering; the last published alert is a fault."""
         self._unsubscribe()
         if self.station is not None:
             self.station.deactivate()

@@ -1,4 +1,4 @@
-"""Entries of alerts, of the alarm and of diagnostics, each when it changes."""
+"""Convert alerts, the alarm and diagnostics to recording entries; only changes are recorded."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -10,7 +10,7 @@ from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, LoggedStates, Re
 from rpf3d_ros.recording.stream import Recording
 
 COUNT_OF_RECORDED = "rpf3d_recorder: recording"
-"""Name of the status that changes with every recorded message; its own recording would make it change again."""
+"""Name of the status that counts recorded messages; this status is not recorded, because recording would change it."""
 
 LEVELS_OF_AREA = ("held", "evident")
 """Levels in the values of an area's alert, in addition to the shown level."""
@@ -31,13 +31,13 @@ class AlertEntries:
     def alerts(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the level of the site, and the texts and lanes that have changed.
 
-        The level is logged every time, because it is a series. Text and lane of the site are logged if the level or the
-        sentence changes, those of an area if one of its levels changes. The lane of an area ends if the message lacks
-        the area, for example because a machine has left.
+        The level is logged every time, because the level is a series. Text and lane of the site are logged if the level
+        or the sentence changes. Text and lane of an area are logged if a level of the area changes. The lane of an area
+        ends if the message does not contain the area, for example because a machine has left.
 
-        The entries carry the time of the decision, if the message has it. The stamp of the message is the stamp of the
-        sources. A decision that finds these sources stale has the same stamp as the decision before, so the stamp would
-        order the two wrongly.
+        The entries have the time of the decision, if the message contains this time. The stamp of the message is the
+        stamp of the sources, which is not enough: if the same sources become stale, the next decision has the same
+        stamp.
         """
         alerts = alerts_of(array)
         stamp_ns = decided_at_ns(alerts) or nanoseconds(array.header.stamp)
@@ -71,7 +71,7 @@ class AlertEntries:
 
 
 def _shown_content(alert: ReceivedLevel) -> object:
-    """Return the content of an alert whose change is logged: the sentence of the site, the levels of an area."""
+    """Return the content whose changes are logged: the sentence of the site, or the levels of an area."""
     if alert.area is None:
         return alert.health.message
     return [alert.health.values.get(name) for name in LEVELS_OF_AREA]
@@ -85,6 +85,6 @@ def _draw_alert(recording: Recording, alert: ReceivedLevel) -> None:
 def _lane_of(area: str | None) -> str:
     """Return the lane of an area, or of the site for None.
 
-    The prefix of areas prevents that an area named "site" or "alarm" shares the lane of the site or of the alarm.
+    The prefix of area lanes gives an area named "site" or "alarm" a separate lane.
     """
     return "site" if area is None else f"area/{area}"

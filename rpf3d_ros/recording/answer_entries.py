@@ -1,4 +1,4 @@
-"""Entries of answers: trajectories, impacts, deposits, hazard and results."""
+"""Convert the messages of answers to recording entries: trajectories, impacts, deposits, hazard and results."""
 
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -16,7 +16,7 @@ REACH_COLUMNS = ("p95_energy", "first_arrival", "rocks", "result")
 
 
 class AnswerEntries:
-    """Converts the messages of an answer, whose event is the event of its sources."""
+    """Converts the messages of an answer; an answer belongs to the same event as its sources."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
         """Begin without hazard levels."""
@@ -24,7 +24,7 @@ class AnswerEntries:
         self._levels: set[str] = set()
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return the method of each topic."""
+        """Return topic -> method that converts the topic's messages."""
         clouds = {topic: partial(self.cloud, topic) for topic in ("trajectories/points", "impacts", "deposits")}
         return {
             **clouds,
@@ -43,7 +43,7 @@ class AnswerEntries:
     def cloud(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield trajectories/points, impacts or deposits.
 
-        A cloud without points clears the entity of the last event.
+        A cloud without points deletes the points of the last event.
         """
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
@@ -59,7 +59,7 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the facets and the outline of each hazard level, after the last levels are cleared."""
+        """Yield entries that delete the last hazard levels, then the facets and the outline of each level."""
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
         for level in sorted(self._levels):
@@ -71,7 +71,7 @@ class AnswerEntries:
             yield self._times.of_markers(array, lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
     def reach(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the reached cells; a cloud without points clears those of the last event."""
+        """Yield the reached cells; a cloud without points deletes the reached cells of the last event."""
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
             yield self._times.of_message(cloud, lambda r: r.clear("hazard/points"))

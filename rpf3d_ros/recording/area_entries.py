@@ -1,4 +1,4 @@
-"""Entries of areas of interest: their definitions, and their outlines on the ground."""
+"""Convert messages of areas of interest to recording entries: definitions, and outlines on the ground."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -29,7 +29,7 @@ class AreaEntries:
         self._outlined: set[str] = set()
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return the method of each topic."""
+        """Return topic -> method that converts the topic's messages."""
         return {"areas/polygon": self.polygon, "areas/equipment": self.equipment, "areas/outlines": self.outlines}
 
     def polygon(self, polygon: Any) -> Iterator[RecordingEntry]:
@@ -46,9 +46,9 @@ class AreaEntries:
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
 
     def outlines(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the outline of each area that has changed, and clear the outlines that the message lacks.
+        """Yield the outline of each area that has changed, and delete the outlines that are not in the message.
 
-        The entries carry the current time, because the answer to older sources may contain newer areas.
+        The entries have the current time, because the answer to older sources may contain newer areas.
         """
         areas = by_name(outlines_of_markers(array, self._frame), AREAS, "name")
         for name in sorted(self._outlined - set(areas)):

@@ -1,4 +1,4 @@
-"""Write received messages unchanged, as CDR bytes, into an MCAP bag, for a replay of an incident into the node."""
+"""Write received messages unchanged, as CDR bytes, into an MCAP bag, so that the nodes can replay an incident."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_ros.interface.recorded_topics import TOPICS
 
 VERSION = 9
-"""Version of rosbag2's metadata that ROS 2 Jazzy writes."""
+"""Version of rosbag2's metadata format that ROS 2 Jazzy writes."""
 
 
 def import_rosbags() -> Any:

@@ -1,4 +1,4 @@
-"""Entries of a recording: rows at one time and of one event."""
+"""Recording entries: rows with the same time and event number, and helpers that make them."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
@@ -24,7 +24,7 @@ Drawn = TypeVar("Drawn")
 class RecordingEntry(NamedTuple):
     """Rows of a recording at one time.
 
-    stamp_ns, event : the time and the event of the rows
+    stamp_ns, event : the time (ns) and the number of the event of the rows
     draw : logs the rows
     keeps : name of the state that the entry replaces, "" if it is not a state; a new file begins with the last entry of
         each state
@@ -41,14 +41,14 @@ EntryMaker = Callable[[Any], Iterator[RecordingEntry]]
 
 
 class EventNumbers:
-    """Numbers of events by their stamps (ns), counted from 1; results may arrive long after newer sources."""
+    """Event numbers by stamp (ns), counted from 1; old stamps are kept, because results may follow newer sources."""
 
     def __init__(self) -> None:
         self.last = 0
         self._known: OrderedDict[int, int] = OrderedDict()
 
     def of(self, stamp_ns: int) -> int:
-        """Return the event of a stamp; an unknown stamp begins the next event."""
+        """Return the event number of a stamp; an unknown stamp begins the next event."""
         if stamp_ns not in self._known:
             self.last += 1
             self._known[stamp_ns] = self.last
@@ -58,7 +58,7 @@ class EventNumbers:
 
 
 class EntryTimes:
-    """Makes entries at the time and of the event of a message.
+    """Makes entries with the time and the event number of a message.
 
     now : returns the time (ns since the epoch) for messages without a stamp
     """
@@ -68,7 +68,7 @@ class EntryTimes:
         self._events = EventNumbers()
 
     def of_message(self, message: Any, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
-        """Return an entry at the stamp of a message, of the event of this stamp."""
+        """Return an entry with the stamp of a message and the event number of this stamp."""
         stamp_ns = nanoseconds(message.header.stamp)
         return RecordingEntry(stamp_ns=stamp_ns, event=self._events.of(stamp_ns), draw=draw, keeps=keeps)
 
@@ -77,7 +77,7 @@ class EntryTimes:
         return self.of_message(array.markers[0], draw) if array.markers else self.at(self.now(), draw)
 
     def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
-        """Return an entry at a time (ns), of the last event."""
+        """Return an entry with a time (ns) and the number of the last event."""
         return RecordingEntry(stamp_ns=stamp_ns, event=self._events.last, draw=draw, keeps=keeps)
 
 
@@ -88,7 +88,7 @@ class LoggedStates:
         self._states: dict[str, object] = {}
 
     def is_new(self, name: str, state: object) -> bool:
-        """Note a state; return True if it differs from the last one of its name."""
+        """Note a state; return True if the state differs from the last state with the same name."""
         if self._states.get(name) == state:
             return False
         self._states[name] = state
@@ -117,8 +117,9 @@ def column_of(cloud: Any, name: str) -> np.ndarray:
 
 
 def by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
-    """Return the drawn shapes by the name of their namespace below a root; what : kind of the names, in a refusal.
+    """Return name -> drawn shape, where each namespace is the root followed by the name.
 
+    what : the kind of the names, for the message of a refusal
     Raises MessageRefused for a namespace outside the root.
     """
     for namespace in drawn:

@@ -1,8 +1,8 @@
 """Flush and close a rerun stream to a file without waiting for a writer thread that has ended.
 
-rerun writes each file in a thread of its own. The thread ends if writing fails, for example on a full disk. rerun
-(0.41) then still waits for the thread: a flush waits until its timeout, and releasing the stream waits for ever. This
-file detects the missing thread and stops waiting.
+rerun writes each file in a separate thread. The thread ends if writing fails, for example on a full disk. rerun (0.41)
+then still waits for the thread: a flush waits until its timeout, and the release of the stream waits for ever. This
+module detects that the thread has ended, and stops waiting.
 """
 
 import threading
@@ -56,7 +56,7 @@ def any_left() -> bool:
 
 
 def is_alive() -> bool:
-    """True if this process has a writer thread, and also where threads cannot be listed, as outside Linux."""
+    """True if this process has a writer thread, or if threads cannot be listed, as outside Linux."""
     if not OWN_THREADS.is_dir():
         return True
     return any(_name(task) == NAME for task in OWN_THREADS.iterdir())

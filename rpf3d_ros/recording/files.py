@@ -1,7 +1,7 @@
 """Write a recording as a series of files.
 
-Each file begins with the current state. A new file begins at a size, after a time, or after a fault. File names with
-rotation: <stem>_<UTC>_<number>.rrd, so that the files sort by time and none is ever replaced.
+Each file begins with the current state. A new file begins when the last file has reached a size or an age, or after a
+fault. With rotation, file names are <stem>_<UTC>_<number>.rrd: the names sort by time, and no file is replaced.
 """
 
 import re
@@ -25,9 +25,9 @@ FAULTS = (OSError, RuntimeError)
 
 @dataclass(frozen=True)
 class Rotation:
-    """When a new file begins, and how many files are kept.
+    """Limits of one file, and the number of files that are kept.
 
-    megabytes, minutes : limits of one file; 0: no limit
+    megabytes, minutes : size and age at which a new file begins; 0: no limit
     keep : number of files kept; 0: all
     """
 
@@ -48,7 +48,7 @@ class Head:
         self._kept: dict[str, RecordingEntry] = {}
 
     def note(self, entries: Iterable[RecordingEntry]) -> None:
-        """Keep the entries that are a state; new terrain deletes the patches of the old terrain."""
+        """Keep the entries of states; new terrain deletes the patches of the old terrain."""
         for entry in entries:
             if entry.keeps == "terrain":
                 self._kept = {name: kept for name, kept in self._kept.items() if not name.startswith("terrain/")}
@@ -116,7 +116,7 @@ class RecordingFiles:
             self._next()
 
     def check(self) -> None:
-        """Begin a new file if the last one could not be written or has reached its limit.
+        """Begin a new file if the last file could not be written or has reached its limit.
 
         Raises OSError or RuntimeError as `write`.
         """
@@ -126,7 +126,7 @@ class RecordingFiles:
             self._next()
 
     def close(self) -> None:
-        """Write the footer. Raises OSError or RuntimeError if this fails."""
+        """Write the footer of the current file. Raises OSError or RuntimeError if this fails."""
         recording, self._recording = self._recording, None
         if recording is not None:
             recording.close()
@@ -175,7 +175,7 @@ class RecordingFiles:
             raise
 
     def _give_up(self, lost: int) -> None:
-        """Abandon the current file: everything before the fault is readable, and `rpf3d recover` repairs the file."""
+        """Abandon the current file: all entries before the fault are readable, and `rpf3d recover` repairs the file."""
         self.lost += lost
         recording, self._recording = self._recording, None
         self._retry_at = self._monotonic() + RETRY

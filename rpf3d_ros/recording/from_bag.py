@@ -1,4 +1,4 @@
-"""Convert a bag of the topics to the recording that the live recorder would write; needs no ROS."""
+"""Convert a bag with the recorded topics to the recording that the live recorder would write; ROS is not needed."""
 
 import struct
 from collections import Counter
@@ -17,7 +17,7 @@ from rpf3d_ros.recording.files import RecordingFiles, Rotation
 from rpf3d_ros.recording.message_log import MessageLog
 
 MESH = "terrain/mesh"
-"""This topic is read from its CDR bytes, as in the node."""
+"""Topic whose messages are read from CDR bytes, as in the node."""
 
 MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of every MCAP file."""
@@ -47,7 +47,7 @@ class Raw(NamedTuple):
 
 
 class Converted(NamedTuple):
-    """What a conversion has done.
+    """The result of a conversion.
 
     messages : topic -> number of recorded messages
     refused : one sentence for each refused message, with its topic and time, in order

@@ -1,11 +1,11 @@
-"""Write MCAP bags in parallel with a recording: one bag for each file, each replayable by itself."""
+"""Write MCAP bags in parallel with a recording: one bag for each file; every bag can be replayed alone."""
 
 from pathlib import Path
 
 from rpf3d_ros.recording.bag_writer import BagWriter
 
 WHOLE, PATCH = ("terrain/points", "terrain/mesh"), "terrain/update"
-"""Every bag begins with the last whole terrain and all later patches."""
+"""Topics of whole terrain and of patches; every bag begins with the last whole terrain and all later patches."""
 
 PATCHES_KEPT = 200
 """Largest number of kept patches.
@@ -82,7 +82,7 @@ class IncidentBag:
         return self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
 
     def _begin(self, stamp_ns: int) -> None:
-        """Write the terrain into a new bag, at the time of the first message: a replay then has the terrain at once."""
+        """Write the terrain into a new bag, at the time of the first message: a replay begins with the terrain."""
         if self._is_new and self._writer is not None:
             self._is_new = False
             for topic, name, data in self._ground:

@@ -1,4 +1,4 @@
-"""Convert received messages to entries of a recording; the files `*_entries` have the method of each topic.
+"""Convert received messages to entries of a recording; the modules `*_entries` convert the messages of each topic.
 
 No message class is imported: messages are read by the names of their fields, from rclpy or from a bag.
 """
@@ -16,7 +16,7 @@ from rpf3d_ros.recording.terrain_entries import TerrainEntries
 
 
 class MessageLog:
-    """Converts messages to entries; an event is all messages with the stamp of one message of sources.
+    """Converts messages to entries; all messages with the stamp of the same source message belong to one event.
 
     A refused message gives no entry.
     """

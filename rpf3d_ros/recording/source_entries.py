@@ -1,4 +1,4 @@
-"""Entries of sources: release points and directions of throw."""
+"""Convert messages of sources to recording entries: release points and directions of throw."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -19,13 +19,13 @@ from rpf3d_ros.recording.entries import (
 
 
 class SourceEntries:
-    """Converts messages of sources; each stamp is an event."""
+    """Converts messages of sources; each stamp begins an event."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
         self._frame, self._times = frame, times
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return the method of each topic."""
+        """Return topic -> method that converts the topic's messages."""
         return {"sources": self.poses, "/clicked_point": self.click, "source_cloud": self.cloud}
 
     def poses(self, poses: Any) -> Iterator[RecordingEntry]:

@@ -25,7 +25,7 @@ SOURCE_COLOUR, UPDATE_COLOUR, AREA_COLOUR, ROCK_COLOUR = (255, 140, 0), (60, 130
 LINE_PIXELS, POINT_PIXELS, DEPOSIT_PIXELS, OUTLINE_PIXELS, ROCK_PIXELS = 0.7, 1.5, 3.0, 2.0, 4.0
 """Radii on the screen (pixels), because a rock of 1 m is invisible in a pit of 1 km.
 
-Rerun takes them as negative radii.
+Rerun interprets negative radii as radii on the screen.
 """
 
 ARROW_LENGTH, LIFT = 3.0, 0.15
@@ -35,7 +35,7 @@ UNKNOWN = (0, 0, 0, 0)
 """Colour of grid cells with unknown values."""
 
 FARTHER = 1.5
-"""The eye moves if trajectories reach this many times farther than at its last move: the first ones may be short."""
+"""The eye moves if trajectories extend this many times farther than at the last move: early ones may be short."""
 
 FLUSH_TIMEOUT = 60.0
 """Timeout of a flush (s); the terrain of 2.3 million triangles takes 1.3 s to write."""
@@ -130,8 +130,8 @@ class Recording:
     def motion(self, motion: RockPositions) -> None:
         """Log the motion of rocks, one row for each frame, over simulated time and from the event's stamp on.
 
-        Frames are even on both timelines, so this event replaces the frames of an earlier event. If the earlier event
-        had more frames, frames without rocks follow.
+        On both timelines, all frame times are multiples of the frame step, so this event replaces the frames of an
+        earlier event. If the earlier event had more frames, frames without rocks follow.
         """
         rocks, frames = motion.positions.shape[1], len(motion.times)
         self._frames = max(self._frames, frames)
@@ -270,7 +270,7 @@ def file_recording(path: Path) -> Recording:
 
 
 def _under(root: str, name: str) -> str:
-    """Return the entity of a received name: one part below the root, whatever characters the name has."""
+    """Return the entity path of a received name below the root; special characters are escaped."""
     return str(import_rerun().new_entity_path([root, *filter(None, name.split("/"))]))
 
 

@@ -1,4 +1,4 @@
-"""Entries of surveys: the terrain, and the patches on it."""
+"""Convert surveys to recording entries: the terrain, and the patches on the terrain."""
 
 import hashlib
 from collections.abc import Iterator, Mapping
@@ -29,7 +29,7 @@ class TerrainEntries:
         self._digest, self._updates = b"", 0
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return the method of each topic."""
+        """Return topic -> method that converts the topic's messages."""
         return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
     def grid(self, cloud: Any) -> Iterator[RecordingEntry]:

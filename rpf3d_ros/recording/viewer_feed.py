@@ -1,8 +1,8 @@
 """Send the recording to a viewer, which may be absent, slow, hung or dead; the file never waits for the viewer.
 
-A separate thread owns the viewer's stream and takes entries from a bounded queue. Entries that do not fit are dropped
-and counted. After a fault the thread opens a new stream and begins it with the current state (`Head`), so a viewer that
-reconnects shows the terrain.
+A separate thread owns the viewer's stream and takes entries from a bounded queue. If the queue is full, entries are
+dropped and counted. After a fault the thread opens a new stream and first sends the current state (`Head`), so a viewer
+that reconnects shows the terrain.
 """
 
 import threading
@@ -71,7 +71,7 @@ class ViewerFeed:
     def __init__(self, viewer: Viewer, head: Head, stream: Callable[[], Any] | None = None) -> None:
         """Start the thread.
 
-        head : entries that a stream begins with
+        head : entries that are sent first on each stream
         stream : opens the viewer's stream; `Viewer.stream` by default
         """
         self._head, self._open = head, stream or viewer.stream
@@ -82,14 +82,14 @@ class ViewerFeed:
         self._thread.start()
 
     def offer(self, entries: list[RecordingEntry]) -> None:
-        """Queue entries for the viewer; entries that do not fit are dropped and counted."""
+        """Queue entries for the viewer; if the queue is full, the entries are dropped and counted."""
         try:
             self._queue.put_nowait(entries)
         except Full:
             self.dropped += 1
 
     def close(self, seconds: float) -> bool:
-        """End the thread; False if a hung viewer blocks it, in which case the thread ends with the process."""
+        """End the thread; return False if a hung viewer blocks the thread, which then ends with the process."""
         self._closing.set()
         self._thread.join(seconds)
         return not self._thread.is_alive()
@@ -103,7 +103,7 @@ class ViewerFeed:
                 self._closing.wait(RETRY)
 
     def _feed(self) -> None:
-        """Open the stream and feed it until a fault or the end; the stream is disconnected in either case."""
+        """Open the stream and send entries until a fault or the end; then disconnect the stream."""
         recording = Recording(self._open())
         try:
             self._empty()
@@ -124,7 +124,7 @@ class ViewerFeed:
         recording.flush(PATIENCE)
 
     def _empty(self) -> None:
-        """Drop the entries that waited while there was no viewer; the head has the current state."""
+        """Drop the entries that waited while there was no viewer; the head contains the current state."""
         while True:
             try:
                 self._queue.get_nowait()

@@ -26,10 +26,10 @@ STATE_COLOURS = {
 NOWHERE = Terrain(
     vertices=np.zeros((0, 3)), triangles=np.zeros((0, 3), dtype=np.int32), zone=np.zeros(0, dtype=np.int32), zones=()
 )
-"""Empty terrain for `point_of_view`, where trajectories alone determine the position of the eye."""
+"""Empty terrain for `point_of_view`: only the trajectories determine the position of the eye."""
 
 COVERING = ("trajectories/points", "hazard/points")
-"""Entities that would cover other entities: hidden by default."""
+"""Entities that are hidden by default, because they would cover other entities."""
 
 
 BEFORE, AFTER = -300.0, 150.0
@@ -37,7 +37,7 @@ BEFORE, AFTER = -300.0, 150.0
 
 
 def blueprint(strips: Sequence[Strip] = ()) -> Any:
-    """Return the layout at the newest moment; if there are trajectories, the eye is in front of them."""
+    """Return the layout, which shows the newest time; the eye looks at the trajectories, if any, from the front."""
     rrb = import_rerun().blueprint
     around = _around()
     series = (
@@ -77,7 +77,7 @@ def _around() -> Any:
 
 
 def extent_of(strips: Sequence[Strip]) -> float:
-    """Return the diagonal (m) of the box around strips; 0 without points."""
+    """Return the diagonal (m) of the bounding box of strips; 0 without points."""
     points = np.concatenate([np.empty((0, 3)), *(strip.points for strip in strips)])
     return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
@@ -103,7 +103,7 @@ def _places(strips: Sequence[Strip]) -> Any:
 def _as_samples(strips: Sequence[Strip]) -> PathSamples:
     """Return the points of strips as samples, one rock for each strip.
 
-    Times and velocities are zero, because unknown.
+    Times and velocities are unknown and set to zero.
     """
     x = np.concatenate([strip.points for strip in strips])
     row = np.repeat(np.arange(len(strips)), [len(strip.points) for strip in strips])

@@ -86,7 +86,7 @@ def later(answer: Evidence, seconds: int) -> Evidence:
 
 
 def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> Alert:
-    """Return the last of the decisions on answers one second apart, each with inputs of its own time."""
+    """Decide on answers that are one second apart, each with its own time, and return the last alert."""
     alert = None
     for step, answer in enumerate(answers):
         told = None if answer is None else later(answer, step)
@@ -96,12 +96,12 @@ def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> 
 
 
 def seen_by(at_ns: int) -> Acknowledgement:
-    """Return an acknowledgement at a time (ns)."""
+    """Return an acknowledgement with a time (ns)."""
     return acknowledgement("A. Shift", "inspected from the other side", at_ns)
 
 
 SHIFT = (NORMAL, WATCH, EVACUATE, None, NORMAL, "acknowledged", NORMAL)
-"""A shift, one entry a second: the level rises, the evidence fails, and an acknowledgement lowers the level."""
+"""Answers of a shift, one each second: the level rises, then there is no evidence, then an acknowledgement follows."""
 
 
 def logged_shift(folder: Path, thresholds: Thresholds | None = None, **options: Any) -> list[Alert]:

@@ -1,4 +1,4 @@
-"""Find the rocks that reach an area by shapely from stored paths, as an independent check of the tallies."""
+"""Find the rocks that reach an area, from stored paths with shapely, as an independent check of the tallies."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ def plan_tracks(frame: Frame, flights: Flights) -> tuple[Any, NDArray[np.int64]]
 
 
 def reached(tracks: tuple[Any, NDArray[np.int64]], polygons: MultiPolygon, rocks: int) -> NDArray[np.bool_]:
-    """Return (R,) whether a track of the rock meets the polygons."""
+    """Return a flag (R,) for each rock: True if a track of the rock intersects the polygons."""
     lines, row = tracks
     union = shapely.union_all(list(polygons.geoms))  # a multi-polygon with overlapping parts is not valid
     shapely.prepare(union)
@@ -34,7 +34,7 @@ def reached(tracks: tuple[Any, NDArray[np.int64]], polygons: MultiPolygon, rocks
 
 
 def _contacts(flights: Flights) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return release, impacts and end of all rocks: rows (N,) and points (N, 3) m, grouped by rock in order of time."""
+    """Return release, impacts and end of all rocks, grouped by rock in order of time: rows (N,) and points (N, 3) m."""
     deposits, impacts = flights.deposits, flights.impacts
     every = np.arange(len(deposits.x))
     rows = np.concatenate([every, impacts.row, every])

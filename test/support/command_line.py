@@ -1,4 +1,4 @@
-"""Run the program as a user does: in a process of its own, or, faster, in this process."""
+"""Run the program as a user does: in a separate process, or, faster, in this process."""
 
 import os
 import subprocess

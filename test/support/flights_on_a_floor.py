@@ -1,7 +1,7 @@
-"""Flights in closed form: rocks thrown on flat ground, and the scene that they belong to.
+"""Flights in closed form: rocks thrown on flat ground, and the scene of these flights.
 
-The bounces are those of reference/validation.md 2.1 (R_n, R_t on a flat floor). The last bounces settle, then the rock
-slides until Coulomb friction stops it.
+The bounces follow reference/validation.md 2.1 (R_n, R_t on a flat floor). After the last bounce the rock slides until
+Coulomb friction stops the rock.
 """
 
 import math
@@ -86,7 +86,7 @@ def floor(frame: Frame = UNMOVED, cells: int = CELLS) -> Terrain:
 
 
 def facet_under(terrain: Terrain, x: np.ndarray) -> int:
-    """Return the facet with the nearest centroid in plan, which is exact enough away from edges."""
+    """Return the facet whose centroid is nearest in plan: for points that are not near an edge, the facet below."""
     centroids = terrain.vertices[terrain.triangles].mean(axis=1)
     return int(np.argmin(np.linalg.norm(centroids[:, :2] - x[:2], axis=1)))
 
@@ -129,7 +129,7 @@ def start_of(i: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | None = None, steps=()) -> Run:
-    """Return the run of the scene over the floor with these flights; no engine is prepared for it."""
+    """Return the run of the scene over the floor with these flights, without an engine."""
     rocks = len(flights.deposits.rock)
     position = None if named.observed is None else position_along(named.observed, terrain.frame)
     totals = Totals(position)
@@ -148,7 +148,7 @@ def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | No
 
 
 def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
-    """Return the maps of flights with complete paths, by the tallies."""
+    """Return the hazard maps that the tallies compute from flights with complete paths."""
     facets = facets_of(terrain)
     ground = ground_over(facets, bucket_locator(facets), raster_over(terrain, named.hazard.cell))
     outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(named).items()}
@@ -164,7 +164,7 @@ def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
 
 
 def batch_of(flights: Flights) -> Batch:
-    """Return the flights in the form that the engine passes to tallies: all impacts and paths, rock after rock."""
+    """Return the flights in the form that the engine passes to tallies: all impacts and paths, grouped by rock."""
     deposits, impacts, paths = flights.deposits, flights.impacts, flights.paths
     edges = np.arange(len(deposits.rock) + 1)
     events = np.bincount(paths.row, minlength=len(deposits.rock))

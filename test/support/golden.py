@@ -1,4 +1,4 @@
-"""Compare the results of this tree with the golden digests, bit by bit, or renew the digests.
+"""Compare the results of this source tree with the golden digests, bit by bit, or renew the digests.
 
     python test/support/golden.py                        compare every entry with golden.json, one line each
     python test/support/golden.py demo sphere            compare these entries only
@@ -6,11 +6,11 @@
     python test/support/golden.py --renew "WHY"          write golden.json from this tree, with the reason
 
 An entry is a scene of golden_scenes.py, which the command line flies, or the ROS session of golden_messages.py.
-golden_digests.py states what of a result is digested.
+golden_digests.py defines the digested parts of a result.
 
-The digests hold for one kind of machine: another processor, NumPy or C library may round the last bit of a sine
-differently. golden.json therefore has a fingerprint of the machine that made it. On a machine with another fingerprint
-nothing is compared.
+The digests are valid for one kind of machine: another processor, NumPy or C library may round the last bit of a sine
+differently. golden.json therefore contains a fingerprint of the machine that made the digests. On a machine with
+another fingerprint nothing is compared.
 """
 
 import argparse
@@ -36,9 +36,9 @@ from golden_scenes import BOTH, ENTRIES
 ROOT = Path(__file__).parents[2]
 GOLDEN = Path(__file__).with_suffix(".json")
 SESSION = "ros_session"
-"""The entry of golden_messages.py."""
+"""Name of the entry of golden_messages.py."""
 RESULTS = "results"
-"""Folder of an entry's results, inside one for each engine."""
+"""Folder of an entry's results, inside the folder of the engine."""
 NAMES = (*ENTRIES, SESSION)
 LIBRARIES = ("numpy", "vtk", "shapely")
 """Libraries whose version may change bits, or the order of the corners of a polygon."""
@@ -68,7 +68,7 @@ def engines_of(name: str) -> tuple[str, ...]:
 
 
 def missing_for(name: str, engine: str) -> str:
-    """Return why an engine cannot fly an entry on this machine; empty if it can."""
+    """Return why an engine cannot fly an entry on this machine; "" if the engine can."""
     if engine == "compiled" and find_spec("numba") is None:
         return "numba is not installed: there is no compiled engine"
     if name == SESSION and find_spec("rclpy") is None:
@@ -77,7 +77,7 @@ def missing_for(name: str, engine: str) -> str:
 
 
 def why_left_out(name: str) -> str:
-    """Return why no engine can fly an entry on this machine; empty if one can."""
+    """Return why no engine can fly an entry on this machine; "" if at least one engine can."""
     reasons = [missing_for(name, engine) for engine in engines_of(name)]
     return reasons[0] if all(reasons) else ""
 
@@ -95,7 +95,7 @@ def made(name: str, folder: Path) -> Digests:
 
 
 def joined(engines: Mapping[str, Digests]) -> dict[str, str]:
-    """Return one digest a part: that of all engines, or a list of them if they disagree."""
+    """Return part -> digest: the common digest of all engines, or the digest of each engine if the engines disagree."""
     found = {}
     for part in dict.fromkeys(part for digests in engines.values() for part in digests):
         values = [digests.get(part, "nothing") for digests in engines.values()]
@@ -117,12 +117,12 @@ def _made_on(name: str, engine: str, folder: Path) -> Digests:
 
 
 def fingerprint() -> dict[str, str]:
-    """Return what decides the last bit of a result besides this tree: rounding of functions and sums, versions."""
+    """Return the properties of the machine that affect the last bit of a result: rounding, and library versions."""
     return {"functions": digest_of(*_rounded()), **{name: version(name) for name in LIBRARIES}}
 
 
 def _rounded() -> Iterator[object]:
-    """Yield values of functions whose last bit differs between processors and libraries, by NumPy and by `math`."""
+    """Yield results of NumPy and `math` functions whose last bit differs between processors and libraries."""
     x = np.arange(1, 2001) / 256.0
     y, share = x[::-1].copy(), x / 8.0
     for name in ("sin", "cos", "tan", "exp", "log", "log10", "log1p", "sqrt", "cbrt"):
@@ -147,7 +147,7 @@ def entries() -> dict[str, Digests]:
 
 
 def why_not_comparable() -> str:
-    """Return why golden.json does not hold on this machine; empty if it does."""
+    """Return why golden.json is not valid on this machine; "" if it is valid."""
     here, there = fingerprint(), stored()["made_with"]
     differ = [name for name in (*here, *there) if here.get(name) != there.get(name)]
     return f"golden.json was made with another {' and '.join(dict.fromkeys(differ))}" if differ else ""
@@ -202,7 +202,7 @@ def _print_changes(content: Mapping[str, Digests]) -> None:
 
 
 def _timed(name: str, keep: Path | None) -> tuple[Digests, str]:
-    """Return the digests of an entry, and in words how many parts, which engines and how much CPU time."""
+    """Return the digests of an entry, and a text with the number of parts, the engines and the CPU time."""
     with tempfile.TemporaryDirectory() as temporary:
         began = time.process_time()
         found = made(name, (keep or Path(temporary)) / name)
@@ -210,7 +210,7 @@ def _timed(name: str, keep: Path | None) -> tuple[Digests, str]:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Compare or renew, as the command line says; return the exit code."""
+    """Compare or renew, depending on the command line; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("entry", nargs="*", choices=[*NAMES, []], metavar="ENTRY", help="compare these only")
     parser.add_argument("--renew", metavar="WHY", help="write golden.json, with the reason")

@@ -1,7 +1,7 @@
-"""Digest the files of a results folder: every number, name and order in them, and nothing else.
+"""Digest the files of a results folder: all numbers, all names and their order.
 
-Left out are pictures and run.rrd, which show the same numbers; in summary.json the versions, the engine and the wall
-times of the program; and everywhere the sentences for people, which are the strings with a blank.
+Not digested: pictures and run.rrd, which show the same numbers; versions, engine and wall times in summary.json; and
+all sentences for users, that is, all strings with a blank.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ LEFT_OUT = (
 )  # fmt: skip
 """Keys of the summary that describe the program run, not its result."""
 SENTENCE = "a sentence"
-"""Replaces every sentence: a result includes that there is one, but not its words."""
+"""Text that replaces every sentence: the digest depends on the presence of a sentence, but not on its words."""
 
 
 def digest_of(*values: Any) -> str:
@@ -39,7 +39,7 @@ def digest_of(*values: Any) -> str:
 
 
 def _feed(update: Callable[[bytes], None], value: Any) -> None:
-    """Pass a value on as bytes that no other value has."""
+    """Pass a value to `update` as bytes; different values give different bytes."""
     if isinstance(value, np.ndarray):
         update(f"array {value.dtype.str} {value.shape}:".encode() + np.ascontiguousarray(value).tobytes())
     elif isinstance(value, bytes | bytearray | memoryview):
@@ -66,7 +66,7 @@ def _scalar(value: Any) -> bytes:
 
 
 def without_sentences(value: Any) -> Any:
-    """Return the value with SENTENCE for each sentence, and paths without their folders."""
+    """Return the value with SENTENCE in place of each sentence, and with the file name in place of each path."""
     if isinstance(value, Mapping):
         return {key: without_sentences(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -77,7 +77,7 @@ def without_sentences(value: Any) -> Any:
 
 
 def digests_of(folder: Path) -> dict[str, str]:
-    """Return the digest of each file of a results folder by its path there, in order of name.
+    """Return path in the folder -> digest for each file of a results folder, in order of name.
 
     Raises KeyError for a suffix without an entry in READERS.
     """
@@ -92,7 +92,7 @@ def digest_of_scene(folder: Path) -> str:
 
 
 def _of_json(path: Path) -> Any:
-    """Return the content, keys in order; of the summary without LEFT_OUT and the scene's digest."""
+    """Return the content with sorted keys; LEFT_OUT and the digest of the scene are removed from the summary."""
     content = json.loads(path.read_text(encoding="utf-8"))
     if path.name == SUMMARY:
         content = {key: value for key, value in content.items() if key not in LEFT_OUT}
@@ -107,7 +107,7 @@ def _of_parquet(path: Path) -> Any:
 
 
 def _of_column(column: pa.ChunkedArray) -> Any:
-    """Return which values are known, and the values; the names of a dictionary one by one."""
+    """Return the flags of known values, and the values; for a dictionary column the name of each value."""
     if pa.types.is_dictionary(column.type):
         return column.cast(column.type.value_type).to_pylist()
     known = column.is_valid().combine_chunks().to_numpy(zero_copy_only=False)
@@ -160,4 +160,4 @@ READERS: dict[str, Callable[[Path], Any]] = {
     ".tif": _of_raster,
     ".vtp": _of_poly_data,
 }
-"""Suffix -> function that returns what is digested of a file."""
+"""Suffix -> function that returns the content of a file that is digested."""

@@ -1,10 +1,11 @@
 """Replay a ROS session without processes: fixed messages in, digests of the published and recorded messages out.
 
-Each message passes the functions that the simulator calls: they convert it into terrain, an area or sources; sources
-are answered, each answer is decided on, and both become messages. All messages, in and out, then pass the recorder's
-log. Times are those of the messages, and the seconds that an answer took are a constant. Sentences are left out.
+The session calls the functions of the simulator: they convert each message to terrain, an area or sources, answer the
+sources, decide on each answer, and convert answers and decisions to messages. The recorder's log then converts all
+messages, received and published. The times are the stamps of the messages; the duration of an answer is a constant.
+Sentences are not digested.
 
-The session has neither the threads of the nodes nor DDS: other tests cover which answer is published when.
+The session has neither the threads of the nodes nor DDS: other tests check the order and times of published answers.
 """
 
 import dataclasses
@@ -51,7 +52,7 @@ START = 1_800_000_000
 LATER = 2 * SECOND
 """Time from a message of sources, or an answer, to the next answer (ns)."""
 TOOK = 0.25
-"""Seconds in `results`, in place of the measured ones."""
+"""Duration (s) in `results`, in place of the measured duration."""
 
 PARAMETERS = SimulatorParameters(
     survey_frame="survey", map_origin=(1024.0, 2048.0, 128.0), first_rocks=24, release_speed=2.0, equipment_radius=6.0,
@@ -67,7 +68,7 @@ LIMITS = {
     "restrict": {"reach_probability": 0.8, "p95_energy_j": 800_000.0},
     "evacuate": {"reach_probability": 0.95, "first_arrival_s": {"evacuation": 2, "margin": 1}},
 }
-"""Limits that raise the alert of the session step by step."""
+"""Limits at which the level of the session's alert rises step by step."""
 SITE = {
     "site": "golden", "valid_s": 10, "alarm_from": "restrict", "areas": {"live_area": LIMITS, "equipment": LIMITS},
     "evidence": {
@@ -77,14 +78,14 @@ SITE = {
 }  # fmt: skip
 
 Content = Any
-"""Numbers, strings, bytes, arrays and mappings and sequences of them, as `digest_of` takes them."""
+"""A value that `digest_of` accepts: number, string, bytes, array, or a mapping or sequence of such values."""
 
 
 # --- messages in
 
 
 def _header(second: int, frame: str = "map") -> Header:
-    """Return a header of a second of the session."""
+    """Return a header with the stamp of a second of the session."""
     return Header(frame_id=frame, stamp=Time(sec=START + second, nanosec=125_000_000))
 
 
@@ -106,14 +107,14 @@ def _cloud(header: Header, names: tuple[str, ...], values: np.ndarray) -> PointC
 
 
 def _survey() -> PointCloud2:
-    """Return the hill in survey coordinates, with a hole where no rock passes."""
+    """Return the hill in survey coordinates, with a hole that no rock reaches."""
     points = _hill(32, 40) + np.array(PARAMETERS.map_origin)
     points[30, 12] = np.nan
     return _cloud(_header(0, "survey"), tuple("xyz"), points)
 
 
 def _grid_patch() -> PointCloud2:
-    """Return a patch in rows, above the ground."""
+    """Return a patch as a grid, above the ground."""
     return _cloud(_header(20), tuple("xyz"), _hill(32, 40, lift=1.5)[4:12, 18:28])
 
 
@@ -134,7 +135,7 @@ def _mesh() -> bytes:
 
 
 def _poses(second: int, *places: tuple[float, float, float], turned: bool = True) -> PoseArray:
-    """Return poses that look east, north-east and nowhere, in turn."""
+    """Return poses whose directions are, in turn, east, north-east and none."""
     turns = [Quaternion(w=1.0), Quaternion(z=0.28, w=0.96), Quaternion(x=0.0, y=0.0, z=0.0, w=0.0)]
     poses = [
         Pose(position=Point(x=x, y=y, z=z), orientation=turns[number % 3 if turned else 0])
@@ -144,7 +145,7 @@ def _poses(second: int, *places: tuple[float, float, float], turned: bool = True
 
 
 def _thrown() -> PointCloud2:
-    """Return sources with velocities and sizes, one of them unknown."""
+    """Return sources with velocities and sizes; one size is unknown."""
     names = ("x", "y", "z", "diameter", "vx", "vy", "vz")
     rows = [[8, 12, 50, 0.75, 3, 0, 0.5], [8, 20, 50, np.nan, 2, -1, 0], [12, 28, 47, 1.5, 0, 0, 0]]
     return _cloud(_header(60), names, np.array([rows]))
@@ -173,7 +174,7 @@ def messages_in() -> Iterator[tuple[str, Any]]:
 
 
 class Session:
-    """A simulator and a recorder in one thread; `parts` has what they publish and draw."""
+    """A simulator and a recorder in one thread; `parts` contains their published messages and recorded rows."""
 
     def __init__(self, engine: str) -> None:
         self.parts: dict[str, list[Content]] = {}
@@ -223,14 +224,14 @@ class Session:
         self._take_over(stand_after(before, ground))
 
     def _take_over(self, standing: PreparedTerrain) -> None:
-        """Stand on a terrain and note it; as copies, because a patch changes it in place."""
+        """Use a prepared terrain from now on, and note copies of its arrays, because a patch changes them in place."""
         self._standing, terrain = standing, standing.ground.terrain
         mesh = (terrain.frame.points_to_input(terrain.vertices), terrain.triangles.copy(), standing.ground.digest)
         self._note("terrain", [*mesh, *(column.copy() for column in standing.cells)])
 
     @property
     def _stood(self) -> PreparedTerrain:
-        """The terrain of the moment."""
+        """The prepared terrain in use."""
         assert self._standing is not None
         return self._standing
 
@@ -250,7 +251,7 @@ class Session:
             self._decide(None)
 
     def _evidence_of(self, answer: Answer) -> Evidence:
-        """Return what an answer says of the areas; its sources that are left out are a fault."""
+        """Return the evidence of an answer for the areas; omitted sources are a fault."""
         ground = self._stood.ground
         facts = {
             "result": answer.result, "stage": answer.stage, "at_ns": self._now, "version": "golden",
@@ -279,19 +280,19 @@ class Session:
         self._record(topic, deserialize_message(sent, kind))
 
     def _record(self, topic: str, message: Any) -> None:
-        """Note what the recorder draws of a message, and its time."""
+        """Note the rows that the recorder logs for a message, and their time."""
         for entry in self._log.entries(topic, message):
             drawn = Drawn()
             entry.draw(drawn)
             self._note(f"recorded {topic}", [entry.stamp_ns, entry.event, content_of(drawn.rows)])
 
     def _note(self, part: str, content: Content) -> None:
-        """Append to a part what its digest is made of."""
+        """Append content to a part of the digest."""
         self.parts.setdefault(part, []).append(content)
 
 
 class Drawn:
-    """Stands in for a recording: keeps the arguments of every method call."""
+    """Replaces a recording: keeps the arguments of every method call."""
 
     def __init__(self) -> None:
         self.rows: list[Any] = []
@@ -308,11 +309,11 @@ def _stamp(ns: int) -> Time:
     return Time(sec=ns // SECOND, nanosec=ns % SECOND)
 
 
-# --- what is digested
+# --- digested content
 
 
 def content_of(value: Any) -> Content:
-    """Return a message, or what is drawn of one, as plain values; sentences are replaced."""
+    """Return a message, or the recorded rows of a message, as plain values; sentences are replaced."""
     if hasattr(value, "get_fields_and_field_types"):
         return _content_of_message(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -327,7 +328,7 @@ def content_of(value: Any) -> Content:
 
 
 def _content_of_message(message: Any) -> Content:
-    """Return the fields by name; the names of a status and of its values stay, although they have blanks."""
+    """Return field name -> content; the names of a status and of its values stay, although they contain blanks."""
     fields = {name: getattr(message, name) for name in message.get_fields_and_field_types()}
     kept = {"name": fields["name"]} if isinstance(message, DiagnosticStatus) else {}
     kept |= {"key": fields["key"]} if isinstance(message, KeyValue) else {}
@@ -335,7 +336,7 @@ def _content_of_message(message: Any) -> Content:
 
 
 def digests_of_session(engine: str) -> dict[str, str]:
-    """Return the digests of `terrain`, of `out TOPIC` (published) and of `recorded TOPIC` (drawn)."""
+    """Return part -> digest; the parts are `terrain`, `out TOPIC` (published) and `recorded TOPIC` (recorded rows)."""
     session = Session(engine)
     for topic, message in messages_in():
         session.take(topic, message)

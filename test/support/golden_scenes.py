@@ -1,4 +1,4 @@
-"""The scenes of the golden digests: the shipped scenes, one for each model and effect, and rarely used keys.
+"""The scenes of the golden digests: shipped scenes, a scene for each model and effect, scenes with rarely used keys.
 
 Each scene is text and uses no helper of other tests, so a change of a helper cannot change a digest.
 """
@@ -21,10 +21,10 @@ KINDS = ("rebound", "ground", "effects")
 
 @dataclass(frozen=True)
 class Entry:
-    """A scene, and how to fly it.
+    """A scene, and the options of its run.
 
-    name : of the entry and of the scene file; scene : text of the scene file
-    rocks : value of --rocks, empty for the number in the scene; engines : each must give the same digests
+    name : name of the entry and of the scene file; scene : text of the scene file
+    rocks : value of --rocks, empty for the number in the scene; engines : engines that must give the same digests
     files : name -> text of the files that the scene refers to
     """
 
@@ -55,7 +55,7 @@ def _names(value: Any) -> list[str]:
 SHIPPED = "outputs: {pictures: false, recording: false}\n"
 TABLES = "outputs: {trajectories: 10, pictures: false, recording: false}\n"
 PROFILES = "outputs: {trajectories: 10, recording: false}\n"
-"""With pictures, because the points of profiles are written with them only."""
+"""Outputs with pictures, because the points of profiles are only written together with pictures."""
 
 PIT = """\
 terrain:
@@ -75,7 +75,7 @@ EAST_HALF = '{"type": "Polygon", "coordinates": [[[0, -300], [300, -300], [300, 
 
 
 def _ring(name: str, half: int, capacity_kj: int) -> str:
-    """Return a barrier along a square around the middle of the pit; half : half its side (m)."""
+    """Return a barrier along a square around the middle of the pit; half : half the side of the square (m)."""
     corners = [[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]]
     return f"{{name: {name}, along: {corners}, height: 2, capacity_kj: {capacity_kj}}}"
 
@@ -118,7 +118,7 @@ REBOUNDS = {
     ),
 }
 GROUNDS = {"none": "none", "rolling": "rolling", "rolling_stone": "{rolling_stone: {stop_speed: 2}}"}
-"""Ground models; `sliding` is in the scenes of rebounds and effects, `sphere` in those of the sphere."""
+"""Ground models; other scenes use the models `sliding` and `sphere`."""
 MORE_EFFECTS = {
     "roughness_amplitude": "roughness: {amplitude: 0.1, deviates: true}",
     "roughness_sideways": "roughness: {angle_sd_deg: 6, lateral_sd_deg: 4}",
@@ -129,11 +129,11 @@ MORE_EFFECTS = {
         "forest: {stems_per_ha: 500, within: west.geojson, conifer_share: 0.5, deflection: {frontal: [0.4, 0.3, 0.3]}}"
     ),
 }
-"""Effects with other parameters."""
+"""Effects with parameters that differ from EFFECTS."""
 
 
 def _shipped() -> Iterator[Entry]:
-    """Yield the scenes of config/scenes that need no outside data; with few rocks if they are made for 100,000."""
+    """Yield the scenes of config/scenes that need no external data; scenes for 100,000 rocks get fewer rocks."""
     beside = {path.name: path.read_text() for path in CONFIG.iterdir() if path.suffix != ".yaml"}
     for path in sorted(CONFIG.glob("*.yaml")):
         if path.stem != WITHOUT_TERRAIN:
@@ -250,7 +250,7 @@ MESHES = {
     "road.ply": ply(*strip(10, 14)),
     "floor.vtk": legacy_vtk(*strip(14, 24)),
 }
-"""One slope in four files, one zone each."""
+"""One slope in four files; each file is a zone."""
 MESH_SCENE = f"""\
 terrain:
   files: [{", ".join(f"{{path: {name}, zone: {name.partition('.')[0]}}}" for name in MESHES)}]

@@ -6,7 +6,7 @@ Every number is a multiple of 1/8, so it is exact on any machine.
 from collections.abc import Iterable, Sequence
 
 ROWS, COLUMNS, STEP = 24, 12, 4.0
-"""Number of squares down the slope and across it, and their side (m)."""
+"""Number of squares down the slope and across the slope, and the side of a square (m)."""
 
 Point = tuple[float, float, float]
 Corners = tuple[int, int, int]
@@ -64,5 +64,5 @@ def esri_grid(with_hole: bool = False) -> str:
 
 
 def _lines(rows: Iterable[Iterable[float]], before: str = "") -> str:
-    """Return rows of numbers as lines."""
+    """Return rows of numbers as lines of text; before : text at the begin of each line."""
     return "".join(before + " ".join(map(str, row)) + "\n" for row in rows)

@@ -1,4 +1,4 @@
-"""Search prose for words that rpf3d has given up, with codespell and the dictionary habits.txt.
+"""Search prose for words that rpf3d does not use any more, with codespell and the dictionary habits.txt.
 
 python test/support/habits.py [FILE ...]
 
@@ -21,7 +21,7 @@ PLACES = ("rpf3d_core", "rpf3d_ros", "launch", "docs", "benchmarks", "test", "ex
 KINDS = (".md", ".rst", ".py")
 GENERATED = ROOT / "docs" / "api"
 CODE = r"`[^`]*`|\b\w+(, \w+)* : "
-"""What codespell ignores in a line."""
+"""Pattern of the parts of a line that codespell ignores."""
 FENCED = r"(?m)^ *```.*?^ *```"
 BEGINNINGS = (tokenize.ENCODING, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
 """Tokens after which a statement begins."""
@@ -44,7 +44,7 @@ def prose_of(source: str) -> str:
 
 
 def prose_tokens(source: str) -> Iterator[tokenize.TokenInfo]:
-    """Yield the comments and the docstrings: strings that are statements of their own."""
+    """Yield the comments and the docstrings; every string that is a separate statement counts as a docstring."""
     begins = True
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT or (begins and token.type == tokenize.STRING):
@@ -72,7 +72,7 @@ def codespell(files: Iterable[Path], folder: Path) -> int:
 
 
 def place_of(path: Path) -> Path:
-    """Return the path of a file in the project; the name alone of a file elsewhere."""
+    """Return the path of a file relative to the project; only the name for a file outside the project."""
     path = path.resolve()
     return path.relative_to(ROOT) if path.is_relative_to(ROOT) else Path(path.name)
 

@@ -1,7 +1,8 @@
-"""Recompute hazard by brute force from stored paths: every cell against every segment of the paths, with sets of times.
+"""Recompute hazard by brute force from stored paths: every cell is compared with every segment of the paths.
 
-The code shares nothing with `rpf3d_core.hazard`. A square or facet cuts an interval out of a line. The ends of the
-interval are the times at which the line crosses the borders, solved for all borders at once in NumPy.
+The code shares nothing with `rpf3d_core.hazard`. For each segment and each square or facet, the code computes the time
+interval in which the segment is over the cell. The ends of the interval are the times at which the segment crosses the
+borders, solved for all borders at once in NumPy.
 """
 
 import math
@@ -16,14 +17,14 @@ from rpf3d_core.values import Mode, Outcome
 
 G = 9.81
 CHORDS = 8
-"""Number of chords that replace a curved slide (`hazard.tracks`)."""
+"""Number of chords that replace a curved slide, as in `hazard.tracks`."""
 JOINED = 1e-9
-"""Gap (s) below which two stays count as one."""
+"""Gap (s) up to which two intervals in a cell count as one stay."""
 
 
 @dataclass
 class Stays:
-    """The time intervals of one rock in one cell, and its largest values there."""
+    """The time intervals of one rock in one cell, and the largest values of the rock in this cell."""
 
     times: list
     energy: float = 0.0
@@ -55,7 +56,10 @@ def straight_pieces(flights: Flights):
 
 
 def cut(inside, turning, duration):
-    """Return the intervals (N, 2) in which inside + turning t >= 0 for all of (N, K) borders, within [0, duration]."""
+    """Return begin (N,) and end (N,) of the times in [0, duration] at which inside + turning t >= 0 for all K borders.
+
+    inside, turning : (N, K), distance inside each border at time 0, and its change per second
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         at = -inside / turning
     low = np.where(turning > 0, at, np.where((turning == 0) & (inside < 0), np.inf, -np.inf)).max(axis=1)
@@ -64,9 +68,9 @@ def cut(inside, turning, duration):
 
 
 def clock(gravity, ends, duration, t):
-    """Return the time (s) at which a segment reaches the point that constant speed would reach after t seconds.
+    """Return the time (s) at which a rock reaches the point that it would reach after t seconds at constant speed.
 
-    A slide covers u t + a t^2 / 2, where its acceleration a changes its speed from u to the speed at its end.
+    The length of a slide is u t + a t^2 / 2. The acceleration a changes the speed from u to the speed at the end.
     """
     a = 0.0 if gravity else (ends[1] - ends[0]) / duration
     if a == 0.0:
@@ -83,7 +87,7 @@ def speed(v, gravity, ends, duration, t):
 
 
 def height_above(facets, f, x, v, gravity, low, high):
-    """Return the largest height (m) above the plane of facet f between two times.
+    """Return the largest height (m) of a segment above the plane of the facet with index f, from time low to time high.
 
     The height is taken at three times, and where the velocity is parallel to the plane.
     """
@@ -97,7 +101,7 @@ def height_above(facets, f, x, v, gravity, low, high):
 
 
 def by_force(flights: Flights, facets: Facets, raster, mass):
-    """Return {(rock, cell): Stays} for squares, facets and zones."""
+    """Return three dictionaries (rock, cell) -> Stays, for squares, facets and zones."""
     squares, ground, zones = {}, {}, {}
     corners = np.asarray(facets.corners).reshape(-1, 3, 3)
     side = np.sign(facets.normals[:, 2])
@@ -142,7 +146,7 @@ def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
 
 
 def count(flights, facets, raster, mass, squares, ground, zones):
-    """Count deposits and impacts; an impact has the speed before the impact."""
+    """Add deposits and impacts to the stays; the speed of an impact is the speed before the impact."""
 
     def square(x):
         return math.floor((x[1] - raster.y) / raster.cell) * raster.nx + math.floor((x[0] - raster.x) / raster.cell)
@@ -160,7 +164,7 @@ def count(flights, facets, raster, mass, squares, ground, zones):
 
 
 def passages(times):
-    """Return the number of stays after adjoining intervals are joined."""
+    """Return the number of stays: intervals that follow each other within JOINED count as one stay."""
     entered, until = 0, -math.inf
     for begin, end in sorted(times):
         entered += begin > until + JOINED

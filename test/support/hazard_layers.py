@@ -29,7 +29,7 @@ class Points:
 def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: int = 7) -> Points:
     """Return points of rocks that fly from one place on the western rim towards the middle.
 
-    Each rock flies a random part of the way.
+    Each rock flies a random share of the distance.
     """
     random = np.random.default_rng(seed)
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
@@ -51,7 +51,7 @@ def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: i
 
 
 def laid_out(layers: Layers) -> SimpleNamespace:
-    """Return the layers as arrays (C,) of all cells; counts are 0 and statistics NaN where no rock came."""
+    """Return the layers as arrays (C,) of all cells; counts are 0 and statistics NaN in cells that no rock reached."""
 
     def column(values):
         return layers.everywhere(values, 0 if values.dtype.kind in "iu" else np.nan)
@@ -108,7 +108,7 @@ def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.nd
 
 
 def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
-    """Return the layers of `cells` cells from points in cells (N,); -1 is no cell."""
+    """Return the layers of `cells` cells from points; cell : (N,) cell of each point, -1 for none."""
     inside = cell >= 0
     rock, cell = points.rock[inside], cell[inside]
     entered = np.append(True, (cell[1:] != cell[:-1]) | (rock[1:] != rock[:-1])) if len(cell) else np.empty(0, bool)
@@ -135,7 +135,7 @@ def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
 
 
 def gathered(everywhere: tuple[np.ndarray, ...], kept: np.ndarray) -> Layers:
-    """Return the layers of the cells to keep (C,) from arrays (C,) of all cells and tables (C, 6) of their spreads."""
+    """Return the layers of the kept cells (flags (C,)) from arrays (C,) and statistics (C, 6) of all cells."""
     *counts, arrival, energy, speed, height = (array[kept] for array in everywhere)
     spreads = [CellStatistics(*table.T) for table in (energy, speed, height)]
     return Layers(len(kept), np.flatnonzero(kept), *counts, arrival, *spreads, 0.0)
@@ -154,7 +154,7 @@ def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
 
 
 def _merged(parts: list[Layers]) -> Layers:
-    """Return the layers of areas that may overlap, each counted separately."""
+    """Return the joint layers of several areas, which may overlap; each area is counted separately."""
     count = parts[0].count
     laid = [laid_out(part) for part in parts]
 

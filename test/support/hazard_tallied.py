@@ -18,7 +18,7 @@ MEMORY = 1e9
 
 
 def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
-    """Return tallies over a terrain with a raster that is not aligned with the terrain's grid."""
+    """Return tallies for a terrain; the raster of the tallies is not aligned with the grid of the terrain."""
     facets = facets_of(terrain)
     low = (facets.low[0] - 0.37, facets.low[1] - 0.53)
     raster = Raster(*low, cell, *(int((facets.high[k] + 1.0 - low[k]) / cell) + 1 for k in range(2)))
@@ -28,7 +28,7 @@ def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
 
 
 def rocks_above(count, size=18.0, seed=3):
-    """Return random positions and velocities of rocks over a grid of a size (m)."""
+    """Return random positions and velocities of rocks over a square grid; size : side of the grid (m)."""
     random = np.random.default_rng(seed)
     x = random.uniform(1.0, size - 1.0, (count, 3))
     x[:, 2] = 6.0

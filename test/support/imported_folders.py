@@ -1,4 +1,4 @@
-"""Small input folders of other programs, in the form that their users have."""
+"""Small input folders of other programs, in the format of these programs."""
 
 from pathlib import Path
 

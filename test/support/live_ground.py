@@ -1,4 +1,4 @@
-"""Grounds and sources for answers over a small pit."""
+"""Grounds and sources for tests of answers over a small pit."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ ENGINES = ["reference", *(["compiled"] if HAS_NUMBA else [])]
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A ground with the attributes that an answer reads."""
+    """A minimal ground: only the attributes that the computation of an answer reads."""
 
     terrain: Any
     facets: Any

@@ -1,4 +1,4 @@
-"""The mine around a live simulator: publishes terrain, sources and areas, and receives all topics of the simulator."""
+"""A replacement for the mine in tests of a live simulator: it publishes all inputs and receives all outputs."""
 
 import resource
 import time
@@ -47,7 +47,7 @@ SPACING = 1.0
 
 
 class Said(NamedTuple):
-    """One received state of a part of a node."""
+    """A received state of one part of a node."""
 
     part: str
     level: int
@@ -139,7 +139,7 @@ class LivePeer:
         self._clock, self._last_stamp = lambda: from_ns + time.monotonic_ns() - began, 0
 
     def spin(self, seconds=0.0, until_something_is_said=False):
-        """Take messages for some seconds, or until the simulator publishes a state."""
+        """Receive messages for some seconds, or until the simulator publishes a state."""
         until, said = time.monotonic() + seconds, len(self.said)
         self._turn(0.0)
         while (left := until - time.monotonic()) > 0 and not (until_something_is_said and len(self.said) > said):
@@ -169,9 +169,9 @@ class LivePeer:
         self.publishers[topic].publish(message)
 
     def wait_for_sentence(self, sentence, after=0, node=NODE):
-        """Spin until a node publishes a state that contains a sentence, after `after` earlier states.
+        """Spin until a node publishes a state that contains a sentence, and return the state.
 
-        Return the state.
+        after : number of earlier states that are skipped
         """
 
         def found():
@@ -180,7 +180,7 @@ class LivePeer:
         return self.wait(found, f"{node} to say {sentence!r}")
 
     def refused(self, topic, message, sentence):
-        """Publish an invalid message, and wait for its refusal."""
+        """Publish an invalid message, and wait until the simulator refuses the message with a sentence."""
         before = len(self.said)
         self.send(topic, message)
         return self.wait_for_sentence(sentence, before)
@@ -223,7 +223,7 @@ class LivePeer:
         return {pair.key: pair.value for pair in self.results[-1].status[0].values}
 
     def wait_for_alert(self, level, after=0):
-        """Wait for an alert of a level (a word), after `after` earlier alerts; return its status."""
+        """Wait for an alert of a level (a word) and return its status; after : number of earlier alerts to skip."""
 
         def found():
             told = (status for array in self.alerts[after:] for status in array.status if status.name == ALERT)
@@ -254,7 +254,7 @@ class LivePeer:
         return future.result()
 
     def close(self):
-        """Leave the domain."""
+        """Destroy the node and leave the ROS domain."""
         self.executor.shutdown()
         self.node.destroy_node()
         self.context.try_shutdown()

@@ -1,4 +1,4 @@
-"""Small valid files of every format that is read, and damage to them."""
+"""Small valid files of every input format, and functions that damage files."""
 
 import gzip
 import random
@@ -114,7 +114,7 @@ def _by_vtk(writer_of: Callable[[], object], binary: bool | None) -> Callable[[P
 def _ply(order: str) -> Callable[[Path], None]:
     """Return a function that writes a PLY file.
 
-    One triangle becomes a square, so that faces of mixed sizes are read too.
+    One triangle is replaced by a square, so that the file has polygons with three and with four corners.
     """
     sign = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(order)
     faces = [[*TRIANGLES[0], 5], *TRIANGLES[1:].tolist()]
@@ -183,4 +183,4 @@ READERS: dict[str, tuple[Callable[[Path], object], Callable[[Path], object]]] = 
     "xyz text": (lambda path: path.write_bytes(b"# x y z\n1, 2, 3\n4, 5, 6, more\n\n7, 8, 9\n"), read_points),
     "yaml text": (lambda path: path.write_bytes(SCENE), read_scene),
 }
-"""How to write a valid file of each format, and how to read it; the first word of a key is the file's extension."""
+"""Format -> functions that write and read a valid file; the first word of a format is the extension of the file."""

@@ -39,7 +39,7 @@ def _grid() -> Case:
 
 
 def _survey(cloud: PointCloud2) -> object:
-    """Convert as the node does: first the quick check, then the points."""
+    """Convert a cloud as the node does: first the quick check, then the points."""
     check_cloud(cloud, MAP, MOST)
     return survey_of_cloud(cloud, MAP, MOST)
 

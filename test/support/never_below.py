@@ -1,8 +1,8 @@
-"""The campaign of releases on vertices, edges and faces: no rock may be below the ground that it started above.
+"""A campaign of releases on vertices, edges and facets, which checks that no rock falls below the ground.
 
     python test/support/never_below.py --rocks 1250000 --first 1    print a line a family, and the seed of each fall
 
-A case is a mesh, 250 rocks and one physics, drawn from a family and a seed (`test/support/random_ground.py`).
+A case is a mesh, 250 rocks and one set of models, drawn from a family and a seed (`test/support/random_ground.py`).
 """
 
 import argparse
@@ -22,7 +22,7 @@ from rpf3d_core.values import Outcome
 ROCKS = 250
 """Rocks in each case."""
 FEW = 20
-"""Rocks of a case that also fly on the reference engine, which takes a thousand times as long."""
+"""Number of rocks of a case that also fly on the reference engine, which takes a thousand times as long."""
 
 
 def flown(case: Case, engine: str = "compiled", some: slice = slice(None)) -> Flights:
@@ -37,12 +37,12 @@ def engines_differ(case: Case) -> bool:
 
 
 def guarded(flights: Flights) -> NDArray[np.int64]:
-    """Rows of the rocks that fell and that the simulator itself noticed (docs/explanation/never-below.md)."""
+    """Return the rows of fallen rocks that the simulator itself detected (docs/explanation/never-below.md)."""
     return np.flatnonzero(flights.deposits.outcome == Outcome.FELL_THROUGH)
 
 
 def wrongs(case: Case, flights: Flights, both: bool) -> int:
-    """Print what is wrong with the flights of a case, with its seed; return how many rocks that concerns."""
+    """Print the faults of a case's flights, with the seed of the case; return the number of faulty rocks."""
     rows = {"fell": fallen(case, flights), "hang": in_the_air(case, flights), "guarded": guarded(flights)}
     for word, some in rows.items():
         if len(some):

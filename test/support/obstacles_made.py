@@ -19,7 +19,7 @@ from rpf3d_core.terrain.sections import ground_at, section_of
 MASS, RADIUS = 1000.0, 0.5
 """Mass and radius of the rocks of `scenes_of_facets.fly` (kg, m)."""
 STRAIGHT = Deflection(0.35, 0.75, (1.0, 0.0, 0.0) * 3, (0.0, 0.0, 67.5, 76.0))
-"""A deflection that keeps the direction of rocks."""
+"""A deflection by trees that does not change the direction of rocks."""
 ASIDE = Deflection(0.35, 0.75, (0.4, 0.4, 0.2) * 3, (0.0, 22.5, 67.5, 76.0))
 
 
@@ -46,7 +46,7 @@ def fence(
 
 
 def fences(*some: Barriers) -> Barriers:
-    """Return several barriers in the form of the barriers of one scene, in this order."""
+    """Return several barriers as the barriers of one scene, in the given order."""
     rows, lines = [len(one.panel.x) for one in some], np.cumsum([0, *(one.panel.line.max() + 1 for one in some[:-1])])
     columns = {name: np.concatenate([getattr(one.panel, name) for one in some]) for name in Panel._fields}
     columns["line"] = columns["line"] + np.repeat(lines, rows)
@@ -73,7 +73,7 @@ def trees(
 
 
 def with_effects(physics: Flight, *effects: object) -> Flight:
-    """Return the same physics with effects."""
+    """Return a copy of the physics with effects."""
     models = physics.models
     return dataclasses.replace(physics, models=Models(models.rebound, models.ground, chain_of(effects)))
 

@@ -16,7 +16,7 @@ WIDTH = 100
 
 
 class OnATerminal:
-    """A command on a terminal of its own, so that the command shows its progress."""
+    """A command on a separate terminal, so that the command shows its progress."""
 
     def __init__(self, *words: object, cwd: Path, width: int = WIDTH, command: Sequence[str] = tuple(COMMAND)) -> None:
         self.screen, other = pty.openpty()

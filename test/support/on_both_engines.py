@@ -15,13 +15,13 @@ from rpf3d_core.values import Mode, Outcome
 
 G = 9.81
 NEAR = 1e-6
-"""m: far above the contact tolerance (1e-11 m on these terrains), far below any relevant distance."""
+"""Distance (m) that counts as zero: far above the contact tolerance (1e-11 m), far below any relevant distance."""
 BOTH = pytest.mark.parametrize("engine", ENGINES)
 MODELS = pytest.mark.parametrize("model", ["none", "sliding"])
 
 
 def as_loaded(terrain: Terrain) -> Terrain:
-    """Return the terrain with its winding repaired, like every terrain that is read from a file."""
+    """Return the terrain with repaired winding, like every terrain that is read from a file."""
     winding = repair_winding(terrain.vertices, terrain.triangles, edges_of(terrain.triangles, len(terrain.vertices)))
     return replace(terrain, triangles=winding.triangles)
 

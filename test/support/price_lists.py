@@ -1,4 +1,4 @@
-"""An invented price list of accuracy with round figures, for tests of choices and drawings."""
+"""An invented price list of accuracy (error and time of each choice) with round figures, for tests."""
 
 import math
 from typing import Any

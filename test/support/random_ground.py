@@ -1,9 +1,9 @@
 """Random meshes, rocks released on them, and an independent check that no rock falls through.
 
-The rocks start on vertices, edges and faces. The check shares no code with the contact search. For every facet that a
+The rocks start on vertices, edges and facets. The check shares no code with the contact search. For every facet that a
 point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. All meshes except
 `overhangs` are height fields over a square, so no facet faces downwards. In a mesh with overhangs a point is below the
-ground if an odd number of facets lies straight above it.
+ground if an odd number of facets lies straight above the point.
 """
 
 import math
@@ -27,23 +27,23 @@ from rpf3d_core.values import Mode, Outcome
 SIDE = 12.0
 """Side of the square that a mesh covers, if the mesh is not LARGE (m)."""
 LARGE = 100.0
-"""Factor on the size of some meshes: the tolerance grows with the size, and so do the faults within the tolerance."""
+"""Factor on the size of some meshes: the tolerance and the faults within the tolerance grow with the size."""
 UTM = (512_345.678, 4_567_890.123, 1_687.0)
-"""Offset like survey coordinates (m), added and subtracted again, so that vertices are rounded by it."""
+"""Offset like survey coordinates (m); adding and subtracting the offset rounds the vertices."""
 DEEP = 1e-6
-"""A rock this far (m) below a facet that it lies over has fallen through: 2.4 times 256 tolerances of the largest."""
+"""Depth (m) below a facet from which a rock has fallen through: 2.4 times 256 tolerances of the largest mesh."""
 NEXT_TO = 1e-6
 """Points this close to a facet's edge in plan (m) are judged by the facets on both sides of the edge."""
 
 ROUNDED = 2e-4
-"""Share of the size of a mesh: a rock that comes this close to a rounded rim, which is not convex, is not judged on."""
+"""Share of the size of a mesh: a rock this close to a rounded rim, which is not convex, is not checked any further."""
 
 Draw = np.random.Generator
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh of a family, rocks released on the mesh, and the physics of their fall; all drawn from one seed."""
+    """A mesh of a family, rocks released on the mesh, and the models of their flights; all drawn from one seed."""
 
     family: str
     seed: int
@@ -98,14 +98,14 @@ def ridges(draw: Draw) -> Terrain:
 
 
 def steps(draw: Draw) -> Terrain:
-    """Return heights of few values: level facets, equal heights, faces of one slope."""
+    """Return a mesh with few different heights: level facets, equal heights, facets of equal slope."""
     plan, triangles = _grid(draw, int(draw.integers(2, 13)))
     step = draw.choice([0.25, 0.5, 1.0])
     return _mesh(plan, step * np.round((_sloping(draw, plan) + draw.uniform(-1, 1, len(plan))) / step), triangles)
 
 
 def benches(draw: Draw) -> Terrain:
-    """Return level berms and faces of up to 85 degrees, with noise."""
+    """Return level berms and bench faces of up to 85 degrees, with noise."""
     plan, triangles = _grid(draw, cells := 6)
     run = SIDE / cells * math.tan(math.radians(draw.uniform(5.0, 40.0))) / 2.0
     plan[:, 0] += np.where(np.round(plan[:, 0] * cells / SIDE) % 2 == 1, run - SIDE / cells, 0.0)
@@ -114,7 +114,7 @@ def benches(draw: Draw) -> Terrain:
 
 
 def scattered(draw: Draw) -> Terrain:
-    """Return the Delaunay triangles of scattered points: vertices with any number of facets."""
+    """Return the Delaunay triangles of scattered points, so that any number of facets may meet at a vertex."""
     square = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)]
     plan = np.concatenate([square, draw.uniform(0.3, SIDE - 0.3, (int(draw.integers(5, 80)), 2))])
     noise = 10.0 ** draw.uniform(-4.0, 0.5) * draw.uniform(-1.0, 1.0, len(plan))
@@ -156,7 +156,7 @@ def walls(draw: Draw) -> Terrain:
 
 
 def seams(draw: Draw) -> Terrain:
-    """Return one plane of three facets with a T-junction, down the dip or anywhere.
+    """Return one plane of three facets with a T-junction, whose edge runs down the dip or in a random direction.
 
     Two of the facets share one edge of the third.
     """
@@ -170,7 +170,7 @@ def seams(draw: Draw) -> Terrain:
 
 
 def overhangs(draw: Draw) -> Terrain:
-    """A plateau, a face that leans over a floor, and the floor, in strips whose foot bends; turned, and rounded."""
+    """Return a plateau, an overhanging bench face and a floor, in strips with a bent foot; turned and rounded."""
     rows = np.linspace(0.0, SIDE, int(draw.integers(2, 7)))
     bend = draw.choice([0.0, 0.1, 1.0]) * draw.uniform(-1.0, 1.0, (2, len(rows)))
     along, towards, lean = draw.uniform(-1.0, 1.0), draw.uniform(-0.5, 1.0), draw.uniform(0.2, 3.0)
@@ -185,7 +185,7 @@ def overhangs(draw: Draw) -> Terrain:
 
 
 def _strips(draw: Draw, rows: int) -> np.ndarray:
-    """Triangles (F, 3) between rows of four points; each cell is cut along either diagonal."""
+    """Return triangles (F, 3) between rows of four points; each cell is cut along either diagonal."""
     a = (np.arange(rows - 1)[:, None] * 4 + np.arange(3)).ravel()
     b, c, d = a + 1, a + 5, a + 4
     other = (draw.uniform(size=len(a)) < draw.choice([0.0, 0.5, 1.0]))[:, None]
@@ -199,7 +199,7 @@ ROUNDINGS: tuple[Callable[[np.ndarray], np.ndarray], ...] = (
     lambda exact: np.round(exact, 3),
     lambda exact: exact.astype(np.float32).astype(float),
 )
-"""Vertices (V, 3) as computed, to the millimetre, and in single precision: what survey files hold."""
+"""Functions that round vertices (V, 3) as in survey files: not at all, to the millimetre, to single precision."""
 
 FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
     each.__name__: each
@@ -208,7 +208,7 @@ FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
 
 
 def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terrain:
-    """Return the terrain over a plan (V, 2) with heights (V,); the winding of every facet makes it face up."""
+    """Return the terrain over a plan (V, 2) with heights (V,); all facets are wound so that they face up."""
     u, w = plan[triangles[:, 1]] - plan[triangles[:, 0]], plan[triangles[:, 2]] - plan[triangles[:, 0]]
     turned = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] < 0.0)[:, None]
     return terrain_of(
@@ -246,7 +246,7 @@ def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Ca
 
 
 def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (R, 3) m on vertices, edges and faces, some above, and velocities (R, 3) m/s, most of them 0."""
+    """Return positions (R, 3) m on or above vertices, edges and facets, and velocities (R, 3) m/s, most of them 0."""
     corners = terrain.vertices[terrain.triangles[draw.integers(0, len(terrain.triangles), rocks)]]
     kind = draw.choice(3, rocks, p=[0.5, 0.25, 0.25])
     share = draw.dirichlet([1.0, 1.0, 1.0], rocks)
@@ -271,7 +271,7 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
 
 
 def _is_under_a_face(terrain: Terrain, x: np.ndarray) -> np.ndarray:
-    """Which places (R, 3) m on the ground lie on, or under, a face that leans over: above them is no open air."""
+    """Return flags (R,) of the places (R, 3) m on or under an overhanging facet, where no rock may start higher."""
     facets = terrain.vertices[terrain.triangles]
     leans = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])[:, 2] < 0.0
     under = np.zeros(len(x), dtype=bool)
@@ -286,10 +286,10 @@ def _is_under_a_face(terrain: Terrain, x: np.ndarray) -> np.ndarray:
 def fallen(case: Case, flights: Flights) -> np.ndarray:
     """Return the rows of the rocks that were more than DEEP below the ground anywhere on their paths.
 
-    Such a point is below all facets that it lies over, including facets within NEXT_TO in plan: at the foot of an
-    upright wall, below the floor and below the plateau. Points within NEXT_TO of the rim of the mesh, which is convex,
-    do not count. In `overhangs`, such a point has an odd number of facets above it, and a rock that came near the rim
-    does not count.
+    A point is below the ground if it is below all facets at its place in plan, including facets within NEXT_TO. At the
+    foot of an upright wall, the point must be below the floor and below the plateau. Points within NEXT_TO of the rim
+    of the mesh, which is convex, do not count. In `overhangs`, a point is below the ground if an odd number of facets
+    lies above the point; a path does not count from the moment when the rock is near the rim.
     """
     rows, times, points = _points(flights, case.flight.settings.gravity)
     facets = case.terrain.vertices[case.terrain.triangles]
@@ -310,7 +310,8 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
 def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return whether each of points (N, 3) has an odd number of facets (F, 3, 3) straight above, and none within DEEP.
 
-    Three places NEXT_TO each point must agree: a line along an edge passes through two facets, or none.
+    The result is True only if three places at the distance NEXT_TO from the point agree, because a vertical line
+    through an edge passes through two facets, or none.
     """
     below = np.ones(len(points), dtype=bool)
     for turn in (1.0, 3.1, 5.2):
@@ -333,7 +334,7 @@ def _is_above(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _within(terrain: Terrain, points: np.ndarray, margin: float = NEXT_TO) -> np.ndarray:
-    """Return whether each of points (N, 3) m is inside the rim of a mesh, convex in plan, by more than a margin (m)."""
+    """Return flags (N,) of the points (N, 3) m inside the convex rim of a mesh in plan, by more than a margin (m)."""
     corner, along = (sides.T for sides in np.split(_rim(terrain.vertices[:, :2]), 2, axis=1))
     across = (points[:, :1] - corner[0]) * -along[1] + (points[:, 1:2] - corner[1]) * along[0]
     return np.asarray((across > margin).all(axis=1))
@@ -351,9 +352,9 @@ def _rim(plan: np.ndarray) -> np.ndarray:
 
 
 def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return rows of rocks, times (s) and positions (m): every event, three points of each flight, and each end.
+    """Return rows of rocks, times (s) and positions (m) of all events, three points of each flight, and all ends.
 
-    An end has no time of its own: it counts as late as its rock's last event.
+    The end of a rock has no separate time: its time is the time of the rock's last event.
     """
     paths, deposits = flights.paths, flights.deposits
     fly = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)

@@ -1,4 +1,4 @@
-"""Every rebound model with parameters as in a scene, and impacts and flights with one of the models."""
+"""All rebound models with parameters as in a scene, and single impacts and flights with one of these models."""
 
 from dataclasses import replace
 from typing import Any
@@ -23,7 +23,7 @@ from rpf3d_core.values import ZERO, Motion, Rock, Vec
 
 UP: Vec = (0.0, 0.0, 1.0)
 NO_TERRAIN: Any = None
-"""Builders of rebounds use neither scene nor terrain."""
+"""Placeholder for scene and terrain, which the builders of rebounds do not use."""
 
 ROWS = ((5.0, 1.6, 0.6), (30.0, 0.7, 0.7), (60.0, 0.35, 0.85), (90.0, 0.25, 0.9))
 """Invented values: R_n falls with the angle and R_t rises, as in experiments."""
@@ -64,7 +64,7 @@ def falling_rock(mass: float = 1000.0, radius: float = 0.5, impacts: int = 0, ro
 
 
 def struck(model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, rock: RockContext | None = None) -> Motion:
-    """Return the motion after an impact."""
+    """Return the motion of a rock after an impact."""
     after: Motion = rebound(model, ground, Motion(0.0, ZERO, v, w), n, rock or falling_rock())
     return after
 

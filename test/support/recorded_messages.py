@@ -40,12 +40,12 @@ def header(second, frame="map"):
 
 
 def markers(data):
-    """Return the array in published bytes."""
+    """Return the MarkerArray in published bytes."""
     return deserialize_message(data, MarkerArray)
 
 
 def hazard(of, levels):
-    """Return zones of corners (F, 3, 3) m by level, without outlines."""
+    """Return the shown zones of hazard levels, from corners (F, 3, 3) m of each level, without outlines."""
     return markers(zone_markers(of, [ShownZone(name, c, np.empty((0, 2, 3))) for name, c in levels.items()]))
 
 
@@ -150,7 +150,10 @@ def answers(second, seconds=4.0):
 
 
 def shift(start=1_700_000_000):
-    """Yield (receive stamp ns, topic, message) of two events with an alert up and down, in order; the mesh as CDR."""
+    """Yield (time of reception in ns, topic, message) in order: two events, an alert that rises and falls.
+
+    The mesh is given as CDR.
+    """
     yield start * SECOND, "terrain/mesh", mesh()
     yield start * SECOND, "alarm", Bool(data=False)
     for number, level in enumerate(("evacuate", "normal")):
@@ -181,7 +184,7 @@ def without_chance(message):
 
 
 def write_bag(folder, messages, namespace="/"):
-    """Write a bag of (stamp ns, topic, message)."""
+    """Write a bag with messages (time in ns, topic, message)."""
     bag = BagWriter(folder)
     for stamp_ns, topic, message in messages:
         bag.write(topic, topic if topic.startswith("/") else namespace + topic, stamp_ns, as_cdr(message))

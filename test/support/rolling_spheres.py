@@ -19,12 +19,12 @@ from rpf3d_core.simulation.engines import Engine, Models
 from rpf3d_core.values import Mode
 
 REGISTERED = (vtk_swept, sphere)
-"""The import of these modules registers the rules of spheres."""
+"""The import of these modules registers the contact rules of spheres."""
 SPHERE = CoulombSphere(MATERIALS_OWN, 0.0)
 
 
 def spheres(ground: Surface, model=SPHERE, on_ground=None, **settings: float) -> Flight:
-    """Return the physics of spheres over one ground."""
+    """Return the models and settings for flights of spheres over one ground."""
     physics = flight(ground, **settings)
     return dataclasses.replace(physics, models=Models(model, SphereGround() if on_ground is None else on_ground))
 
@@ -52,7 +52,7 @@ def clearance(engine: Engine, points: np.ndarray) -> np.ndarray:
 
 
 def places_of(flights: Flights, samples: int = 3) -> np.ndarray:
-    """Return the events of all paths, and some points on the flights between them (N, 3) m."""
+    """Return the events of all paths, and points on the flights between the events, (N, 3) m."""
     paths = flights.paths
     going = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
     t = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None] * (paths.t[going + 1] - paths.t[going])[:, None]

@@ -20,7 +20,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
 ENGINES = ("reference", "compiled")
-"""Every test of flights runs on both engines; the compiled engine needs numba, which is a normal dependency."""
+"""Names of both engines; every test of flights runs on both. The compiled engine needs numba, a normal dependency."""
 
 AT_REST = (0.0, 0.0, 0.0)
 
@@ -41,9 +41,9 @@ def terrain_of(
 
 
 def grid_triangles(rows: int, columns: int) -> np.ndarray:
-    """Return two triangles for each cell over rows by columns points, numbered row by row.
+    """Return two triangles for each cell of a grid with rows by columns points, numbered row by row.
 
-    X grows by row, y by column.
+    x grows with the row, y with the column.
     """
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     return np.concatenate([np.stack([a, a + columns, a + columns + 1], 1), np.stack([a, a + columns + 1, a + 1], 1)])
@@ -76,9 +76,9 @@ def incline(
     angle: float, strike: float = 0.0, down: float = 60.0, up: float = 5.0, cells: tuple[int, int] = (1, 1),
     jitter: int | None = None, half_width: float = 8.0,
 ) -> Terrain:  # fmt: skip
-    """Return a plane through the origin that falls by `angle` degrees, between `up` and `down` m from the origin.
+    """Return a plane through the origin that slopes down at `angle` degrees.
 
-    up, down : distances along the slope, above and below the origin (m)
+    up, down : lengths of the plane along the slope, above and below the origin (m)
     cells : number down the slope and across
     jitter : seed of the movement of inner vertices within the plane
     """
@@ -132,7 +132,7 @@ def box(half: float = 5.0, height: float = 10.0) -> Terrain:
 def gully(
     left: float, right: float, dip: float, length: float = 60.0, side: float = 5.0, cells: int = 1, strike: float = 0.0
 ) -> Terrain:
-    """Return a V whose line falls towards +x by `dip` degrees through the origin.
+    """Return a V-shaped gully; its line passes through the origin and slopes down towards +x at `dip` degrees.
 
     The sides rise by the angles left (+y) and right (-y), measured in the profile across x. Zones: left, right.
     """
@@ -185,7 +185,7 @@ def engine_over(name: str, terrain: Terrain) -> Engine:
 def flight(
     ground: Surface | Sequence[Surface], model: str = "sliding", rebound: str = "constant", **settings: float
 ) -> Flight:
-    """Return the physics of a flight: one ground for all zones or one for each, a ground model, a rebound."""
+    """Return models and settings of a flight: one ground for all zones or one for each, a ground model, a rebound."""
     surfaces = [ground] if isinstance(ground, Surface) else list(ground)
     return Flight(materials_of(surfaces), Settings(**settings), models_called(rebound, model))  # type: ignore[arg-type]
 

@@ -10,7 +10,7 @@ from rpf3d_core.values import ZERO, Motion, Rock
 
 UP = (0.0, 0.0, 1.0)
 FULL = 1e9
-"""Coefficient of friction at which a contact never slips."""
+"""Coefficient of friction that prevents all slip at a contact."""
 
 
 def struck(v, w, e, mu, radius=0.5, e_t=0.0, mu_r=0.0, n=UP):

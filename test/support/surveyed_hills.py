@@ -1,4 +1,4 @@
-"""Surveys of the same hills for tests of live grounds, and properties of every ground."""
+"""Surveys of the same hills for tests of live grounds, and functions that check properties of a ground."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ def grid(
     rows: int = 40, columns: int = 44, east: float = 0.0, north: float = 0.0, step: float = 1.0, seed: int = 0,
     turned: float = 0.0,
 ) -> GridSurvey:  # fmt: skip
-    """Return points in rows, `turned` counter-clockwise (rad) about the first point."""
+    """Return a grid of points, rotated counter-clockwise by `turned` (rad) about the first point."""
     v, u = np.mgrid[0:rows, 0:columns] * step
     x = EAST + east + np.cos(turned) * u - np.sin(turned) * v
     y = NORTH + north + np.sin(turned) * u + np.cos(turned) * v
@@ -40,7 +40,7 @@ def mesh(survey: GridSurvey) -> MeshSurvey:
 
 
 def live_facets(ground: LiveTerrain) -> np.ndarray:
-    """Return the indices of the facets that have an area."""
+    """Return the indices of the facets whose area is not zero."""
     return np.flatnonzero(ground.facets.normals.any(axis=1))
 
 

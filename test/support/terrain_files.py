@@ -21,7 +21,7 @@ sources:
 
 
 def with_models(text: str, rebound: str = "constant", ground: str = "none") -> str:
-    """Return a scene that names its models: the thesis' models where the text names none."""
+    """Return a scene that names its models; the models of the thesis are added if the text names none."""
     named = "".join(
         f"{key}: {name}\n" for key, name in (("rebound", rebound), ("ground", ground)) if f"\n{key}:" not in f"\n{text}"
     )
@@ -56,7 +56,7 @@ def grid(rows: int, columns: int, step: float = 1.0) -> tuple[np.ndarray, np.nda
 def write_binary_stl(path: Path, corners: np.ndarray, announced: int | None = None, header: bytes = b"") -> Path:
     """Write a binary STL of corners (F, 3, 3).
 
-    `announced` is the number of facets in its header, if it is to be wrong.
+    announced : a wrong number of facets for the header; by default the true number
     """
     records = np.zeros(len(corners), STL_RECORD)
     records["corners"] = corners
