@@ -23,7 +23,7 @@ def softened(R_n: float, speed: float, into: float) -> float:
 
 
 @rebound.rule(Sand)
-def rebound_from_sand(model: Sand, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def rebound_from_sand(model: Sand, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after an impact; n : unit normal of the ground, turned against the velocity."""
     into = -dot(motion.v, n)
     along = scale(surface.R_t, without(motion.v, n))
