@@ -4,7 +4,7 @@
 >>> run = rpf3d.simulate("config/scenes/demo.yaml", rocks=50)  # doctest: +SKIP
 >>> rpf3d.write_run(run, "out")  # doctest: +SKIP
 
-The public names, each with the module that defines it: `runs.run.simulate`, `runs.run.write_run`, `runs.run.replay`,
+This module offers these names, defined in other modules: `runs.run.simulate`, `runs.run.write_run`, `runs.run.replay`,
 `results.findings.Run`, `scene.reading.read_scene`, `setup.terrain.read_terrain`, `errors.InputError`.
 """
 

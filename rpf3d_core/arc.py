@@ -48,9 +48,9 @@ def arc_length(arc: Arc, t: float) -> float:
 
 @kernel
 def _length_term(h: float, u: float) -> float:
-    """Return the antiderivative of sqrt(h + u^2) in u.
+    """Return the antiderivative of sqrt(h + u^2) with respect to u.
 
-    asinh is written out so that both engines round alike.
+    The function asinh is written as a logarithm, so that both engines round the result in the same way.
     """
     speed = math.sqrt(h + u * u)
     if h <= 0.0:
@@ -61,7 +61,7 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) until which the arc travels at most `length` (m), counted from the time `begin` (s)."""
+    """Return a time (s) such that the path on the arc from `begin` (s) to this time is at most `length` (m) long."""
     vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
     return begin + 2.0 * length / (speed + math.sqrt(speed * speed + 2.0 * arc.gravity * length))
@@ -71,7 +71,7 @@ def time_over(arc: Arc, begin: float, length: float) -> float:
 def gravity_along(n: Vec, gravity: float) -> Vec:
     """Return the part of gravity (3,) (m/s^2) along a plane of unit normal n (3,).
 
-    The formula avoids the difference g - g n_z^2, in which rounding loses the slope of a nearly level plane.
+    The formula avoids the difference g - g n_z^2, because rounding would hide the slope of a nearly level plane.
     """
     return gravity * n[2] * n[0], gravity * n[2] * n[1], -gravity * (n[0] * n[0] + n[1] * n[1])
 

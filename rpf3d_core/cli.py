@@ -50,14 +50,14 @@ def main() -> None:
         complaints.print(f"rpf3d: {fault}", style="bold red", markup=False)
         sys.exit(2)
     except SystemExit as end:
-        # Typer turns Ctrl-C into a plain SystemExit if the command has not already reported what it leaves behind.
+        # Typer turns Ctrl-C into a plain SystemExit, unless the command has already reported which files it leaves.
         if end.code == INTERRUPTED and not isinstance(end, CommandInterrupted):
             complaints.print("rpf3d: interrupted", markup=False)
         raise
 
 
 def _say_version(wanted: bool) -> None:
-    """Print the version and exit if `wanted` is true."""
+    """If `wanted` is true, print the version and exit."""
     if wanted:
         try:
             screen.print(f"rpf3d {importlib.metadata.version('rpf3d')}", highlight=False)

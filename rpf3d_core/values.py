@@ -49,7 +49,7 @@ class Outcome(IntEnum):
 
 
 MOVING = -1
-"""Stands in place of an outcome while a rock is still moving."""
+"""Value used instead of an outcome while a rock is still moving."""
 
 OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.STOPPED: "came to rest on the ground",
@@ -84,7 +84,7 @@ DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
 
 
 class Mode(IntEnum):
-    """What a rock does between two events of its path."""
+    """Kind of motion of a rock between two events of its path."""
 
     FLIGHT = 0
     SETTLING = 1

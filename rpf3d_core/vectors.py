@@ -1,4 +1,4 @@
-"""Three-vectors as tuples of floats: same arithmetic, in the same order, in Python and in compiled code."""
+"""Vectors with three components, as tuples of floats: Python and compiled code do the same arithmetic in one order."""
 
 import math
 
@@ -43,18 +43,18 @@ def norm(a: Vec) -> float:
 
 
 NOISE = 1e-12
-"""Share of a vector's length (-): a part along a plane below this share is rounding. The limit is a thousand times the
-largest possible rounding."""
+"""Share of a vector's length (-): a component along a plane that is smaller than this share counts as rounding error.
+The limit is a thousand times the largest possible rounding error."""
 
 
 @kernel
 def along(a: Vec, n: Vec) -> Vec:
-    """Return the part of a along the plane of unit normal n; zero if that part is only rounding."""
+    """Return the component of vector a along the plane with unit normal n; zero if it is only a rounding error."""
     part = without(a, n)
     return part if dot(part, part) > NOISE * NOISE * dot(a, a) else (0.0, 0.0, 0.0)
 
 
 @kernel
 def without(a: Vec, n: Vec) -> Vec:
-    """Return the part of a that is perpendicular to the unit vector n."""
+    """Return the component of vector a that is perpendicular to the unit vector n."""
     return subtract(a, scale(dot(a, n), n))

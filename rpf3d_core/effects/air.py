@@ -1,14 +1,15 @@
-"""How long one parabola may replace a flight in air that slows the rock: common to all effects of the air.
+"""The time for which one parabola may replace a flight through air; all effects that act in the air use this module.
 
-The motion A in air alone, dv/dt = d(v), and free flight B alternate: A(h/2) B(h) A(h/2) (Strang 1968, SIAM J. Numer.
-Anal. 5:506). Compared with the Taylor series of both together, one stretch of h seconds has the errors
+A flight is computed in stretches of h seconds. In each stretch, motion A due to the air alone, dv/dt = d(v), and free
+flight B alternate: A(h/2) B(h) A(h/2) (Strang 1968, SIAM J. Numer. Anal. 5:506). Compared with the Taylor series of the
+exact motion, one stretch has the errors
 
     dx = h^3 d' (d / 24 + g / 6)                                 in position,
     dv = h^3 (d' d' g / 24 - d''(d, g) / 24 - d''(g, g) / 12)      in velocity,
 
-and higher powers of h. Within a stretch, and where it ends early at t, the position has a further error of
-d t (h - t) / 2 <= d h^2 / 8. An error in velocity after s of T seconds moves the rock by (T - s) times that error.
-After T seconds the error in position is therefore at most h^2 (T |dx| / h^3 + T^2 / 2 |dv| / h^3 + |d| / 8).
+and terms with higher powers of h. At a time t within a stretch, the position has a further error of
+d t (h - t) / 2 <= d h^2 / 8. A velocity error that arises after s of T seconds moves the rock by (T - s) times this
+error. After T seconds the position error is therefore at most h^2 (T |dx| / h^3 + T^2 / 2 |dv| / h^3 + |d| / 8).
 `stretch_for` solves this for h.
 """
 
@@ -17,8 +18,8 @@ import math
 from rpf3d_core.jit.dispatch import kernel
 
 FLIGHT = 5.0
-"""Duration (s) of a flight for which the accuracy holds: a fall of 120 m. The error of a longer flight grows at most
-with the square of its duration."""
+"""Duration (s) of the flight for which the accuracy is guaranteed; this is a fall of 120 m. In a longer flight, the
+error grows at most with the square of the duration."""
 
 
 @kernel

@@ -1,16 +1,16 @@
-"""Nets and fences: vertical panels along lines in plan. A panel catches a rock, gives way to it, or is flown over.
+"""Nets and fences: vertical panels along lines. A rock is caught by a panel, breaks through it or flies over it.
 
-The rule (physics reference 5.1): a rock meets a panel where it crosses the vertical plane of the panel, between the
-ground there and the height of the panel. If its translational energy E is at most the capacity C, the rock is caught
-and hangs there. With more energy the rock breaks through, keeps its direction and its spin, and has E - s C left, where
-s is the share of the capacity that a break takes. A rock above the panel flies over it and its path does not change at
-all. The height compared is the height of the rock's centre or, if the scene says so, of the top of the sphere of its
-volume.
+The rule (physics reference 5.1): a rock meets a panel where the rock crosses the vertical plane of the panel, between
+the ground and the top of the panel. If the rock's translational energy E is at most the capacity C, the panel catches
+the rock, which stays there. With more energy the rock breaks through, keeps its direction and its spin, and has the
+energy E - s C left; s is the share of the capacity that a break takes. A rock above the panel flies over it, without
+any change of its path. The height of the rock is the height of its centre or, if the scene says so, of the top of the
+sphere of equal volume.
 
-Every rock meets a barrier exactly as the scene gives it: rocks are independent of each other and fly in no order, so no
-rock can find what another rock has broken. For a barrier that has been hit before, the scene gives the share of its
-height that is left. This model does not decide how high and how strong a barrier must be: rules for that differ between
-countries.
+Every rock meets a barrier as the scene defines it. Rocks are independent of each other and fly in no defined order, so
+no rock meets a barrier that another rock has damaged. For a barrier that was hit before the simulation, the scene gives
+the remaining share of its height. This model does not decide how high and how strong a barrier must be, because the
+rules for this differ between countries.
 
 Energy balance: D, derived here. The user gives heights and capacities of energy classes.
 """
@@ -28,8 +28,8 @@ from rpf3d_core.vectors import dot, scale
 
 CAUGHT = int(Outcome.CAUGHT)
 BELOW = 1e-3
-"""Distance (m) below the foot of a panel at which a rock still meets the panel: the path of a slide that bends is
-represented by its chord."""
+"""Distance (m) below the foot of a panel at which a rock still meets the panel. It is needed because the chord of a
+curved slide replaces the true path."""
 CORNER = 1e-6
 """Distance (m) at a corner within which a rock that has broken through one side does not also meet the other side."""
 
@@ -37,9 +37,10 @@ CORNER = 1e-6
 class Panel(NamedTuple):
     """N panel segments, each over one facet, and the properties of B barriers; every array is (N,) or (B,).
 
-    x, y, z : foot of the segment at its beginning, m; dx, dy, dz : from there to its end, m; facet : under the segment
+    x, y, z : foot of the segment at its start, m; dx, dy, dz : vector from start to end, m
+    facet : number of the facet below the segment
     line : number of the straight line that the segment belongs to; barrier : number of its barrier
-    height : of the standing panel, m; capacity : J; taken : share of the capacity that a break takes (-)
+    height : remaining height of the panel, m; capacity : J; taken : share of the capacity that a break takes (-)
     top : 1.0 if the top of the rock counts, 0.0 if its centre counts
     """
 
@@ -59,10 +60,10 @@ class Panel(NamedTuple):
 
 
 class Barriers(NamedTuple):
-    """The barriers of a scene: their segments are the obstacles with numbers from `first` on.
+    """The barriers of a scene; their segments are obstacles, numbered from `first` on.
 
-    slack : m, distance within which a place is on the plane of a panel; cells : the segments sorted into cells of the
-        plan
+    slack : m, a point within this distance of a panel's plane counts as on the plane
+    cells : the segments, sorted into the cells of a grid in plan
     """
 
     first: int
@@ -82,7 +83,7 @@ class Barriers(NamedTuple):
 
 
 class PanelCrossing(NamedTuple):
-    """The crossing of an arc with the plane of a segment after t seconds (inf: none), `height` (m) above the foot."""
+    """The crossing of an arc with the plane of a segment: time t (s, inf for none) and height (m) above the foot."""
 
     t: float
     height: float
@@ -90,9 +91,9 @@ class PanelCrossing(NamedTuple):
 
 @kernel
 def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> PanelCrossing:
-    """Return where an arc crosses the plane of segment k, from 0 to `until` (s): linear in time.
+    """Return the crossing of an arc with the plane of segment k between the times 0 and `until` (s).
 
-    A place within `slack` (m) of the plane is on the plane, so that no crossing is missed between one arc and the next.
+    A point within `slack` (m) of the plane counts as on the plane, so that no crossing is missed between two arcs.
     """
     x, y, dx, dy = panel.x[k], panel.y[k], panel.dx[k], panel.dy[k]
     length2 = dx * dx + dy * dy
@@ -119,9 +120,9 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> P
 def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
     """Return the time (s) at which an arc meets segment k; inf above the panel or if the rock has passed the segment.
 
-    A rock that breaks through one segment of a straight line has passed the whole line. Panels at the same place are
-    met in the order of their numbers, so a rock that has just broken through one of them has passed those with lower
-    numbers. A panel that takes no energy, or has no height, is no obstacle.
+    A rock that breaks through one segment of a straight line has passed the whole line. A rock meets panels at the same
+    place in the order of their numbers. So a rock that has just broken through one of these panels has passed the
+    panels with lower numbers. A panel without capacity, or without height, is not an obstacle.
     """
     panel = barriers.panel
     b = panel.barrier[k]
@@ -136,7 +137,10 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
 
 @kernel
 def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> bool:
-    """True if a rock that met segment `passed` last (below 0: none) has passed segment k, crossed at t (s)."""
+    """Return True if a rock has passed segment k already, so that the crossing at t (s) does not count.
+
+    passed : index of the segment that the rock met last; below 0 for none
+    """
     if passed < 0:
         return False
     panel, way = barriers.panel, t * math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
@@ -147,7 +151,7 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
 
 @kernel
 def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
-    """True if segment k stands at x (m) in plan, to within CORNER."""
+    """Return True if the position x (m) is on segment k in plan, to within CORNER."""
     dx, dy = panel.dx[k], panel.dy[k]
     length = math.sqrt(dx * dx + dy * dy)
     east, north = x[0] - panel.x[k], x[1] - panel.y[k]
@@ -157,7 +161,7 @@ def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
 
 @first_obstacle.rule(Barriers)
 def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first panel on an arc."""
+    """Return the first meeting of an arc with a panel."""
     past = passed - barriers.first
     past = past if past < len(barriers.panel.x) else -1
     speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
@@ -168,7 +172,7 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
 
 @at_obstacle.rule(Barriers)
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result of a meeting with a panel: the rock is caught, or passes with the remaining energy."""
+    """Return the result of a meeting with a panel: the panel catches the rock, or the rock breaks through it."""
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):
         return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)

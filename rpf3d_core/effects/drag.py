@@ -1,4 +1,4 @@
-"""Quadratic air drag: F = 1/2 rho C_d A v^2 against the motion, A = pi R^2 of the sphere of the rock's volume.
+"""Quadratic air drag: F = 1/2 rho C_d A v^2 against the motion; A = pi R^2, R the radius of the sphere of equal volume.
 
 Source: physics reference 6.1; rho = 1.2 kg/m3 is confirmed (C), C_d is set by the user. Spin and lift are neglected.
 Drag is also neglected while a rock slides and while bounces below `smallest_bounce` are summed up.
@@ -15,15 +15,16 @@ from rpf3d_core.values import Motion, Rock
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Approximate share of its speed (-) that a rock may lose in one stretch; the series behind the error bound needs a
-small one."""
+"""Approximate largest share (-) of its speed that a rock may lose in one stretch. The error bound comes from a series
+that holds only for a small share."""
 
 
 class Drag(NamedTuple):
-    """Air that brakes rocks.
+    """The effect of quadratic air drag.
 
-    coefficient : C_d (-); density : of the air, kg/m3; accuracy : m, of a flight of `air.FLIGHT` seconds
-    gravity : m/s2, used for the accuracy only
+    coefficient : C_d (-); density : kg/m3, of the air
+    accuracy : m, largest position error after a flight of `air.FLIGHT` seconds
+    gravity : m/s2, used only for the accuracy
     """
 
     coefficient: float
@@ -52,7 +53,7 @@ def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, rock: Roc
 
 @longest_flight.rule(Drag)
 def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
-    """Return the stretch (s) that keeps the accuracy at the speed possible at its end; inf without drag.
+    """Return the longest stretch (s) that keeps the accuracy, even at the speed reached at its end; inf without drag.
 
     For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g. The bounds in `air` become
     |dx| <= h^3 k v (k v^2 / 12 + g / 3) and |dv| <= h^3 k g (k v^2 / 4 + g / 6).
@@ -66,7 +67,7 @@ def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
 
 @kernel
 def _stretch(drag: Drag, k: float, v: float) -> float:
-    """Return the stretch (s) that keeps the accuracy at a speed v (m/s)."""
+    """Return the longest stretch (s) that keeps the accuracy at a speed v (m/s)."""
     g, slowing = drag.gravity, k * v * v
     place = k * v * (slowing / 12.0 + g / 3.0)
     speed = k * g * (slowing / 4.0 + g / 6.0)

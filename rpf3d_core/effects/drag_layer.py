@@ -1,14 +1,16 @@
-"""Forest as a layer that brakes rocks: F = -c v below z_height above the ground, inside outlines or everywhere.
+"""Forest as a layer that brakes flying rocks with F = -c v.
+
+The layer reaches from the ground up to z_height; it covers the area inside given outlines, or the whole terrain.
 
 Source: Leine et al. 2014, equations 10 and 11 (physics reference 3.3, C). RAMMS' classes, c = 250, 500 and 750 kg/s for
 open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source, c is the same for all rocks, so
-the layer brakes light rocks more: they end up sinking at m g / c. `rpf3d check` and `rpf3d run` warn if that speed is
-below 1 m/s for the lightest rock (`setup/warnings.py`). A rock meets no single tree (for trees see `forest`). The layer
-brakes flights only: it does not brake rocks that slide or roll, or bounces that are summed up. With a ground model,
-their runout in a forest is therefore too long.
+the layer brakes light rocks more: their final sinking speed is m g / c. `rpf3d check` and `rpf3d run` warn if this
+speed is below 1 m/s for the lightest rock (`setup/warnings.py`). The layer contains no single trees (for trees see
+`forest`). The layer brakes flights only, not sliding or rolling rocks, and not bounces that are summed up. With a
+ground model, the runout in a forest is therefore too long.
 
-A rock counts as inside or outside the layer at the beginning and at the end of each stretch of its flight. The place
-where it enters or leaves the layer is therefore known to within one stretch.
+The program decides at the beginning and at the end of each stretch of a flight whether the rock is inside the layer.
+The place where a rock enters or leaves the layer is therefore exact only to one stretch.
 """
 
 import math
@@ -22,17 +24,17 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Approximate share of its speed (-) that a rock may lose in one stretch; the series behind the error bound needs a
-small one."""
+"""Approximate largest share (-) of its speed that a rock may lose in one stretch. The error bound comes from a series
+that holds only for a small share."""
 
 
 class DragLayer(NamedTuple):
     """A layer above the ground that brakes rocks.
 
-    coefficient : c, kg/s; height : of the top of the layer above the ground, m
-    accuracy : m, of a flight of `air.FLIGHT` seconds that stays inside or outside the layer
-    gravity : m/s2, used for the accuracy only
-    edges : (E, 4) x, y, x, y m, edges of the outlines of the layer, holes included; with E = 0 the layer is everywhere
+    coefficient : c, kg/s; height : m, top of the layer above the ground
+    accuracy : m, largest position error after a flight of `air.FLIGHT` seconds wholly inside or outside the layer
+    gravity : m/s2, used only for the accuracy
+    edges : (E, 4) x, y, x, y m, edges of the layer's outlines, holes included; with E = 0 the layer is everywhere
     """
 
     coefficient: float
@@ -57,7 +59,7 @@ def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
 
 @asks_height.rule(DragLayer)
 def always(layer: DragLayer) -> bool:
-    """Return True: the height decides if a rock is inside the layer."""
+    """Return True: the rules need the rock's height above the ground, which decides if it is inside the layer."""
     return True
 
 
@@ -72,7 +74,10 @@ def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: floa
 
 @kernel
 def stands_at(edges: Any, x: Vec) -> bool:
-    """True if the layer covers x in plan: a ray to the east from x crosses the outlines an odd number of times."""
+    """Return True if the layer covers the point x in plan.
+
+    This is so if a ray from x to the east crosses the outlines an odd number of times.
+    """
     inside = len(edges) == 0
     for e in range(len(edges)):
         if (edges[e, 1] > x[1]) == (edges[e, 3] > x[1]):
@@ -85,7 +90,7 @@ def stands_at(edges: Any, x: Vec) -> bool:
 
 @longest_flight.rule(DragLayer)
 def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockContext) -> float:
-    """Return the stretch (s) that keeps the accuracy at the speed possible at its end; inf if nothing brakes.
+    """Return the longest stretch (s) that keeps the accuracy, even at the speed reached at its end; inf if c is zero.
 
     For d = -q v with q = c / m: d' = -q and d'' = 0. The bounds in `air` become |dx| <= h^3 q (q v / 24 + g / 6) and
     |dv| <= h^3 q^2 g / 24. The layer also brakes an error in speed: the error moves the rock by at most 1 / q times its
@@ -100,7 +105,7 @@ def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockCo
 
 @kernel
 def _stretch(layer: DragLayer, q: float, v: float) -> float:
-    """Return the stretch (s) that keeps the accuracy at a speed v (m/s)."""
+    """Return the longest stretch (s) that keeps the accuracy at a speed v (m/s)."""
     g = layer.gravity
     forgotten = min(1.0, 2.0 / (q * FLIGHT))
     h = stretch_for(layer.accuracy, q * (q * v / 24.0 + g / 6.0), forgotten * q * q * g / 24.0, q * v)

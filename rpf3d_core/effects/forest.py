@@ -6,17 +6,17 @@ a height between the foot of the tree and its top. Dorren and Berger (2006, Tree
 
     E_max = FE 38.7 d^2.31 J                                                     (physics reference 4.1, UNCONFIRMED)
 
-where FE is 1 for silver fir, about 0.93 for other conifers and 1.59 for broadleaved trees. A stem that is struck off
-its axis takes less. Let x be the offset of the path from the axis, divided by the distance at which rock and stem just
-touch:
+where FE is 1 for silver fir, about 0.93 for other conifers and 1.59 for broadleaved trees. A stem takes less energy if
+the rock does not hit its axis. Let x be the offset of the path from the axis, divided by the distance at which rock and
+stem just touch:
 
     E / E_max = a + (b - a) / (1 + 10^((c - x) s)),  a -0.046, b 0.98, c 0.58, s -8.007, not below 0   (UNCONFIRMED)
 
-With height above the foot, the energy that a stem takes falls linearly to zero at the top (UNCONFIRMED). A rock with no
-more than that energy loses all its speed and drops; a rock that slides or rolls then lies against the stem. Any other
-rock continues with the remaining energy, turned away from the axis in plan. The angle comes from one of three classes
-whose chances depend on where the stem is struck (figures UNCONFIRMED, all of them set in the scene). Spin is kept.
-Every tree stands unchanged for every rock: no rock finds a tree that another rock has felled.
+The energy that a stem takes falls linearly with the height of the blow, to zero at the top (UNCONFIRMED). A rock with
+no more than this energy loses all its speed and drops; a sliding or rolling rock stops at the stem. Any other rock
+continues with the remaining energy and is turned away from the axis in plan. The angle is drawn from one of three
+classes, whose chances depend on the offset of the blow (figures UNCONFIRMED, all set in the scene). Spin is kept. Trees
+do not change: every rock meets all trees, even trees that another rock has felled.
 """
 
 import math
@@ -35,11 +35,11 @@ CLASS, ANGLE, SIDE = int(Purpose.TREE_CLASS), int(Purpose.TREE_ANGLE), int(Purpo
 LOWER, UPPER, MIDDLE, STEEPNESS = -0.046, 0.98, 0.58, -8.007
 ENERGY_FACTOR, ENERGY_EXPONENT = 38.7, 2.31
 ROOTS = 2.0
-"""A rock hits a tree down to this many contact distances (-) below the foot, because the ground is lower on the
-downhill side. The contact distance is the one at which rock and stem touch."""
+"""Depth below the foot of a tree, in contact distances (-), down to which a rock still hits the tree, because the
+ground is lower on the downhill side. The contact distance is the distance at which rock and stem touch."""
 DEGREES = math.pi / 180.0
 NEAREST = 1e-9
-"""Depth (m) inside the contact distance up to which a rock still counts as outside the stem."""
+"""Depth (m) by which a rock may be inside the contact distance and still count as outside the stem."""
 
 
 class Stems(NamedTuple):
@@ -54,11 +54,12 @@ class Stems(NamedTuple):
 
 
 class Deflection(NamedTuple):
-    """How stems deflect rocks.
+    """The parameters by which stems deflect rocks.
 
-    frontal, lateral : largest offset x (-) of a frontal and of a lateral blow; a blow beyond both is scratching
-    chances : (9,) of the three classes of angles, for frontal, lateral and scratching blows; they add up to 1 for each
-    angles : (4,) degrees, the limits of the three classes
+    frontal, lateral : largest offset x (-) of a frontal and of a lateral blow; a larger offset is a scratching blow
+    chances : (9,) chances of the three angle classes for frontal, for lateral and for scratching blows; each three
+        chances add up to 1
+    angles : (4,) degrees, the limits of the three angle classes
     """
 
     frontal: float
@@ -68,7 +69,7 @@ class Deflection(NamedTuple):
 
 
 class Forest(NamedTuple):
-    """The trees of a scene: obstacles with numbers from `first` on; cells : the trees sorted into cells of the plan."""
+    """The trees of a scene: obstacles, numbered from `first` on; cells : the trees, sorted into grid cells in plan."""
 
     first: int
     stems: Stems
@@ -92,13 +93,13 @@ class Forest(NamedTuple):
 
 
 def most_energy(dbh_cm: Any, factor: Any) -> Any:
-    """Return the energy (J) that stems of a DBH (cm) take at most; factor : FE of the tree species (-)."""
+    """Return the largest energy (J) that a stem can take; dbh_cm : DBH (cm); factor : FE of the tree species (-)."""
     return factor * ENERGY_FACTOR * dbh_cm**ENERGY_EXPONENT
 
 
 @kernel
 def share_at_offset(x: float) -> float:
-    """Return the share of E_max (-) that a stem takes if struck at an offset x (-), from 0 (head on) to 1 (grazed)."""
+    """Return the share of E_max (-) that a stem takes from a blow at the offset x (-): 0 head on, 1 grazing."""
     share = LOWER + (UPPER - LOWER) / (1.0 + math.exp((MIDDLE - x) * STEEPNESS * LN_10))
     return max(share, 0.0)
 
@@ -131,14 +132,14 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, ro
 
 @first_obstacle.rule(Forest)
 def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first tree on an arc."""
+    """Return the first meeting of an arc with a tree."""
     met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, rock)
     return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
 
 
 @at_obstacle.rule(Forest)
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the motion after a tree: the rock stops, or is deflected with the remaining energy."""
+    """Return the result of a meeting with a tree: the rock stops, or is deflected with the remaining energy."""
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
         return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
@@ -163,7 +164,7 @@ def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockCon
 
 @kernel
 def _turn(deflection: Deflection, offset: float, aside: float, met: int, rock: RockContext) -> float:
-    """Return the angle (rad, counter-clockwise in plan) by which a rock is turned away from the axis."""
+    """Return the angle (rad, counter-clockwise in plan) by which the rock's path turns away from the axis."""
     key, number = rock.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)
     chance = uniform_at(key.seed, key.source, key.rock, CLASS, number)  # type: ignore[union-attr]

@@ -1,22 +1,22 @@
-"""Sizes of the fragments of a rock: a fractal law that keeps the volume of the rock and gives the surface created.
+"""Sizes of a rock's fragments: a fractal law that keeps the rock's volume and gives the surface created by the impact.
 
-Observed: the number of fragments larger than V goes as V^(-D / 3), so the volume of the k-th largest fragment is
+Observed: the number of fragments larger than V is proportional to V^(-D / 3), so the volume of the k-th largest one is
 proportional to k^(-p), p = 3 / D (Ruiz-Carulla et al. 2017 and Matas et al. 2017, after Perfect 1997: D is a dimension
 over lengths, so the exponent of volumes is -3 / D). Two balances of a rock of volume V, whose own surface is A_0,
 determine the law fully:
 
     volume    V_k = V k^(-p) / zeta(p),                             k = 1, 2, ... without end
-    surface   zeta(2 p / 3) / zeta(p)^(2 / 3) = (A_0 + A_new) / A_0    where fragments have the shape of their rock
+    surface   zeta(2 p / 3) / zeta(p)^(2 / 3) = (A_0 + A_new) / A_0    if fragments have the shape of the rock
 
 zeta is Riemann's zeta function. The only solution has p > 3/2 (D < 2: the surface of a fractal of dimension 2 is
-infinite). The more surface an impact creates, the smaller is p, the smaller is the largest fragment, and the more
-fragments are larger than a given volume. This holds from the fifth fragment on, because d ln k / dp = (|zeta'(p) /
-zeta(p)| - ln k) / p and |zeta' / zeta| < 1.51 < ln 5. The second, third and fourth fragments shrink again by up to 12,
-3 and 0.2 % if the rock is crushed.
+infinite). The more surface an impact creates, the smaller are p and the largest fragment, and the more fragments exceed
+a given volume. This holds from the fifth fragment on, because d ln k / dp = (|zeta'(p) / zeta(p)| - ln k) / p and
+|zeta' / zeta| < 1.51 < ln 5. The second, third and fourth fragments shrink again by up to 12, 3 and 0.2 % in an impact
+that creates very much surface.
 
-Balances and solution: D, derived here. Perfect 1997's D over lengths comes from his abstract, the rest from quotations.
-A comparison without any fitting: the largest share 1 / zeta(p) is 0.88, 0.69, 0.55 at A_new / (A_new + A_0) = 0.25,
-0.5, 0.7; the survival rate in RockGIS' source code is 0.87, 0.74, 0.64 there.
+Balances and solution: D, derived here. The dimension over lengths of Perfect 1997 comes from his abstract, all else
+from quotations. A comparison without any fitting: at A_new / (A_new + A_0) = 0.25, 0.5, 0.7, the share 1 / zeta(p) of
+the largest fragment is 0.88, 0.69, 0.55, and the survival rate in RockGIS' source code is 0.87, 0.74, 0.64.
 """
 
 import math
@@ -27,19 +27,19 @@ from rpf3d_core.jit.dispatch import kernel
 LOGS = tuple(math.log(k) for k in range(2, 12))
 """Logarithms of k for the terms of a zeta function that are added one by one."""
 LAST = 12.0
-"""First term that is not added by itself: from here on the Euler-Maclaurin formula gives the sum, with a relative error
-below 1e-14."""
+"""First term that is not added one by one. The Euler-Maclaurin formula gives the sum from this term on, with a relative
+error below 1e-14."""
 LOG_LAST = math.log(LAST)
 MOST = 60.0
-"""Largest excess 2 p / 3 - 1 (-): the second fragment then has 2^-91 of the rock."""
+"""Largest value of 2 p / 3 - 1 (-): the second fragment then has 2^-91 of the rock's volume."""
 EXACT = 1e-14
-"""Relative error of the surface (-) at which the search ends: a few roundings."""
+"""Relative error of the surface (-) at which the search ends: a few rounding errors."""
 TRIES = 100
 """Largest number of steps of the search; 12 are usual."""
 
 
 class Cascade(NamedTuple):
-    """The fragments of a rock; exponent : p of volume over rank; largest : share of the first fragment (-)."""
+    """The size law of a rock's fragments; exponent : p; largest : share of the volume in the largest fragment (-)."""
 
     exponent: float
     largest: float
@@ -73,13 +73,13 @@ def zeta_less_one(excess: float) -> float:
 
 @kernel
 def log_surface(excess: float) -> float:
-    """Return ln of the surface of all fragments over the surface of their rock; excess : 2 p / 3 - 1 > 0."""
+    """Return ln(surface of all fragments / surface of the rock); excess : 2 p / 3 - 1 > 0."""
     return math.log1p(zeta_less_one(excess)) - 2.0 / 3.0 * math.log1p(zeta_less_one(0.5 + 1.5 * excess))
 
 
 @kernel
 def cascade_of(created: float) -> Cascade:
-    """Return the fragments of a rock; created : A_new / A_0 (-), the surface created over the rock's own surface."""
+    """Return the size law of a rock's fragments; created : A_new / A_0 (-), surface created / surface of the rock."""
     excess = _excess_of(created)
     return Cascade(1.5 * (1.0 + excess), 1.0 / (1.0 + zeta_less_one(0.5 + 1.5 * excess)))
 
@@ -114,13 +114,13 @@ def _excess_of(created: float) -> float:
 
 @kernel
 def _off(excess: float, created: float) -> float:
-    """Return ln of the surface that the fragments create, less ln of the surface wanted."""
+    """Return the logarithm of the total surface for this excess, minus the logarithm of the wanted surface."""
     return math.log(math.expm1(log_surface(excess))) - math.log(created)
 
 
 @kernel
 def share_at(cascade: Cascade, rank: int) -> float:
-    """Return the share (-) of the rock's volume in the fragment of a rank (1, 2, ...)."""
+    """Return the share (-) of the rock's volume in the fragment with a rank by size (1 is the largest)."""
     return cascade.largest * math.exp(-cascade.exponent * math.log(rank))
 
 

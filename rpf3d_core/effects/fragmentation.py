@@ -1,12 +1,13 @@
-"""When an impact breaks a rock, and how much new surface the impact creates, after RockGIS (physics reference 6.2).
+"""The condition for an impact to break a rock, and the new surface that it creates, after RockGIS (physics reference
+6.2).
 
     E_n = 1/2 M (k_n v_n)^2            k_n v_n: the speed off the ground that the rebound model leaves
     A_new = a E_n^e                      new surface, m2; A_0 = 6 V^(2/3); r = A_new / (A_new + A_0)
     the rock breaks if r > least_ratio (1 +- spread U)
 
 Formulas and figures come from RockGIS' source code and defaults (CC), not from the papers. UNCONFIRMED: `least_ratio`,
-and that a and e hold with other rebounds than RockGIS' own, whose k_n is 0.19 at a head-on impact. A greater k_n gives
-a greater E_n for the same fall.
+and the use of a and e with other rebound models than that of RockGIS, whose k_n is 0.19 in a head-on impact. A greater
+k_n gives a greater E_n for the same fall.
 
 The sizes of the fragments (`fragment_sizes.py`) differ from RockGIS' source code, where b = max(1, 2.4875 - 1.6125 r),
 q = 1 - 0.5125 r, D = 3 + ln(1 - q) / ln(b) and V_k = q V k^(-1 / D). That law applies an exponent of lengths to
@@ -25,21 +26,21 @@ from rpf3d_core.values import Motion, Rock, Vec
 from rpf3d_core.vectors import dot
 
 TWO_FRAGMENTS = 8.0
-"""A rock breaks only if its volume is at least this many times `least_volume` (-): the second of its fragments has at
-most 0.154 of the rock."""
+"""A rock breaks only if its volume is at least this multiple of `least_volume` (-), because the second largest fragment
+has at most 0.154 of the rock's volume."""
 BREAKING = int(Purpose.BREAKING)
 
 
 class Fragmentation(NamedTuple):
-    """The conditions under which a rock breaks, and the motion of its fragments.
+    """The parameters that decide when a rock breaks and how its fragments move.
 
-    surface_factor : a, m2 / J^e; surface_exponent : e (-); least_ratio : value of r beyond which a rock breaks (-)
+    surface_factor : a, m2 / J^e; surface_exponent : e (-); least_ratio : value of r above which a rock breaks (-)
     spread : variation of least_ratio from impact to impact, as a share of least_ratio
-    least_volume : m3 of the smallest fragment that flies
-    speed_kept : share of the speed after the impact; cone : rad, half angle of the cone around that velocity for
-        fragments
+    least_volume : m3, volume of the smallest fragment that flies
+    speed_kept : share (-) of the rock's speed after the impact that its fragments have
+    cone : rad, half angle of the cone of fragment directions; its axis is the rock's velocity after the impact
     least_angle : rad, least angle between the path of a fragment and the ground
-    generations : number of times that a rock and its fragments may break in turn
+    generations : number of times that a rock may break: first the rock, then its fragments, and so on
     """
 
     surface_factor: float
@@ -59,7 +60,7 @@ class Fragmentation(NamedTuple):
 
     @property
     def draws(self) -> bool:
-        """True: the ratio beyond which a rock breaks is drawn."""
+        """True: the ratio above which a rock breaks is drawn at random."""
         return True
 
 
@@ -71,7 +72,7 @@ def volume_of(rock: Rock) -> float:
 
 @kernel
 def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return A_new / A_0 (-), the surface that an impact creates over the rock's own surface; off : k_n v_n, m/s."""
+    """Return A_new / A_0 (-), the surface created by an impact / surface of the rock; off : k_n v_n, m/s."""
     energy = 0.5 * rock.mass * off * off
     new = effect.surface_factor * energy**effect.surface_exponent
     return float(new / (6.0 * volume_of(rock) ** (2.0 / 3.0)))
@@ -79,14 +80,14 @@ def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
 
 @kernel
 def new_surface_ratio(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return r (-), the new surface over the whole surface; off : k_n v_n, m/s."""
+    """Return r (-), the new surface / total surface after an impact; off : k_n v_n, m/s."""
     created = surface_created(effect, rock, off)
     return created / (1.0 + created)
 
 
 @breaks.rule(Fragmentation)
 def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
-    """True if the ratio r exceeds the drawn limit; a rock too small to give two fragments stays whole."""
+    """Return True if the ratio r exceeds the drawn limit; a rock too small to give two fragments does not break."""
     body: Any = rock.rock  # asks_rock and draws: neither rock nor key is None
     key: Any = rock.key
     if volume_of(body) < TWO_FRAGMENTS * effect.least_volume:
@@ -96,5 +97,5 @@ def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Ve
 
 
 def unbroken(effect: Any) -> Any:
-    """Return the effect for rocks that may not break again; return any other effect unchanged."""
+    """Return an effect for fragments that cannot break again: `Fragmentation` is disabled, others are unchanged."""
     return effect._replace(least_ratio=math.inf) if isinstance(effect, Fragmentation) else effect

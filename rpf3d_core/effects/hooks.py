@@ -1,9 +1,9 @@
-"""The places where an effect may act on a rock: one hook per place, one rule per effect.
+"""The hooks: functions of the simulation in which an effect may act on a rock, with one rule per effect.
 
-The effects of a scene form a `Chain`: each link is one effect, and None ends the chain. An effect has a rule in the
-hooks where it acts; the other hooks change nothing for that effect. `chain_of` links the effects in the order of the
-registry, whatever their order in the scene. A scene without effects has None instead of a chain, so no code of any
-effect is compiled.
+The effects of a scene form a `Chain`: each link is one effect, and None ends the chain. An effect has a rule in each
+hook in which it acts; in the other hooks the effect changes nothing. `chain_of` links the effects in the order of the
+registry, independent of their order in the scene. A scene without effects has None instead of a chain, so no code of
+any effect is compiled.
 """
 
 import math
@@ -18,14 +18,14 @@ from rpf3d_core.values import MOVING, Motion, Vec
 
 
 class Chain(NamedTuple):
-    """One effect (`head`) and the chain of the effects that follow (`tail`), None after the last effect."""
+    """One effect (`head`) and the chain of the following effects (`tail`); `tail` is None after the last effect."""
 
     head: Any
     tail: Any
 
 
 class Meeting(NamedTuple):
-    """The first obstacle on an arc: met after t seconds (inf: none); number : among all obstacles of the scene."""
+    """The first obstacle on an arc; t : s until the meeting, inf for none; number : of the obstacle in the scene."""
 
     t: float
     number: int
@@ -34,7 +34,7 @@ class Meeting(NamedTuple):
 class AfterObstacle(NamedTuple):
     """The result of a meeting with an obstacle: the rock's motion, and its outcome, MOVING if the rock continues.
 
-    facet : facet that the obstacle stands on, where a rock that ends here lies; -1 if the rock continues
+    facet : facet below the obstacle, on which the rock lies if its motion ends here; -1 if the rock continues
     """
 
     motion: Motion
@@ -46,7 +46,7 @@ NO_MEETING = Meeting(math.inf, -1)
 
 
 def chain_of(effects: Sequence[Any]) -> Chain | None:
-    """Return the effects as a chain, the first effect at its head; None if there are no effects."""
+    """Return the effects as a chain that begins with the first effect; None if there are no effects."""
     chain = None
     for effect in reversed(effects):
         chain = Chain(effect, chain)
@@ -60,16 +60,16 @@ def links_of(chain: Chain | None) -> list[Any]:
 
 @model_function
 def felt_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the unit normal (3,) that an impact feels; n (3,) is that of the ground, turned against the velocity.
+    """Return the felt normal (3,) of an impact: the unit normal that the rebound uses instead of the ground's normal n.
 
-    The caller uses the ground's own normal instead if v . result >= 0, or if the rebound from the result leads into the
-    ground.
+    n (3,) is turned against the velocity. The caller uses n instead of the result if v . result >= 0, or if the rebound
+    with the result would send the rock into the ground.
     """
 
 
 @felt_normal.otherwise
 def ground_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the ground's own normal: the effect tilts nothing."""
+    """Return the ground's normal n: the effect does not tilt it."""
     return n
 
 
@@ -81,10 +81,11 @@ def normal_of_all(chain: Chain, n: Vec, motion: Motion, rock: RockContext) -> Ve
 
 @model_function
 def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a rock that enters the ground, before the rebound; n (3,) is the normal that the rock feels.
+    """Return the motion of a rock after it has entered soft ground, before the rebound; n (3,) is the felt normal.
 
-    zone : zone of the facet that was hit
-    A rule may change v and w; position and time stay those of the impact.
+    A rule may change v and w; position and time are those of the impact.
+
+    zone : zone of the facet that the rock hits
     """
 
 
@@ -103,7 +104,7 @@ def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: 
 
 @model_function
 def breaks(effect: object, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
-    """True if an impact that changes the motion from `before` to `after` breaks the rock."""
+    """Return True if an impact breaks the rock; before, after : motion just before and just after the impact."""
 
 
 @breaks.otherwise
@@ -114,7 +115,7 @@ def stays_whole(effect: object, before: Motion, after: Motion, n: Vec, rock: Roc
 
 @breaks.rule(Chain)
 def breaks_by_any(chain: Chain, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
-    """True if at least one effect of the chain breaks the rock."""
+    """Return True if at least one effect of the chain breaks the rock."""
     return bool(breaks(chain.head, before, after, n, rock) or breaks(chain.tail, before, after, n, rock))
 
 
@@ -138,7 +139,7 @@ def shortest_of_all(chain: Chain, motion: Motion, rock: RockContext) -> float:
 
 @model_function
 def asks_height(effect: object) -> bool:
-    """True if the effect needs the height of the rock above the ground."""
+    """Return True if the effect needs the height of the rock above the ground."""
 
 
 @asks_height.otherwise
@@ -149,15 +150,15 @@ def asks_nothing(effect: object) -> bool:
 
 @asks_height.rule(Chain)
 def any_asks_height(chain: Chain) -> bool:
-    """True if at least one effect of the chain needs the height."""
+    """Return True if at least one effect of the chain needs the height."""
     return bool(asks_height(chain.head) or asks_height(chain.tail))
 
 
 @model_function
 def in_air(effect: object, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
-    """Return the motion after the air alone acts on a rock for t >= 0 seconds; a rule must not increase the speed.
+    """Return the motion after the air alone, without gravity, has acted on a rock for t >= 0 seconds.
 
-    A rule changes the velocity and keeps the position.
+    A rule changes the velocity, keeps the position and must not increase the speed.
     height : m above the ground below the rock, inf over a hole, 0.0 if no effect asks for the height
     """
 
@@ -172,7 +173,7 @@ def in_nothing(effect: object, motion: Motion, height: float, t: float, rock: Ro
 def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion after all effects of the chain act in the air.
 
-    The first effect acts for half of the time before the others, and for half after them: second order (Strang).
+    The first effect acts for half of the time before the other effects and for half after them: second order (Strang).
     """
     before = in_air(chain.head, motion, height, 0.5 * t, rock)
     between = in_air(chain.tail, before, height, t, rock)
@@ -183,7 +184,7 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
 def first_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first obstacle on an arc before `until` (s), or NO_MEETING.
 
-    passed : number of the obstacle that the rock has just met, which the rock does not meet again
+    passed : number of the obstacle that the rock has just met and does not meet again
     """
 
 
@@ -195,7 +196,7 @@ def no_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockC
 
 @first_obstacle.rule(Chain)
 def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first meeting of all effects in the chain; at the same instant the earlier effect wins."""
+    """Return the first meeting with an obstacle of any effect; at the same time, the first effect in the chain wins."""
     one = first_obstacle(chain.head, arc, passed, until, rock)
     other = first_obstacle(chain.tail, arc, passed, until, rock)
     return _sooner(one, other)
@@ -203,13 +204,13 @@ def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockCo
 
 @kernel
 def _sooner(one: Meeting, other: Meeting) -> Meeting:
-    """Return the sooner of two meetings; the first one if both are at the same instant."""
+    """Return the earlier of two meetings; `one` if both are at the same time."""
     return other if other.t < one.t else one
 
 
 @kernel
 def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> int:
-    """Return `passed` if a rock is still at an obstacle, for example after an impact where it met one; else -1."""
+    """Return `passed` if the rock is still at an obstacle, for example after an impact at the same place; else -1."""
     if passed < 0:
         return passed
     here = first_obstacle(effects, Arc(x=motion.x, v=motion.v, gravity=0.0), -1, 0.0, rock)
@@ -232,7 +233,7 @@ def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockCon
 
 @at_obstacle.rule(Chain)
 def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result from the effect that owns the obstacle; each effect knows the numbers of its obstacles."""
+    """Return the result of a meeting from the effect to which the obstacle belongs, known by the obstacle's number."""
     one = at_obstacle(chain.head, motion, number, met, rock)
     if one.outcome != MOVING:
         return one  # type: ignore[no-any-return]

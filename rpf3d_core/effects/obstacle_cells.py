@@ -16,15 +16,15 @@ from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""Largest number of cells over the number of obstacles (-)."""
+"""Largest number of cells per obstacle (-)."""
 FEWEST_CELLS = 16
-"""Number of cells that the grid may have for even a few obstacles."""
+"""Number of cells that the grid may always have, even with few obstacles."""
 SLOWEST = 1e-9
-"""Speed (m/s) in plan along an axis below which an arc leaves no cell on that axis."""
+"""Speed (m/s) along a horizontal axis below which an arc counts as staying in one row or column of cells."""
 
 
 class ObstacleCells(NamedTuple):
-    """Square cells of side `cell` (m) from the corner x, y (m), nx by ny.
+    """A grid of nx by ny square cells of side `cell` (m), with its corner at x, y (m).
 
     The obstacles of cell k are ids[starts[k] : starts[k + 1]].
     starts : (nx ny + 1,); ids : (M,) index of an obstacle, once for each cell that the obstacle touches
@@ -79,7 +79,7 @@ def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, n
 
 @model_function
 def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
-    """Return the time (s) from 0 to `until` at which an arc meets obstacle k; inf if it does not. One rule per kind.
+    """Return the time (s), 0 to `until`, at which an arc meets obstacle k; inf if never. One rule per kind of obstacle.
 
     passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
     """
@@ -89,9 +89,10 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock
 def first_in_cells(
     obstacles: Any, arc: Arc, passed: int, until: float, instant: float, rock: RockContext
 ) -> Meeting:  # fmt: skip
-    """Return the first meeting before `until` (s) of an arc with an obstacle of one kind, by its index; or NO_MEETING.
+    """Return the first meeting of an arc with an obstacle of one kind before `until` (s), or NO_MEETING.
 
-    Meetings within `instant` (s) count as simultaneous: of these, the obstacle with the smallest index is met.
+    `Meeting.number` is the index within this kind. Meetings within `instant` (s) count as simultaneous; of these, the
+    meeting with the smallest index is returned.
     """
     cells, best = obstacles.cells, NO_MEETING
     if not _comes_near(cells, arc, until):
@@ -117,7 +118,7 @@ def first_in_cells(
 
 @kernel
 def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
-    """True if the box of an arc in plan touches the grid."""
+    """Return True if the bounding box of an arc in plan touches the grid."""
     if cells.nx == 0:
         return False
     end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until
@@ -133,7 +134,10 @@ def index_of(value: float, origin: float, cell: float, count: int) -> int:
 
 @kernel
 def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: float) -> float:
-    """Return the time (s) at which a coordinate leaves row `index` for another row of the grid; inf if never."""
+    """Return the time (s) at which a point moves from row or column `index` to another one; inf if never.
+
+    x, v : the point's coordinate (m) and its speed (m/s) along this axis
+    """
     if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):
         return math.inf
     return (origin + (index + 1 if v > 0.0 else index) * cell - x) / v

@@ -1,22 +1,23 @@
-"""Rough ground: each impact feels its own normal, tilted from the normal of the facet.
+"""Rough ground: each impact uses its own normal, which is tilted at random from the normal of the facet.
 
 There are two laws; a scene uses one of them.
 
-CRSP (physics reference 1.3, CC): S is the irregularity of the surface across it (m), within a length of the rock's
-radius R. The tilt is theta = U atan(S / R), U uniform in [0, 1). The tilt is against the motion, so it always increases
-the angle of the impact (a steep one is thrown back). The smaller a rock, the rougher is its ground. `deviates` is
-PlatRock's form of the law in three dimensions (CC): a second uniform number U' divides the tilt, U' theta against the
-motion and (1 - U') theta to a side that is drawn as well, so that rocks leave their fall line.
+CRSP (physics reference 1.3, CC): S is the height of the surface irregularities (m) within a length of the rock's radius
+R. The tilt is theta = U atan(S / R), U uniform in [0, 1). The tilt is against the motion, so it always increases the
+angle of the impact (at a steep impact the rock is thrown back). The ground is rougher for smaller rocks. `deviates` is
+PlatRock's form of the law in three dimensions (CC): a second uniform number U' divides the tilt into U' theta against
+the motion and (1 - U') theta to a randomly drawn side, so that rocks leave their fall line.
 
-RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), whatever the size of the rock, and may
-ease the impact as well as steepen it. The published law has no tilt to the side, so rocks on a plane keep to their fall
-line. `SpreadRoughness` adds a side tilt: Normal(0, lateral_sd), drawn separately. That part is ours, not RocFall's.
+RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), independent of the size of the rock. It
+may decrease or increase the angle of the impact. The published law has no tilt to the side, so rocks on a plane stay on
+their fall line. `SpreadRoughness` adds a separately drawn side tilt, Normal(0, lateral_sd), which is not part of
+RocFall.
 
-Bounces on rough ground are summed up only if the whole speed would raise the rock by less than `smallest_bounce`. A
-sphere in sustained contact (`coulomb_sphere`) feels no roughness of this kind while it rolls.
+Bounces on rough ground are summed up only if the whole speed would raise the rock by less than `smallest_bounce`. This
+roughness does not act on a sphere in sustained contact (`coulomb_sphere`).
 
-The motion is the part of the velocity along the ground. If that part is zero or only rounding, there is no tilt. A tilt
-of zero gives the ground's own normal to the last bit.
+In this module, motion means the component of the velocity along the ground. If this component is zero or only a
+rounding error, there is no tilt. A tilt of zero gives exactly the facet's normal.
 """
 
 import math
@@ -33,7 +34,7 @@ from rpf3d_core.vectors import add, along, cross, norm, scale, without
 TILT, SHARE, SIDE = int(Purpose.ROUGHNESS), int(Purpose.ROUGHNESS_SHARE), int(Purpose.ROUGHNESS_SIDE)
 LATERAL = int(Purpose.ROUGHNESS_LATERAL)
 STEEPEST = math.radians(89.0)
-"""Largest tilt (rad): a normal number has no bounds, but ground tilted by 90 degrees or more makes no sense."""
+"""Largest tilt (rad). A normally distributed tilt has no bounds, but a tilt of 90 degrees or more is not possible."""
 
 
 class CrspRoughness(NamedTuple):
@@ -105,7 +106,7 @@ def _drawn(rock: RockContext, stream: int) -> float:
 @kernel
 def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
     """Return n turned by `back` (rad) against the motion along the ground, then by `aside` (rad) to its left."""
-    level = without(along(v, n), n)  # twice: the rounding left across the plane is then small even for a slow motion
+    level = without(along(v, n), n)  # twice, so that the rounding error across the plane is small in slow motion
     speed = norm(level)
     if speed == 0.0 or (back == 0.0 and aside == 0.0):
         return n

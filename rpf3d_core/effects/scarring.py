@@ -1,26 +1,30 @@
-"""Soft ground: a rock goes straight into the soil, is braked by the soil that it displaces, and slips out of its scar.
+"""Soft ground: a rock penetrates the soil in a straight line, is braked by the displaced soil, and slips out of its
+scar.
 
 Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for the scar, with the depth of Gerber
 2019; Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47, for the friction. All formulas are confirmed
-(C). Their use for a sphere whose contact takes no time is derived here (D):
+(C). Their use for a sphere with an instantaneous contact is derived here (D):
 
-1. The rock penetrates to the depth d_max along its velocity, which makes an angle of sine s and cosine c with the
-   plane. Its speed changes, its direction and spin do not.
+1. The rock penetrates to the depth d_max in the direction of its velocity. The angle between this direction and the
+   plane has the sine s and the cosine c. The speed of the rock changes, its direction and spin do not.
 2. F = 1/2 C_d rho A v^2 over a path dl = d(depth) / s gives v = v_0 exp(-C_d rho V / (2 M)), V = integral of A dl: the
    volume of soil that the rock drives through.
-3. A is the projected area of the part of the sphere that is in the ground. Seen along the normal A is pi (2 R d - d^2),
-   or pi R^2 once the centre is in the ground; seen along the plane A is the segment of a circle. In between A^2 = (s
-   A_n)^2 + (c A_t)^2, which is right at both ends and for a sphere that is wholly in the ground. V = sqrt(V_n^2 + (c /
-   s V_t)^2) from the integrals of both over depth: exact at both ends, and at most 3 % too small in between (tested).
-4. The ground then takes the whole speed into the ground (Leine: e_N = 0) and, by friction, mu(s) times that speed along
-   the ground, but never more than there is: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s). s is the distance
-   that the rock slips along the plane during the contact: the length of the scar. The rebound model follows; a scene
-   that leaves the loss along the ground to this effect sets `tangential_restitution: 1`.
+3. A is the projected area of the part of the sphere that is in the ground. Seen along the normal, A_n is
+   pi (2 R d - d^2), or pi R^2 if the centre is in the ground; seen along the plane, A_t is a segment of a circle. For
+   directions in between, A^2 = (s A_n)^2 + (c A_t)^2. This is exact for both directions and for a sphere that is wholly
+   in the ground. V = sqrt(V_n^2 + (c / s V_t)^2) follows from the integrals of both areas over depth. V is exact for
+   both directions and at most 3 % too small in between (tested).
+4. The ground then takes the whole speed into the ground (Leine: e_N = 0). Friction reduces the speed along the ground
+by
+   mu(s) times the speed into the ground, at most to zero: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s). Here
+   s is the distance that the rock slips along the plane during the contact: the length of the scar. The rebound model
+   acts after this. If the scene sets `tangential_restitution: 1`, this effect alone gives the loss along the ground.
 
-Simplifications: s decays by exp(-beta t) in flight (beta 50 to 200 1/s: to a few percent in 0.02 s). So s starts at 0
-in each impact, and there is no parameter beta. Leine's rocks have corners, which friction turns; here friction brakes
-and turns nothing. Bounces below `smallest_bounce` are summed up without scars, and rocks on the ground make none. Speed
-into the ground is measured along the normal; Lu et al. take the vertical speed, which is the same on level ground.
+Simplifications: in flight, the slip s decays by exp(-beta t) (beta 50 to 200 1/s: to a few percent in 0.02 s). So s
+starts at 0 in each impact, and there is no parameter beta. The rocks of Leine have corners, so friction makes them
+rotate; here friction only brakes. Bounces below `smallest_bounce` are summed up without scars, and rocks in sustained
+contact make no scars. The speed into the ground is measured along the normal; Lu et al. use the vertical speed, which
+is the same on level ground.
 """
 
 import math
@@ -35,8 +39,8 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 KILO = 1e-3
 SHALLOW = 1e-5
-"""Depth over radius (-) at which the closed form and its first term are equally accurate, to 2e-6. At smaller depths
-the closed form loses digits in a difference."""
+"""Ratio (-) of depth to radius at which the closed form and its first term are equally accurate, to 2e-6. At smaller
+depths, the closed form loses digits by cancellation."""
 
 
 class Scarring(NamedTuple):
@@ -61,7 +65,7 @@ class Scarring(NamedTuple):
 
 @kernel
 def penetration(mass: float, stiffness: float, speed: float) -> float:
-    """Return the depth (m) that a rock reaches: 0.1 M^(1/3) M_E^(-0.4) v^0.8, M_E in kN/m2 (Gerber 2019).
+    """Return the penetration depth (m) of a rock: 0.1 M^(1/3) M_E^(-0.4) v^0.8, M_E in kN/m2 (Gerber 2019).
 
     mass : kg; stiffness : Pa; speed : m/s into the ground
     """
@@ -108,7 +112,7 @@ def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float
 def through_the_scar(
     scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion at the end of the scar, after the loss by friction."""
+    """Return the motion of the rock at the end of its scar, after the losses by soil drag and friction."""
     into = -dot(motion.v, n)
     if into <= 0.0:
         return motion
@@ -123,9 +127,9 @@ def through_the_scar(
 
 @kernel
 def driven_through(depth: float, aside: float, radius: float) -> float:
-    """Return the volume of soil (m3) that a sphere drives through on its way to a depth (m).
+    """Return the volume of soil (m3) that a sphere displaces on its path down to a depth (m).
 
-    aside : metres along the plane for each metre into the ground
+    aside : distance along the plane per metre of depth (-)
     """
     ahead = aside * volume_from_ahead(depth, radius)
     above = volume_from_above(depth, radius)
@@ -134,10 +138,10 @@ def driven_through(depth: float, aside: float, radius: float) -> float:
 
 @kernel
 def slowed_along(motion: Motion, n: Vec, mu: float) -> Motion:
-    """Return the motion after Coulomb's impulse of an impact that takes the whole speed into the ground.
+    """Return the motion after the Coulomb friction impulse of an impact that stops the whole speed into the ground.
 
-    The speed along the ground never reverses.
-    n : unit normal with v . n <= 0
+    The speed along the ground is reduced, at most to zero.
+    n : unit normal of the ground with v . n <= 0; mu : friction (-)
     """
     along = without(motion.v, n)
     speed, most = norm(along), -mu * dot(motion.v, n)

@@ -1,4 +1,4 @@
-"""Batches of rocks that have flown and their records of impacts and paths: select, join and sort them."""
+"""Batches of flown rocks with their records of impacts and paths: select, join and sort the rocks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,11 +35,11 @@ class Written:
 
 @dataclass(frozen=True, eq=False)
 class Batch(Written):
-    """N rocks that have flown: their records, how they ended, and the rocks that broke.
+    """N flown rocks: their records, their results at the end of the flight, and the rocks that broke.
 
-    finals : (N, 8) `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin
-    counts : (N, 4) `COUNT_COLUMNS`
-    broken : the rocks of the batch that broke; `NONE_BROKEN` if they were not gathered
+    finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin
+    counts : (N, 4) columns `COUNT_COLUMNS`
+    broken : the rocks of the batch that broke; `NONE_BROKEN` if they have not been gathered
     """
 
     finals: FloatArray
@@ -48,7 +48,7 @@ class Batch(Written):
 
 
 def written_of(rows: IntArray) -> Written:
-    """Return an empty record of N rocks (N,): no impacts and no paths."""
+    """Return an empty record of N rocks, without impacts and paths; rows : (N,) rows in the releases."""
     none = np.empty(0, dtype=np.int64)
     return Written(rows, np.empty((0, 9)), none, np.empty((0, 10)), none, np.zeros((len(rows) + 1, 2), dtype=np.int64))
 
@@ -64,7 +64,7 @@ def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
 
 
 def only(batch: Batch, rocks: Rocks) -> Batch:
-    """Return a batch of the flagged rocks (N,) alone, with their records and ends but without `broken`."""
+    """Return a batch of only the flagged rocks (N,), with their records and results but without `broken`."""
     lengths = np.diff(batch.first, axis=0)
     struck, moved = np.repeat(rocks, lengths[:, 0]), np.repeat(rocks, lengths[:, 1])
     written = (batch.impacts[struck], batch.facets[struck], batch.pieces[moved], batch.modes[moved])
@@ -72,7 +72,7 @@ def only(batch: Batch, rocks: Rocks) -> Batch:
 
 
 def joined_batches(batches: Sequence[Batch]) -> Batch:
-    """Return at least one batch as one batch: the rocks of each batch follow those of the previous batch."""
+    """Join one or more batches into one batch; the rocks of each batch follow the rocks of the previous batch."""
     lengths = np.concatenate([np.diff(batch.first, axis=0) for batch in batches])
     names = ("rows", "impacts", "facets", "pieces", "modes", "finals", "counts")
     columns: dict[str, Any] = {name: _stacked([getattr(batch, name) for batch in batches]) for name in names}
@@ -80,12 +80,12 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """Return a batch from the records of N rocks and how the rocks ended: finals (N, 8) and counts (N, 4)."""
+    """Return a batch from the records of N rocks and their results: finals (N, 8) and counts (N, 4)."""
     return Batch(**vars(written), finals=finals, counts=counts)
 
 
 def in_order(parts: Sequence[Written]) -> Written:
-    """Return the records of all rocks of at least one part, sorted by the rocks' rows."""
+    """Join the records of one or more parts, sorted by the rocks' rows."""
     rows = np.concatenate([part.rows for part in parts])
     if not any(len(part.facets) or len(part.modes) for part in parts):
         return written_of(np.sort(rows))
@@ -99,7 +99,7 @@ def in_order(parts: Sequence[Written]) -> Written:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return arrays stacked by row. Empty arrays are left out: they lack the columns of spin."""
+    """Return the arrays stacked by row. Empty arrays are left out, because they lack the columns of spin."""
     return np.concatenate([array for array in arrays if len(array)] or arrays[:1])
 
 
@@ -109,7 +109,10 @@ def _firsts(lengths: IntArray) -> IntArray:
 
 
 def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
-    """Return indices that reorder runs of rows: runs of given lengths (N,) into a new order (N,) of the runs."""
+    """Return row indices that put N runs of rows into a new order.
+
+    lengths : (N,) number of rows in each run; order : (N,) the runs in their new order
+    """
     if not lengths.any():
         return np.empty(0, dtype=np.int64)
     begins = (np.cumsum(lengths) - lengths)[order]
@@ -119,11 +122,11 @@ def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
 
 
 NOTHING = with_ends(written_of(np.empty(0, dtype=np.int64)), np.empty((0, 8)), np.empty((0, 4), dtype=np.int64))
-"""A batch of no rocks."""
+"""A batch without rocks."""
 
 
 def broken_of(batch: Batch) -> Broken:
-    """Return the rocks of a batch that broke, read from each rock's last impact and the end of its path.
+    """Return the rocks of a batch that broke; their state comes from their last impact and the end of their path.
 
     Returns `NONE_BROKEN` itself if no rock broke.
     """
@@ -136,7 +139,7 @@ def broken_of(batch: Batch) -> Broken:
 
 
 def count_from_release(batch: Batch, t: FloatArray) -> None:
-    """Add the times t (N,) s at which the flights of N fragments began to all times of a batch, in place."""
+    """Add to all times of a batch of N fragments the times t (N,) s at which their flights began, in place."""
     lengths = np.diff(batch.first, axis=0)
     batch.finals[:, 0] += t
     batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])

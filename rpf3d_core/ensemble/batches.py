@@ -1,8 +1,8 @@
-"""Fly rocks in batches on several threads. Each batch uses a record of fixed size, is examined, and is handed on.
+"""Fly rocks in batches on several threads. A batch is flown into a record of fixed size, examined and passed on.
 
-A group takes rocks from all over the releases and takes off as a whole. So when a run is interrupted, the rocks that
-have flown represent all sources and all their places. The batches of a group lie side by side: the closer together the
-rocks of a group start, the more often the facets that they need are in the cache, whichever thread flies them.
+A group of batches takes rocks from all parts of the releases and is flown as a whole. So when a run is interrupted, the
+flown rocks represent all sources and all their places. The batches of a group start close to each other. The closer the
+start points, the more often the needed facets are in the cache, on any thread.
 """
 
 import math
@@ -41,25 +41,25 @@ from rpf3d_core.values import Outcome
 LARGEST_BATCH = 4096
 """Largest number of rocks in a batch of the compiled engine."""
 BATCHES_A_GROUP = 2
-"""Batches in a group, if all are of the largest size. Long falls take 1.6 times as long in groups of 512 rocks as in
-groups of 4096, and 10 % less again in groups of 8192. But a group flies to its end after the user interrupts."""
+"""Batches in a group, if all have the largest size. Long falls take 1.6 times as long in groups of 512 rocks as in
+groups of 4096, and 10 % less in groups of 8192 than in groups of 4096. But after an interrupt, a group is still flown
+to its end, so groups must not be too large."""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 """Ratio of the golden section (-)."""
 STRIPS = 0.25
-"""Strips across the places of R rocks, per square root of R. Rocks that fly one after another then start side by side
-and need the same facets, which are still in the cache."""
+"""Number of strips into which the start places of R rocks are sorted, divided by the square root of R. Consecutive
+rocks then start close to each other and need the same facets, which are still in the cache."""
 REFERENCE_BATCH = 4
-"""Largest number of rocks in a batch of the reference engine. When the user interrupts, two batches fly to their end,
-which takes about 0.3 s."""
+"""Largest number of rocks in a batch of the reference engine. After an interrupt, two batches are still flown to their
+end, which takes about 0.3 s."""
 SMALLEST_BATCH = 512
 """Smallest number of rocks in a batch of the compiled engine, except for the last batch of a group. Starting a batch of
 this size takes about 1 % of the time of flying it."""
 BATCHES_A_THREAD = 4
-"""A batch takes at most 1 / BATCHES_A_THREAD of one thread's share of the rocks that are left, so that no thread waits
-long for the last batch."""
+"""A batch takes at most 1 / BATCHES_A_THREAD of one thread's share of the remaining rocks, so that no thread waits long
+for the last batch."""
 ROOM = 16_384
-"""Rows for path segments, and rows for impacts, that are recorded before they are examined: 3 MB, which stay in the
-cache."""
+"""Rows for path segments, and rows for impacts, in the record of a batch: 3 MB, which stay in the cache."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Flight:
 Advance = Callable[[int], None]
 """Called with the number of rocks flown since the last call."""
 Progress = Callable[[int], Advance]
-"""Called with the number of rocks when everything is compiled and no rock flies yet."""
+"""Called with the number of rocks after the compilation and before the first flight; returns the progress callback."""
 Watch = Callable[[Batch, Releases], FloatArray]
 """Called with each batch and its releases, on the thread that flew the batch; returns the largest height of each rock
 above the terrain (N,) m."""
@@ -82,11 +82,12 @@ above the terrain (N,) m."""
 
 @dataclass(frozen=True)
 class RunControl:
-    """How flights in batches are controlled from outside. No result depends on it, unless `stop` ends the run.
+    """Threads, interruption and progress of flights in batches. No result depends on them, unless `stop` ends the run.
 
-    threads : for the compiled engine; None for one per core
-    stop : called between batches; once it returns True, flying groups are flown to their end and no new group takes off
-    advance : called with the progress
+    threads : number of threads of the compiled engine; None for one per core
+    stop : called between batches; after it returns True, the started groups are flown to their end and no new one
+        starts
+    advance : called with the number of rocks flown since the last call
     """
 
     threads: int | None = None
@@ -102,8 +103,8 @@ UNCONTROLLED = RunControl()
 class Keep:
     """Which records of R rocks are kept after their batch has been examined.
 
-    paths, impacts : (R,) flag of each rock whose path, or whose impacts, are kept
-    record : False if the engine is to record no impacts and no paths at all
+    paths, impacts : (R,) flags of the rocks whose paths, and whose impacts, are kept
+    record : False if the engine records no impacts and no paths at all
     """
 
     paths: NDArray[np.bool_]
@@ -113,10 +114,10 @@ class Keep:
 
 @dataclass(frozen=True, eq=False)
 class Crew:
-    """What each thread needs to fly some of R rocks, and the arrays for how the rocks end.
+    """The data that all threads share to fly R rocks: inputs, and arrays for the results.
 
-    finals : (R, 8), or (R, 10) if rocks spin; counts : (R, 4); both are filled in
-    broken : receives one entry for each batch in which rocks broke
+    finals : (R, 8), or (R, 10) if rocks spin; counts : (R, 4); the threads fill in both
+    broken : list to which the threads add one entry for each batch in which rocks broke
     """
 
     engine: Engine
@@ -139,7 +140,7 @@ def fly_batches(
 ) -> Batch:
     """Fly R rocks in batches, on several threads if the engine allows; return the rocks that flew, sorted by row.
 
-    keep : the records that the returned batch holds; `watch` sees all records
+    keep : selects the records in the returned batch; `watch` receives all records
     """
     compiled = isinstance(engine, Compiled)
     workers = (control.threads or os.cpu_count() or 1) if compiled else 1
@@ -156,7 +157,7 @@ def fly_batches(
 
 
 def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
-    """Return empty arrays for how R rocks end: finals and counts; the columns of energies, if rocks spin, hold NaN."""
+    """Return empty arrays for the results of R rocks: finals and counts; energy columns of spin hold NaN."""
     more = len(SPIN_FINALS) if spins else 0
     finals = np.empty((rocks, len(FINAL_COLUMNS) + more))
     finals[:, len(FINAL_COLUMNS) :] = np.nan
@@ -168,7 +169,7 @@ def _flown_by(
 ) -> Iterator[list[Written]]:
     """Yield the records of each batch, in the order of the batches.
 
-    A new group takes off as soon as fewer than `at_hand` batches are flying or waiting.
+    A new group starts as soon as fewer than `at_hand` batches are flying or waiting.
     """
     running: deque[Future[list[Written]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
@@ -183,7 +184,7 @@ def _flown_by(
 
 
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
-    """Return the rocks of some parts as one batch, sorted by row; finals (R, 8) and counts (R, 4) hold all R rocks."""
+    """Return the rocks of all parts as one batch, sorted by row; finals (R, 8), counts (R, 4) : of all R rocks."""
     if not parts:
         return NOTHING
     written = in_order(parts)
@@ -198,7 +199,10 @@ def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[Int
 
 
 def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntArray]]:
-    """Yield the batches of each group. Any run of steps of the golden section is spread evenly, whatever its length."""
+    """Yield the batches of each group, as arrays of rows.
+
+    The rows of a group are consecutive steps of the golden section: any number of such steps is spread evenly.
+    """
     rocks = len(releases.x)
     spread, groups = np.arange(rocks) * _golden_step(rocks) % max(rocks, 1), -(-rocks // (BATCHES_A_GROUP * largest))
     for g in range(groups):
@@ -207,7 +211,7 @@ def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntA
 
 
 def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[IntArray]:
-    """Yield the batches of one group; batches shrink with the number of rocks left, so that all threads end together.
+    """Yield the batches of one group; they shrink with the number of remaining rocks, so that all threads end together.
 
     Sources
     -------
@@ -221,9 +225,10 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[
 
 
 def _golden_step(rocks: int) -> int:
-    """Return a step that visits each of R rows once, modulo R, and spreads the rows visited so far evenly.
+    """Return a step that reaches each of R rows once, modulo R; the rows reached so far are always spread evenly.
 
-    Every n-th row would not do: where rocks are dealt to n places in turn, a group would hold the rocks of one place.
+    A step of n rows is not suitable: if a source assigns its rocks to n points in turn, a group would hold the rocks of
+    one point only.
     """
     step = max(round(GOLDEN * rocks), 1)
     while math.gcd(step, rocks) > 1:
@@ -232,7 +237,7 @@ def _golden_step(rocks: int) -> int:
 
 
 def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
-    """Return rows (N,) of the releases, sorted in strips so that consecutive rocks start near each other."""
+    """Return the rows (N,) of the releases, sorted in strips so that consecutive rocks start near each other."""
     x, y = releases.x.take(rows, axis=0)[:, :2].T
     if np.ptp(x) > np.ptp(y):
         x, y = y, x
@@ -243,7 +248,7 @@ def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
 
 
 def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
-    """Fly some rocks, as many at a time as the record has room for; return the kept records of each such part."""
+    """Fly the rocks of some rows, in parts that fit into the record; return the kept records of each part."""
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
@@ -268,10 +273,10 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:
-    """Pass a batch to `watch` and gather what broke; return copies of the records to keep.
+    """Pass a batch to `watch` and gather the rocks that broke; return copies of the records to keep.
 
-    Copies, because the next rocks overwrite the record. The path of a rock that failed may hold anything, so it is not
-    kept: nothing could draw it.
+    Copies are needed because the next rocks overwrite the record. The path of a rock that failed may hold invalid
+    numbers, which cannot be drawn, so it is not kept.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():
         count_from_release(flown, crew.releases.t[flown.rows])

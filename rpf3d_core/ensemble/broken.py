@@ -1,4 +1,4 @@
-"""Rocks that broke, in their state at that moment: the input for making their fragments."""
+"""Rocks that broke, with their state at the moment of breaking: the input from which their fragments are made."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 
 SOURCES = 65_536
-"""Factor of a fragment's number in the key of its draws, source + SOURCES * number. There are at most 65,536 sources
-and 65,536 fragments."""
+"""Factor of a fragment's number in the key of its random numbers: source + SOURCES * number. There are at most 65,536
+sources, and 65,536 fragments of a rock."""
 
 DUST_UNITS = 2**40
 """Dust is counted in units of 1/2^40 kg: sums of whole numbers are the same in any order."""
@@ -34,18 +34,18 @@ NONE_BROKEN = Broken(np.empty(0, dtype=np.int64), np.empty(0), *(np.empty((0, 3)
 
 
 def rows_of_broken(broken: Broken, which: slice) -> Broken:
-    """Return the rocks in a slice of N rocks that broke."""
+    """Return the selected slice of N broken rocks."""
     return Broken(*(getattr(broken, name)[which] for name in ("rows", "t", "x", "v", "n")))
 
 
 def in_turn(parts: Sequence[Broken]) -> Broken:
-    """Return the rocks of all parts, one part after another, with rows numbered from 0."""
+    """Join the broken rocks of all parts, one part after another, and number their rows from 0."""
     columns = [np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "x", "v", "n")]
     return Broken(np.arange(len(columns[0])), *columns)
 
 
 def joined_broken(parts: Sequence[Broken]) -> Broken:
-    """Return the rocks of all parts, sorted by row."""
+    """Join the broken rocks of all parts, sorted by row."""
     rows = np.concatenate([part.rows for part in parts])
     order = np.argsort(rows)
     columns = (np.concatenate([getattr(part, name) for part in parts])[order] for name in ("t", "x", "v", "n"))

@@ -20,8 +20,8 @@ GROUND_COLOURS = np.array(
     ],
     dtype=np.uint8,
 )  # fmt: skip
-"""Sand, stone, clay, dust, ochre, ...: one colour for each group of zones, in order of first mention; none looks like
-water."""
+"""One colour for each group of zones, in order of first mention: sand, stone, clay, dust, ochre and others. No colour
+looks like water."""
 
 ALTERNATE = 0.86
 """Brightness (-) of every second zone of a group, so that neighbouring benches differ."""
@@ -43,11 +43,11 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
 SPEED_COLOURS = np.array(
     [(44, 90, 182), (0, 166, 202), (120, 205, 120), (249, 208, 87), (242, 140, 46), (200, 20, 28)], dtype=float
 )
-"""From slow (blue) to the fastest (red), evenly spaced."""
+"""Colours of evenly spaced speeds, from zero (blue) to the fastest (red)."""
 
 
 def zone_groups(zones: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
-    """Return the groups of zones that differ only by a trailing number: their names, and the group (Z,) of each zone.
+    """Group zones whose names differ only by a trailing number; return the group names and the group (Z,) of each zone.
 
     Examples
     --------

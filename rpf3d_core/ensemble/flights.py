@@ -24,15 +24,15 @@ def no_spins() -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Deposits:
-    """Where and how each of R rocks ended; every array has R rows, block after block, by source, then by rock.
+    """End position and results of each of R rocks; every array has R rows, block after block, by source, then by rock.
 
     source : index of the scene's source; rock : number within its source, from 0
     outcome : `values.Outcome`; facet : facet of the last contact, -1 if the rock never touched the ground
-    release : (R, 3) m; x : (R, 3) m, the end; t : s; path : m flown and slid; impacts : count
+    release : (R, 3) m; x : (R, 3) m, end position; t : s, end time; path : m, length flown and slid; impacts : count
     max_speed : m/s; max_energy : J, translational
-    max_height : m, vertical above the facet straight below, the largest on the whole path (`hazard.tallies` finds it);
+    max_height : m, largest height on the whole path above the facet vertically below (`hazard.tallies` computes it);
         NaN without a `watch`, and for a rock that failed
-    ground_speed : m/s at which the rock first entered sustained contact; NaN if it never did
+    ground_speed : m/s when the rock first enters sustained contact; NaN without sustained contact
     mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
     max_rotational_energy, max_total_energy : J, total is translation plus rotation; if not given, rocks do not spin
     """
@@ -117,7 +117,7 @@ class Paths:
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """The result of flying an ensemble: all deposits, and the impacts and paths that were asked for.
+    """The result of flying an ensemble: all deposits, and the impacts and paths that the caller asked to keep.
 
     engine : the engine used ("reference" or "compiled"); compile_s, fly_s : wall seconds
     """

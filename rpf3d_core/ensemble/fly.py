@@ -13,17 +13,17 @@ from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, pr
 from rpf3d_core.simulation.record import IMPACT_COLUMNS
 
 REFERENCE_ROCKS = 200
-"""Up to this number of rocks, `auto` takes the reference engine: it finishes before the compiled engine is compiled."""
+"""Up to this number of rocks, `auto` selects the reference engine, which ends before the other one is compiled."""
 REFERENCE_SPHERES = 40
-"""As REFERENCE_ROCKS, for rocks with a size: one rock takes about 0.5 s in plain Python (demo pit, rolling friction
-0.3)."""
+"""As REFERENCE_ROCKS, for rocks that touch the ground as spheres: such a rock takes about 0.5 s in plain Python (demo
+pit, rolling friction 0.3)."""
 
 
 def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) -> str:
     """Return the name of the engine to use: `name` itself or, for `auto`, the engine that finishes first.
 
     Both engines give the same result.
-    compiled : whether numba is installed; sized : whether rocks touch the ground as spheres of their size
+    compiled : True if numba is installed; sized : True if rocks touch the ground as spheres, not as points
     """
     if name != "auto":
         return name
@@ -44,18 +44,18 @@ def fly_ensemble(
 
     Parameters
     ----------
-    engine : with its index over the terrain built (`engine_of`)
+    engine : engine with its index over the terrain (`engine_of`)
     flight : materials, settings and models
     releases : R rocks
-    record : whether to keep impacts and paths; False gives deposits only
-    paths : number of rocks, evenly spread over all, whose paths are kept; None for all
-    threads : for the compiled engine; None for one per core
+    record : True to keep impacts and paths; False gives deposits only
+    paths : number of rocks, evenly spread over all rocks, whose paths are kept; None for all
+    threads : number of threads of the compiled engine; None for one per core
     watch : called with each batch on the thread that flew it; returns heights. Without `watch`, heights are NaN
 
     Returns
     -------
     Flights
-        The same bits whatever the engine, the number of threads and the size of batches.
+        The same bits for any engine, number of threads and batch size.
     """
     began = time.perf_counter()
     precompile_flights(engine, flight.models, flight.materials, flight.settings)
@@ -76,7 +76,7 @@ def spread_over(rocks: int, some: int) -> IntArray:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """Return the flights of batches that together, one after another, hold the rocks of the releases in their order."""
+    """Return the `Flights` of batches; in sequence, the batches hold the rocks in the order of the releases."""
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s
@@ -84,7 +84,7 @@ def flights_of(
 
 
 def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Deposits:
-    """Return deposits from the engine's rows: finals (R, 8), or (R, 10) if rocks spin, and counts (R, 4)."""
+    """Return the deposits from the engine's results: finals (R, 8), or (R, 10) if rocks spin, and counts (R, 4)."""
     speed, energies = finals[:, 5], dict(zip(SPIN_FINALS, finals[:, len(FINAL_COLUMNS) :].T, strict=False))
     return Deposits(
         source=releases.source,

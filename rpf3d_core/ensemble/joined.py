@@ -12,9 +12,9 @@ Rows = TypeVar("Rows", Impacts, Paths)
 
 
 def joined(parts: Sequence[Flights]) -> Flights:
-    """Return the flights of at least one part as one, rows (R,) sorted by source, then rock, whatever the parts' order.
+    """Join the flights of one or more parts; the rocks are sorted by source, then rock, for any order of the parts.
 
-    compile_s is the longest of any part, fly_s the sum of all parts, in seconds.
+    In the result, compile_s (s) is the maximum of all parts, fly_s (s) their sum.
     """
     deposits = [part.deposits for part in parts]
     keys = [np.concatenate([getattr(some, name) for some in deposits]) for name in ("piece", "rock", "source")]
@@ -32,9 +32,9 @@ def joined(parts: Sequence[Flights]) -> Flights:
 
 
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
-    """Return tables of rocks as one table in the order of the rocks: rock r of all parts together gets row place[r].
+    """Join tables of impacts or paths into one table, in the order of the rocks.
 
-    place : (R,)
+    place : (R,) new row of each rock; the rocks of all parts are counted in sequence
     """
     before = np.cumsum([0, *(len(some.rock) for some in deposits)])
     moved = [replace(table, row=place[table.row + n]) for table, n in zip(tables, before[:-1], strict=True)]

@@ -1,9 +1,9 @@
 """Points along the paths of rocks, between the recorded events.
 
 A FLIGHT segment is the exact parabola x + v t + g t^2/2. SETTLING and SLIDING segments are drawn as the cubic Hermite
-curve with the right position and velocity at both ends; between the ends the curve is a drawing, not a solution. The
-velocity drawn along it changes linearly from one end to the other, so that no drawn speed exceeds the computed speeds.
-A slide of constant deceleration is drawn exactly.
+curve with the exact position and velocity at both ends; between the ends the curve is only an approximation. The drawn
+velocity changes linearly from one end to the other, so that no drawn speed exceeds the computed speeds. A slide with
+constant deceleration is drawn exactly.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ FINEST_STEP, COARSEST_STEP = 0.01, 1.0
 """Bounds of the step at which paths are drawn (m): a laboratory ramp is 2 m long, a pit wall 300 m."""
 
 STEPS_ACROSS = 400
-"""Steps across the widest side of all paths: about the resolution of a picture on a screen."""
+"""Number of drawing steps over the widest extent of all paths: about the resolution of a picture on a screen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ def displayed_rows(paths: Paths, limit: int) -> IntArray:
 
 
 def display_step(paths: Paths) -> float:
-    """Return the step (m) at which to draw paths: fine enough for their extent, coarse enough for a picture."""
+    """Return the distance (m) between drawn points of paths, from the extent of all paths."""
     extent = float(np.ptp(paths.x, axis=0).max()) if len(paths.x) else COARSEST_STEP
     return float(np.clip(extent / STEPS_ACROSS, FINEST_STEP, COARSEST_STEP))
 
@@ -99,7 +99,9 @@ def sample_paths(
 
 
 def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STANDARD_GRAVITY) -> FloatArray:
-    """Return positions (T, 3) m of one rock at times (T,) s; the rock is still before its release and after its end.
+    """Return positions (T, 3) m of one rock at times (T,) s.
+
+    Times before the release give the release position; times after the end give the end position.
 
     Raises
     ------
@@ -152,7 +154,7 @@ def _durations(paths: Paths) -> FloatArray:
 
 
 def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return the event that ends each segment (P,); for the last event of all, that event itself."""
+    """Return the row (P,) of the event that ends each segment; the last event of all paths is its own end."""
     return np.minimum(pieces + 1, len(paths.row) - 1)
 
 
@@ -166,7 +168,7 @@ def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
 
 
 def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return 1 for each segment at whose end the velocity jumps, so that the end is a point of its own; else 0."""
+    """Return 1 for each segment at whose end the velocity jumps, so that the end needs an additional point; else 0."""
     jumps = np.any(paths.v_end[pieces] != paths.v[_next_event(paths, pieces)], axis=1)
     return np.asarray(jumps & (paths.mode[pieces] != Mode.END), dtype=np.int64)
 
@@ -182,9 +184,9 @@ def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tu
 def _hermite(
     start: tuple[FloatArray, FloatArray], end: tuple[FloatArray, FloatArray], s: FloatArray, duration: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the cubic with given x (S, 3) and v (S, 3) at s = 0 and s = 1, and the linear velocity between the ends.
+    """Return points on cubic curves between given ends, and the velocity, which changes linearly between the ends.
 
-    s : (S,) share of the duration; duration : (S,) s
+    start, end : x (S, 3) m and v (S, 3) m/s at both ends; s : (S,) share of the duration; duration : (S,) s
     """
     (x0, v0), (x1, v1) = start, end
     s, h = s[:, None], duration[:, None]

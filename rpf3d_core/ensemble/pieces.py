@@ -1,9 +1,9 @@
-"""Make the fragments of rocks that broke, as releases of their own.
+"""Make the fragments of rocks that broke, as new releases.
 
-A fragment has its parent's source and rock number, and a number of its own within this family. Numbers count from 1 in
-the order in which fragments are made: generation by generation, by parent, by the power law. The draws of a fragment
-use the key source + SOURCES * number: no other rock or fragment has this key while there are fewer than SOURCES
-sources.
+All fragments of a rock form a family. A fragment has the source and the rock number of this rock, and a number within
+the family. Numbers count from 1 in the order in which fragments are made: by generation, then by parent, then by size.
+The random numbers of a fragment use the key source + SOURCES * number. This key is unique while there are fewer than
+SOURCES sources.
 """
 
 import math
@@ -25,20 +25,20 @@ from rpf3d_core.values import Rock, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 TILT, TURN = int(Purpose.PIECE_TILT), int(Purpose.PIECE_TURN)
-"""Purposes of the draws that turn a fragment's direction away from, and around, its parent's direction."""
+"""Purposes of the random numbers for a fragment's direction: angle from its parent's direction, and angle around it."""
 PIECES = 65_536
 """Approximate number of fragments in memory at a time. One rock may have more."""
 
 
 class Breaking:
-    """The breaking of the rocks of one block: makes their fragments, generation by generation.
+    """Makes the fragments of the rocks of one block, generation by generation.
 
-    flight : physics of the fragments made last; the last generation does not break again
-    compiled : whether numba makes the fragments
+    flight : physics for the fragments made last; the last generation cannot break again
+    compiled : True if compiled code makes the fragments
     """
 
     def __init__(self, flight: Any, compiled: bool = True) -> None:
-        """Take the effect `Fragmentation` from the physics of the flight (`batches.Flight`)."""
+        """Find the effect `Fragmentation` in the physics of the flight (`batches.Flight`)."""
         self.flight, self._compiled = flight, compiled
         self._links = links_of(flight.models.effects)
         self._effect = next(effect for effect in self._links if isinstance(effect, Fragmentation))
@@ -47,14 +47,14 @@ class Breaking:
 
     @property
     def goes_on(self) -> bool:
-        """True if rocks that fly now may break."""
+        """True if the rocks of the current generation may break."""
         return self._left > 0
 
     def pieces_of(self, releases: Releases, broken: Broken) -> Iterator[tuple[Releases, int]]:
-        """Yield the fragments of rocks or fragments that flew, and the mass of their dust in DUST_UNITS.
+        """Yield the fragments of broken parents in parts, each with the mass of its dust in DUST_UNITS.
 
-        Each part holds the fragments of some parents, about PIECES of them, whatever the number of parents. Together
-        the parts are in the order of the parents.
+        A parent is a rock or a fragment that flew and broke. Each part holds about PIECES fragments, of any number of
+        parents. The parts follow the order of the parents.
         """
         self._left -= 1
         if not self._left:
@@ -76,9 +76,10 @@ def pieces_of(
     effect: Fragmentation, seed: int, releases: Releases, broken: Broken, numbered: dict[Any, int],
     compiled: bool = True,
 ) -> tuple[Releases, int]:  # fmt: skip
-    """Return the fragments of N rocks that broke, and the mass of what is too small to fly, in DUST_UNITS.
+    """Return the fragments of N rocks that broke, and the mass of dust (fragments too small to fly), in DUST_UNITS.
 
-    releases : of the rocks, or fragments, that flew; numbered : the last number given in each family; is updated
+    releases : releases of the rocks, or fragments, that flew
+    numbered : last fragment number used in each family; the function updates it
 
     Raises
     ------
@@ -104,7 +105,7 @@ def pieces_of(
 def _sized(
     effect: Fragmentation, releases: Releases, broken: Broken, compiled: bool
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
-    """Return exponents and largest shares (N, 2), and numbers of fragments (N,), of N rocks that broke."""
+    """Return, for N rocks that broke, exponent and largest share of the size law (N, 2) and fragment count (N,)."""
     mass, radius = releases.mass[broken.rows], releases.radius[broken.rows]
     cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
     size: Any = _size_all
@@ -113,14 +114,14 @@ def _sized(
 
 
 def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
-    """Return ranges of N parents (begin, end) with about `most` fragments each; counts (N,) of each parent."""
+    """Split N parents into ranges (begin, end) with about `most` fragments each; counts : (N,) fragments per parent."""
     part = (np.cumsum(counts) - counts) // most
     begins = np.flatnonzero(np.diff(part, prepend=-1)).tolist()
     return list(zip(begins, [*begins[1:], len(counts)], strict=True))
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return the last number (N,) used in the family of each of N rocks; add the rock's new fragments to `numbered`."""
+    """Return the last fragment number (N,) in the family of each of N rocks; add the new ones to `numbered`."""
     last = []
     for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):
         last.append(numbered.get((place, number), 0))
@@ -135,7 +136,7 @@ def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: 
 
 @loop
 def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cascades: Any, counts: Any) -> None:
-    """Fill in exponents and largest shares, cascades (N, 2), and numbers of fragments, counts (N,), of N rocks."""
+    """Fill in, for N rocks, cascades (N, 2): exponent and largest share; and counts (N,): number of fragments."""
     for i in range(len(mass)):
         rock = Rock(mass[i], radius[i])
         off = v[i, 0] * n[i, 0] + v[i, 1] * n[i, 1] + v[i, 2] * n[i, 2]
@@ -148,7 +149,8 @@ def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cas
 def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: Any, v: Any, shares: Any) -> None:
     """Fill in the velocities v (P, 3) and mass shares (P,) of P fragments.
 
-    which : row of the parent, and rank by size; key : words of the draws; parents : cascades, velocities and normals
+    which : row of the parent, and rank by size; key : counter words of the random numbers
+    parents : cascades, velocities and normals
     """
     parent, rank = which
     source, rock = key
@@ -165,10 +167,10 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 
 @kernel
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
-    """Return the velocity of a fragment of a rock that left the ground of unit normal n with velocity v.
+    """Return the velocity of a fragment; its rock left ground of unit normal n with velocity v.
 
-    The direction is spread evenly over a cone about v. A direction closer to the ground than allowed is raised.
-    tilt, turn : in [0, 1)
+    The directions are spread evenly over a cone about v. A direction that is too close to the ground is raised.
+    tilt, turn : uniform numbers in [0, 1)
     """
     speed = norm(v)
     axis = scale(1.0 / speed, v) if speed > 0.0 else n

@@ -1,7 +1,8 @@
-"""Places spread evenly over a surface by its true area. Area in plan would give a steep face too few places.
+"""Release places spread evenly over the true area of a surface. With the area in plan, steep slopes would get too few.
 
-The running sum of all areas selects a rock's triangle. The square root that makes places in a triangle even (Turk 1990,
-Graphics Gems, "Generating random points in triangles") selects its place. That takes three uniform numbers a rock.
+Three uniform numbers select the place of a rock. The first selects the triangle, through the running sum of all areas.
+The others select the place in the triangle, with a square root that makes the places even (Turk 1990, Graphics Gems,
+"Generating random points in triangles").
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class ReleaseTriangles:
-    """Triangles that rocks may fall from.
+    """The triangles on which rocks may be released.
 
     corners : (P, 3, 3) m, local frame; reached : (P,) m^2, the running sum of the triangles' areas
     """
@@ -31,7 +32,7 @@ def release_triangles(corners: FloatArray) -> ReleaseTriangles:
 def places_on(triangles: ReleaseTriangles, which: FloatArray, across: FloatArray, along: FloatArray) -> FloatArray:
     """Return places (R, 3) m, spread evenly over the triangles, from uniform numbers (R,) in [0, 1).
 
-    which : selects the triangle; across, along : select the place within the triangle
+    which : (R,) numbers that select the triangle; across, along : (R,) numbers that select the place in the triangle
     """
     area = triangles.reached[-1]
     row = np.searchsorted(triangles.reached, which * area, side="right")

@@ -1,4 +1,4 @@
-"""Draw releases from sources: where each rock starts, how fast, and how heavy it is."""
+"""Draw the releases of all sources: start position, velocity and mass of each rock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -29,13 +29,14 @@ ABOVE_EVERYTHING = 1.0
 class Source:
     """A place from which rocks may fall, in the terrain's local frame.
 
-    points : (P, 3) m; rocks are dealt to the points in turn or, if `line`, spread uniformly along the line through them
+    points : (P, 3) m; rocks start at the points in turn or, if `line`, spread uniformly along the line through the
+        points
     rocks : number of rocks; velocity : (3,) m/s
     spread, velocity_spread : (3,) half-widths of a uniform spread about the position (m) and the velocity (m/s)
     above_ground : m; if given, each position's height is replaced by the terrain's height plus this value
-    triangles : over whose area rocks are spread uniformly, instead of points; above_ground is then the height
-        above the triangle
-    throw : speed and direction, instead of velocity
+    triangles : used instead of points: rocks are spread uniformly over the area of these triangles; above_ground is
+        then the height above the triangle
+    throw : used instead of velocity: speed and direction
     """
 
     name: str
@@ -52,11 +53,11 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Releases:
-    """R rocks about to fall, in order of source, then rock.
+    """The releases of R rocks, in order of source, then rock.
 
     source, rock : (R,) indices; x : (R, 3) m, local; v : (R, 3) m/s; mass : (R,) kg; radius : (R,) m
     piece : (R,) number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
-    t : (R,) s after the release of the rock; zeros if not given
+    t : (R,) s, start of a fragment's flight after the release of its rock; zeros if not given
     """
 
     source: IntArray
@@ -84,14 +85,15 @@ def releases_of(
     first: int = 0,
     count: int | None = None,
 ) -> Releases:
-    """Draw the releases of all sources, or only `count` of them from row `first` on: the same bits either way.
+    """Draw the releases of all sources, or only `count` releases from row `first` on, with the same bits.
 
-    The engine's terrain gives heights for `above_ground`.
+    engine : engine over the terrain, which gives the terrain height for `above_ground`
 
     Raises
     ------
     InputError
-        `above_ground` where there is no terrain; names the source and the position, in the input's coordinates.
+        `above_ground` at a position without terrain; the message names the source and the position in input
+        coordinates.
     """
     ranges = ranges_of([source.rocks for source in sources], first, count)
     return releases_in(sources, ranges, rock, seed, engine, frame)
@@ -105,7 +107,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Draw the rocks of each source whose numbers are in its range; a range may go beyond `Source.rocks`.
+    """Draw the releases of each source for a range of rock numbers; a range may go beyond `Source.rocks`.
 
     Raises
     ------
@@ -126,9 +128,10 @@ def releases_in(
 
 
 def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) -> list[range]:
-    """Return the range of rock numbers of each source among `count` rows from row `first` on.
+    """Return, for each source, the range of its rock numbers that are in the `count` rows from row `first` on.
 
-    rocks : number of rocks of each source; rows follow one another in order of source; count : None for all to the end
+    Rows are numbered through all sources, in order of source.
+    rocks : number of rocks of each source; count : None for all rows to the end
     """
     last = sum(rocks) if count is None else first + count
     ranges, row = [], 0
@@ -139,7 +142,10 @@ def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) ->
 
 
 def share_out(sources: Sequence[int], total: int) -> list[int]:
-    """Return shares of `total` rocks in proportion to the sources' numbers: largest remainders, then earliest."""
+    """Split `total` rocks over the sources in proportion to their numbers of rocks, by the largest remainder method.
+
+    If remainders are equal, the first source gets the additional rock.
+    """
     numbers = np.array(sources, dtype=float)
     exact = numbers / numbers.sum() * total
     shares = np.floor(exact).astype(int)
@@ -181,7 +187,7 @@ def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray
 
 
 def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rocks: IntArray) -> FloatArray:
-    """Return uniform deviations (R, 3) of given half-widths; an axis with half-width 0 draws nothing."""
+    """Return uniform deviations (R, 3) with given half-widths (3,); no number is drawn for a half-width of 0."""
     deviations = np.zeros((len(rocks), 3))
     for k, purpose in enumerate(purposes):
         if half[k] > 0.0:
@@ -197,7 +203,7 @@ def _along(points: FloatArray, share: FloatArray) -> FloatArray:
 
 
 def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) -> FloatArray:
-    """Return positions whose height is replaced by the highest terrain at that place plus `above_ground`."""
+    """Return the positions x, with their heights replaced by the highest terrain there plus `above_ground`."""
     top = np.array(x)
     top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
     found = engine.ground_below(top)
@@ -214,7 +220,7 @@ def check_above_ground(releases: Releases, names: Sequence[str], engine: Engine,
     Raises
     ------
     InputError
-        Names the source, the rock and its position in input coordinates, and how far it is under the ground.
+        The message names the source, the rock, its position in input coordinates, and its depth under the ground.
     """
     below = engine.ground_below(releases.x)
     for i in np.flatnonzero((below[:, 1] < 0) | (below[:, 2] < 0))[:1]:

@@ -1,8 +1,8 @@
-"""The distribution of one figure over rocks, in bounded memory and independent of the order of the rocks.
+"""The distribution of one quantity over many rocks, in bounded memory and independent of the order of the rocks.
 
-Up to `EXACT` values are kept unchanged. Beyond that, each value is rounded to 11 significant bits, which leaves a
-thousand different values an octave: percentiles are then exact to 0.05 %. The smallest and largest values are never
-rounded.
+Up to `EXACT` values are kept unchanged. If there are more, each value is rounded to 11 significant bits, which leaves a
+thousand different values between a number and its double. Percentiles are then exact to 0.05 %. The smallest and the
+largest value are never rounded.
 """
 
 import math
@@ -45,7 +45,7 @@ class Sample:
             self._settle()
 
     def join(self, other: "Sample") -> None:
-        """Add the values of another sample: the same bits as if they had been added here."""
+        """Add the values of another sample; the result has the same bits as if all values were added to this sample."""
         other._settle()
         self._settle()
         self.count += other.count
@@ -67,10 +67,11 @@ class Sample:
         return cuts
 
     def interval(self, wanted: int) -> tuple[float | None, float | None]:
-        """Return the 95 % interval of a percentile, for any distribution; None for an end without a bound.
+        """Return the 95 % interval of a percentile, for any distribution; an end without a bound is None.
 
-        The bounds are values of the sample: the values whose share below agrees with `wanted` by the score test, which
-        also gives Wilson's interval. With too few values, a high percentile has a bound on one side only, or on none.
+        The bounds are values of the sample. Between them are all values for which the share of smaller values agrees
+        with `wanted` by the score test, which also gives Wilson's interval. With too few values, a high percentile has
+        only one bound, or none.
 
         Sources
         -------

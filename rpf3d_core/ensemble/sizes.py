@@ -1,4 +1,4 @@
-"""Sizes of rocks: all equal, or drawn by diameter, mass or volume. A rock is a sphere of its volume."""
+"""Sizes of rocks: all equal, or drawn by diameter, mass or volume. A rock counts as a sphere of the same volume."""
 
 import math
 from dataclasses import dataclass
@@ -19,7 +19,9 @@ UNIT_SPHERE_VOLUME = 4.0 / 3.0 * math.pi
 
 @dataclass(frozen=True)
 class DrawnRock:
-    """Rocks of one density (kg/m^3) whose size is drawn; measure : diameter (m), mass (kg) or volume (m^3)."""
+    """Rocks of one density (kg/m^3) with a drawn size; measure : the drawn quantity, diameter, mass or volume (m, kg,
+    m^3).
+    """
 
     density: float
     measure: str
@@ -29,9 +31,9 @@ class DrawnRock:
 def sizes_of(
     rock: Rock | DrawnRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return masses (R,) kg and radii (R,) m of rocks, from their numbers (R,) within a source.
+    """Return the masses (R,) kg and radii (R,) m of rocks, from their numbers (R,) within a source.
 
-    source : one source for all rocks, or one for each rock (R,)
+    source : number of the source, one for all rocks or one for each rock (R,)
     """
     if isinstance(rock, Rock):
         return np.full(len(rocks), rock.mass), np.full(len(rocks), rock.radius)
@@ -56,7 +58,7 @@ def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
 
 
 def diameter_of(mass: FloatArray | float, density: float) -> Any:
-    """Return diameters (R,) m of spheres of masses (R,) kg and one density (kg/m^3); a number for a number."""
+    """Return diameters (R,) m of spheres with masses (R,) kg and one density (kg/m^3); a single mass gives a number."""
     return 2.0 * np.cbrt(np.asarray(mass) / (density * UNIT_SPHERE_VOLUME))
 
 

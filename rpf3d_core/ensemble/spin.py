@@ -1,4 +1,4 @@
-"""Rotational and total kinetic energy of rocks that spin, from their records. Rocks count as solid spheres."""
+"""Rotational and total kinetic energy of spinning rocks, computed from their records. Rocks count as solid spheres."""
 
 from typing import Any, NamedTuple
 
@@ -16,14 +16,14 @@ def rotational_energy(mass: FloatArray, radius: FloatArray, w: FloatArray) -> Fl
 
 
 def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> FloatArray:
-    """Return the largest rotational and the largest total energy (N, 2) J of N rocks on their whole paths.
+    """Return the largest rotational and the largest total energy (N, 2) J of N rocks, each over the rock's whole path.
 
-    Both are largest at an end of a path segment: in flight the spin is constant, on a slide w^2 is convex in time.
+    Both maxima are at the ends of path segments: in flight the spin is constant, on a slide w^2 is convex in time.
     mass : (N,) kg; radius : (N,) m
     """
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     rows, most = batch.pieces, np.zeros((len(batch.rows), 2))
-    most[:, 1] = 0.5 * mass * batch.finals[:, 5] ** 2  # of the largest speed, so the total is never below it
+    most[:, 1] = 0.5 * mass * batch.finals[:, 5] ** 2  # energy of the largest speed: the total is never below it
     for k in range(2):
         spin = rotational_energy(mass[owner], radius[owner], rows[:, PIECE_COLUMNS + k])
         speed2 = (rows[:, 4 + 3 * k : 7 + 3 * k] ** 2).sum(axis=1)
@@ -33,9 +33,9 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
 
 
 class Spins(NamedTuple):
-    """The contribution of spin to squared speeds that stand for energies, 2/5 (R w)^2 in m^2/s^2.
+    """The spin's share in the kinetic energy, as a squared speed: 2/5 (R w)^2 in m^2/s^2.
 
-    pieces : (S, 2) at the beginning and the end of each path segment; impacts : (I,) just before each impact
+    pieces : (S, 2) at the start and at the end of each path segment; impacts : (I,) just before each impact
     """
 
     pieces: Any
@@ -43,7 +43,7 @@ class Spins(NamedTuple):
 
 
 def spins_squared(batch: Batch, radius: FloatArray) -> Spins:
-    """Return what spin adds to the squared speeds in the records of N rocks (m^2/s^2); radius : (N,) m."""
+    """Return the squared speeds (m^2/s^2) due to spin for the records of N rocks; radius : (N,) m."""
     if batch.pieces.shape[1] == PIECE_COLUMNS:
         return Spins(np.zeros((len(batch.pieces), 2)), np.zeros(len(batch.impacts)))
     struck, moved = (np.repeat(radius, np.diff(batch.first[:, k])) for k in range(2))

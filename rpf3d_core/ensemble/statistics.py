@@ -1,4 +1,4 @@
-"""Shares with their uncertainty, and percentiles, as plain values that JSON can hold."""
+"""Shares with their 95 % intervals, as plain values that can be written to JSON."""
 
 from typing import Any
 
@@ -32,10 +32,10 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
 
 
 def wilson_intervals(count: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
-    """Return the ends (N,) of the 95 % confidence intervals of shares of counts (N,) out of `total` >= 1.
+    """Return lower and upper ends (N,) of the 95 % confidence intervals of shares: counts (N,) out of `total` >= 1.
 
-    A count may be an effective number: the number of rocks whose plain share is as certain as a weighted share. So it
-    need not be whole. Source: as `wilson_interval`.
+    A count may be an effective number: the number of rocks whose unweighted share is as certain as a weighted share.
+    Counts may therefore have fractions. Source: as `wilson_interval`.
     """
     z2 = NORMAL_QUANTILE_95**2
     share = count / total
@@ -46,14 +46,14 @@ def wilson_intervals(count: FloatArray, total: int) -> tuple[FloatArray, FloatAr
 
 
 def share_of(count: int, total: int) -> dict[str, Any]:
-    """Return count, share (-) and its 95 % Wilson interval; the share of no rocks is unknown (None)."""
+    """Return a count, its share of `total` (-) and the share's 95 % Wilson interval; None if `total` is 0."""
     if total == 0:
         return {"rocks": 0, "share": None, "interval_95": None}
     return {"rocks": int(count), "share": count / total, "interval_95": list(wilson_interval(int(count), total))}
 
 
 def words_on_pieces(rocks: int, pieces: int) -> str:
-    """Return a sentence on what shares refer to when some of the rocks are fragments: not to released rocks alone."""
+    """Return a sentence for runs with fragments: shares are relative to rocks and fragments, not to released rocks."""
     return (
         f"{pieces:,} of {rocks:,} rocks are pieces of the other {rocks - pieces:,}: shares and reach probability are "
         "of all of them together, not of rocks released, and their intervals are too narrow"

@@ -1,4 +1,4 @@
-"""Fly any number of rocks in bounded memory: draw, fly, hand on and forget one block after another."""
+"""Fly any number of rocks in bounded memory: draw a block of rocks, fly it, pass on its results, free it."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -16,20 +16,20 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Compiled, Engine
 
 BLOCK = 16_384
-"""Largest number of rocks in a block. With 200 impacts a rock, sorting a block takes some hundreds of megabytes."""
+"""Largest number of rocks in a block. With 200 impacts per rock, sorting a block needs some hundreds of megabytes."""
 
 NO_RELEASES = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
-"""Releases of no rocks."""
+"""Empty releases, without rocks."""
 
 Sink = Callable[[Deposits, Impacts], None]
-"""Called with the deposits and impacts of one block, in order; impacts count rows from the block's first rock."""
+"""Called with the deposits and impacts of each block, in order; `Impacts.row` counts from the block's first rock."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """The rocks to keep in memory for display: rows (N,), None for all, and rows of those whose paths are kept (P,).
+    """The rocks that are kept in memory for display.
 
-    rocks : (N,) or None; paths : (P,)
+    rocks : (N,) rows of the rocks, None for all; paths : (P,) rows of the rocks whose paths are also kept
     """
 
     rocks: IntArray | None
@@ -46,7 +46,7 @@ def precompile_fragments(engine: Engine, flight: Flight) -> None:
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
-    """Return `shown` of R rocks (None: all), evenly spread, and among them `paths` rocks whose paths are kept."""
+    """Select `shown` of R rocks for display (None: all), evenly spread, and among these `paths` rocks with paths."""
     if shown is None:
         return Shown(None, spread_over(rocks, paths))
     some = spread_over(rocks, shown)
@@ -54,8 +54,9 @@ def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
 
 
 def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None) -> Iterator[list[range]]:
-    """Yield the ranges of rock numbers of each source, block by block, from each `first` to before each `last`.
+    """Yield the ranges of rock numbers of each source for each block.
 
+    first, last : first rock number of each source, and the number after its last rock
     size : approximate number of rocks in a block; None for BLOCK
 
     Each block takes every n-th rock of every source, so that the blocks flown so far represent all places of the
@@ -67,7 +68,7 @@ def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None
 
 
 def _share(low: int, high: int, b: int, blocks: int) -> range:
-    """Return the rocks of one source, from low to before high, that fly in block b."""
+    """Return the rock numbers of one source, among low to high - 1, that are in block b."""
     if high - low >= blocks:
         return range(low + b, high, blocks)
     return range(low + b * (high - low) // blocks, low + (b + 1) * (high - low) // blocks)
@@ -75,10 +76,10 @@ def _share(low: int, high: int, b: int, blocks: int) -> range:
 
 @dataclass(eq=False)
 class Stream:
-    """An ensemble in flight: flies blocks of rocks, passes results to the sink and keeps the rocks to display.
+    """Flies an ensemble block by block, passes the results to the sink and keeps the rocks to display.
 
     Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
-    `dust` is the mass of what was too small to fly, in `broken.DUST_UNITS`.
+    `dust` is the mass of fragments too small to fly, in `broken.DUST_UNITS`.
 
     watch, stop, threads, advance : as in `fly_batches` and `RunControl`; sink : receives deposits and impacts
     impacts : True if the sink receives the impacts of all rocks, False if only those of the rocks to display
@@ -130,7 +131,7 @@ class Stream:
         """
         if not len(batch.broken.rows):
             return
-        from rpf3d_core.ensemble.pieces import Breaking  # imported only if the scene names it
+        from rpf3d_core.ensemble.pieces import Breaking  # imported only if rocks may break
 
         breaking, broken = Breaking(self.flight, isinstance(self.engine, Compiled)), batch.broken
         while breaking.goes_on and len(broken.rows):
@@ -174,12 +175,12 @@ class Stream:
 
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
-    """Return the releases of some rows (N,)."""
+    """Return the releases in the given rows (N,)."""
     return Releases(*(column[rows] for column in _columns(releases)))
 
 
 def _joined(parts: Sequence[Releases]) -> Releases:
-    """Return several releases as one, one after another."""
+    """Join several releases into one, in sequence."""
     return Releases(*(np.concatenate(columns) for columns in zip(*map(_columns, parts), strict=True)))
 
 

@@ -1,4 +1,4 @@
-"""Throw rocks: a given or drawn speed in a direction that may vary within a cone."""
+"""Velocities of thrown rocks: a given or drawn speed, in a direction that may vary within a cone."""
 
 import math
 from typing import NamedTuple
@@ -15,8 +15,8 @@ class Throw(NamedTuple):
     """Speed and direction of thrown rocks.
 
     speed : distribution (m/s); azimuth : radians clockwise from +y of the local frame (north)
-    elevation : radians above the horizontal; spread : radians, half the angle of the cone over which directions are
-        spread, evenly by solid angle
+    elevation : radians above the horizontal
+    spread : radians, half the opening angle of the cone of directions, which are spread evenly by solid angle
     """
 
     speed: Distribution
@@ -33,7 +33,10 @@ def axes_of(throw: Throw) -> tuple[Vec, Vec, Vec]:
 
 
 def thrown(throw: Throw, speed: FloatArray, tilt: FloatArray, turn: FloatArray) -> FloatArray:
-    """Return velocities (R, 3) m/s from speeds (R,) m/s and uniform numbers (R,) and (R,), used only with a spread."""
+    """Return velocities (R, 3) m/s of thrown rocks with speeds (R,) m/s.
+
+    tilt, turn : (R,) uniform numbers in [0, 1) that select the direction in the cone; used only with a spread
+    """
     v: FloatArray = speed[:, None] * np.array(axes_of(throw)[0])
     if throw.spread > 0.0:
         closeness = 1.0 - math.cos(throw.spread)
@@ -49,7 +52,10 @@ def thrown(throw: Throw, speed: FloatArray, tilt: FloatArray, turn: FloatArray) 
 def _throw_all(
     axes: tuple[Vec, Vec, Vec], closeness: float, speed: FloatArray, tilt: FloatArray, turn: FloatArray, v: FloatArray
 ) -> None:
-    """Fill in v (R, 3). On a sphere, equal steps along the axis cut off equal areas (Archimedes)."""
+    """Fill in the velocities v (R, 3) m/s, with directions spread evenly over the cone.
+
+    On a sphere, equal steps along the axis cut off equal areas (Archimedes).
+    """
     ahead, right, up = axes
     for i in range(len(v)):
         lost = tilt[i] * closeness

@@ -1,4 +1,4 @@
-"""Totals of an ensemble, gathered block after block: outcomes, and distributions over all rocks."""
+"""Totals of an ensemble, added up block after block: number of rocks per outcome, and distributions over all rocks."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from rpf3d_core.simulation.engines import SPIN_FINALS
 from rpf3d_core.values import DEPOSITED, Outcome
 
 PATH_UNITS = 2**20
-"""Path lengths are counted in units of 1/2^20 m: sums of whole numbers are the same in any order."""
+"""Path lengths are added in units of 1/2^20 m, as whole numbers, because the sum is then the same in any order."""
 
 Position = Callable[[FloatArray], FloatArray]
 """Function that returns the coordinates (N,) m of points (N, 3), local frame, along a given direction."""
@@ -22,11 +22,11 @@ Position = Callable[[FloatArray], FloatArray]
 
 @dataclass(eq=False)
 class Totals:
-    """Counts and distributions over all rocks that have flown. Rocks that failed are counted, but in no distribution.
+    """Counts and distributions over all flown rocks. Rocks that failed are counted, but are in no distribution.
 
-    position : coordinate of stops along the direction used to compare stops with the field; None without field stops
-    pieces : number of rocks that are fragments; dust : mass of what was too small to fly, in DUST_UNITS
-    spins : whether rocks spin; only then rotational and total energies are gathered
+    position : function for the coordinate in which stops are compared with field data; None without field data
+    pieces : number of rocks that are fragments; dust : mass of fragments too small to fly, in DUST_UNITS
+    spins : True if rocks spin; only then rotational and total energies are gathered
     path : length of all paths together, in PATH_UNITS; runout : m, of rocks at rest; other fields as in `Deposits`
     """
 
@@ -58,7 +58,7 @@ class Totals:
 
     @property
     def mass_lost_kg(self) -> float:
-        """Mass of what was too small to fly (kg)."""
+        """Mass of the fragments that were too small to fly (kg)."""
         return float(Fraction(self.dust, DUST_UNITS))
 
     def add(self, deposits: Deposits) -> None:

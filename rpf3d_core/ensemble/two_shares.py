@@ -11,7 +11,8 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 LEAST_EXPECTED = 5.0
 """Expected count below which the normal approximation is not trusted (Cochran 1954, Biometrics 10:417-451)."""
 AS_LIKELY = 1.0 + 1e-7
-"""A table counts as no likelier than the table found up to this factor, as in R's fisher.test, despite rounding."""
+"""Tolerance factor for rounding, as in R's fisher.test: a table counts as no more likely than the observed table if its
+chance is at most this factor times the chance of the observed table."""
 
 
 def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]:
@@ -20,7 +21,7 @@ def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]
     Sources
     -------
     Newcombe 1998, Stat. Med. 17:873-890, method 10: the hybrid of two Wilson score intervals, without continuity
-    correction. Unlike the usual interval it is right near 0 and 1 and for totals that differ much.
+    correction. Unlike the usual interval, it is valid near 0 and 1 and for very different totals.
     """
     p, q = a / n_a, b / n_b
     (low_p, high_p), (low_q, high_q) = wilson_interval(a, n_a), wilson_interval(b, n_b)
@@ -28,7 +29,10 @@ def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]
 
 
 def p_value(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the two-sided p value of a / n_a and b / n_b being one share: pooled z, or Fisher's for small counts."""
+    """Return the two-sided p value of the hypothesis that the shares a / n_a and b / n_b are equal.
+
+    The test is the pooled z test, or Fisher's exact test for small counts.
+    """
     hits, rocks = a + b, n_a + n_b
     least = min(hits, rocks - hits) * min(n_a, n_b) / rocks
     return fisher_p(a, n_a, b, n_b) if least < LEAST_EXPECTED else pooled_z_p(a, n_a, b, n_b)
@@ -42,7 +46,7 @@ def pooled_z_p(a: int, n_a: int, b: int, n_b: int) -> float:
 
 
 def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the two-sided p value of Fisher's exact test: the chance of all tables no likelier than the table found.
+    """Return the two-sided p value of Fisher's exact test: the chance of all tables no likelier than the observed one.
 
     Sources
     -------
@@ -56,7 +60,7 @@ def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
 
 
 def _chance(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the hypergeometric chance of a of n_a and b of n_b, given a + b."""
+    """Return the hypergeometric chance of the counts a out of n_a and b out of n_b, given their sum a + b."""
     return math.exp(_log_choose(n_a, a) + _log_choose(n_b, b) - _log_choose(n_a + n_b, a + b))
 
 
@@ -65,9 +69,10 @@ def _log_choose(n: int, k: int) -> float:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Return p values corrected for their number, in their order.
+    """Return p values corrected for the number of tests (Holm), in the order of `p_values`.
 
-    Calling a difference real below 0.05 is then wrong for one or more values in at most 5 % of families.
+    If every difference with a corrected p value below 0.05 is called real, then at most 5 % of such sets of tests
+    contain one or more wrong calls.
 
     Sources
     -------

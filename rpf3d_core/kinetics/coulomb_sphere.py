@@ -1,6 +1,6 @@
 """Impact of a spinning rigid sphere: normal restitution, with Coulomb friction and rolling moment along the ground.
 
-With v_c = v_t + w x (-R n) the slip of the contact point, v_n the speed into the ground and per unit of mass:
+Let v_c = v_t + w x (-R n) be the slip of the contact point and v_n the speed into the ground. Per unit of mass:
     normal impulse      P = (1 + e) v_n
     tangential impulse  at most mu P, against the slip
     angular impulse     at most mu_r R P, against the spin, mu_r the material's rolling friction
@@ -8,13 +8,13 @@ The two limited impulses are found together (`rolling_moment`). Without rolling 
 min((1 + e_t) 2/7 |v_c|, mu P). With the first value the contact sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere),
 with the second it slips.
 
-e_t reverses part of the slip and spin that an impact takes. 0 leaves the sphere rolling; 1 with enough friction and no
-rolling friction is the super-ball. The impulses are 1 + e_t times the impulses for e_t = 0 with mu P / (1 + e_t) and
-mu_r P / (1 + e_t). Kinetic energy is quadratic in that factor and smallest at a factor of at least 1, so
-v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
+An impact removes slip and spin, and e_t returns part of both with opposite sign. With e_t = 0 the sphere rolls after
+the impact; with e_t = 1, enough friction and no rolling friction it is a super-ball. The impulses are 1 + e_t times the
+impulses for e_t = 0 with mu P / (1 + e_t) and mu_r P / (1 + e_t). Kinetic energy is quadratic in the factor of the
+impulses, with its minimum at a factor of at least 1. So v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
 
-A loss that is proportional to the impulse has a limit as impacts multiply: in sustained contact P adds up to N t, and
-the sphere is braked by 5/7 mu_r N, as in `sphere_ground`.
+The losses are proportional to the impulse, so they stay finite when impacts become many and small. In sustained contact
+P adds up to N t, and the sphere is braked by 5/7 mu_r N, as in `sphere_ground`.
 
 Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Leine et al. 2014, Multibody Syst. Dyn.
 32:241-271, doi 10.1007/s11044-013-9393-4.
@@ -31,11 +31,11 @@ from rpf3d_core.values import ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 MATERIALS_OWN = -1.0
-"""Value of `impact_friction` that stands for the material's own friction: the tangent of its friction angle."""
+"""Value of `impact_friction` that means: use the material's friction, the tangent of its friction angle."""
 
 
 class CoulombSphere(NamedTuple):
-    """Rebound of a rigid sphere; e is the material's R_n, mu_r its rolling friction, and its R_t is not used.
+    """Rebound of a rigid sphere. e is the material's R_n, mu_r its rolling friction; the material's R_t is not used.
 
     impact_friction : mu (-), or MATERIALS_OWN; tangential_restitution : e_t (-), in [0, 1]
     """
@@ -56,13 +56,13 @@ class CoulombSphere(NamedTuple):
 
 @kernel
 def slip_of(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Return the velocity (m/s), along a ground of unit normal n, of the point of a sphere that touches the ground."""
+    """Return the slip (3,) m/s: the velocity of the sphere's contact point along the ground with unit normal n."""
     return without(add(v, scale(-radius, cross(w, n))), n)
 
 
 @kernel
 def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion:
-    """Return the motion after an impulse k (m/s, per mass) at the contact, against a slip (3,) m/s."""
+    """Return the motion after an impulse k (m/s, per mass) at the contact point, opposite to a slip (3,) m/s."""
     speed = norm(slip)
     if speed == 0.0 or k == 0.0:
         return motion
@@ -73,7 +73,7 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 
 @rebound.rule(CoulombSphere)
 def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact, with rolling moment where the ground has rolling friction."""
+    """Return the motion after an impact, with a rolling moment if the ground has rolling friction."""
     body = rock.rock
     radius, into = body.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
     mu = model.impact_friction if model.impact_friction >= 0.0 else surface.mu
@@ -89,7 +89,10 @@ def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: float, e_t: float) -> Motion:
-    """Return the motion after at most an impulse and a moment (m/s, per mass and radius) along the ground."""
+    """Return the motion after the friction impulse and the rolling moment of an impact.
+
+    friction, moment : limits of the impulse and of the moment (m/s: per mass, and per mass and radius)
+    """
     u, s, factor = without(motion.v, n), scale(radius, cross(motion.w, n)), 1.0 + e_t
     given = impulses_of(u, s, friction / factor, moment / factor)
     turn = scale(2.5 / radius * factor, cross(n, subtract(given.moment, given.push)))
@@ -100,6 +103,6 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a rest that ends at once: on average, dying bounces push like a sphere that lies on the ground."""
+    """Return a `Rest` of zero duration: on average, small bounces push the ground as a sphere at rest on it does."""
     v = subtract(motion.v, scale(dot(motion.v, n), n))
     return Rest(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

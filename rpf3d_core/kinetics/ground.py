@@ -1,7 +1,8 @@
 """Ground models: the motion of a rock along the ground after its bouncing has died out.
 
 A rock that stays on the ground moves by dv/dt = A g_t - k v / |v|, with g_t the gravity along the ground. The ground
-model sets A, the deceleration k and the condition for a stop (`Law`). All else is the same for all ground models.
+model sets A, the deceleration k and the condition for a stop (`Law`). Everything else is the same for all ground
+models.
 """
 
 from typing import NamedTuple
@@ -21,9 +22,9 @@ class Sliding(NamedTuple):
 class Law(NamedTuple):
     """Law of motion of a rock along the ground at its position.
 
-    share : A, share of the gravity along the ground that speeds the rock up (-); friction : k (m/s^2)
+    share : A, share of the gravity along the ground that accelerates the rock (-); friction : k (m/s^2)
     stop_speed : m/s below which the rock has stopped
-    anywhere : True if the rock stops at that speed even where friction does not hold it
+    anywhere : True if the rock stops at stop_speed even on a slope where friction cannot hold it
     """
 
     share: float
@@ -39,7 +40,7 @@ def law_on_facet(ground: object, surface: Surface, n_z: float, gravity: float) -
 
 @model_function
 def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float) -> Law:
-    """Return the law between two facets that each push the rock (m/s^2, at least 0)."""
+    """Return the law in a gully between two facets; pushes : push of each facet on the rock (m/s^2, at least 0)."""
 
 
 @law_on_facet.rule(Sliding)
@@ -52,13 +53,13 @@ def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: flo
 def coulomb_in_gully(
     ground: Sliding, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of Coulomb friction on each facet, by the facet's own push."""
+    """Return the law of Coulomb friction in a gully: each facet brakes with its own friction and its own push."""
     friction = first.mu * pushes[0] + second.mu * pushes[1]
     return Law(share=1.0, friction=friction, stop_speed=max(first.stop_speed, second.stop_speed), anywhere=False)
 
 
 @kernel
 def shared(first: float, second: float, pushes: tuple[float, float]) -> float:
-    """Return the mean of a coefficient of two facets, weighted by their pushes; without pushes the larger value."""
+    """Return the mean of a coefficient of two facets, weighted by their pushes; the larger value if both are 0."""
     both = pushes[0] + pushes[1]
     return (first * pushes[0] + second * pushes[1]) / both if both > 0.0 else max(first, second)

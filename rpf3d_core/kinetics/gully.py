@@ -1,4 +1,4 @@
-"""Gullies: the line on which two facets hold a rock, how they push it, and how far the rock climbs them."""
+"""Gullies: the line between two facets that hold a rock, the pushes of both facets, and how far a rock climbs them."""
 
 import math
 from typing import NamedTuple
@@ -18,14 +18,15 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract
 
 WEAKEST = 1e-9
-"""Share of gravity below which a facet counts as level across a gully (-): it pulls the rock neither back nor away."""
+"""Share of gravity (-) below which a facet counts as level across a gully: gravity pulls the rock neither back to the
+gully nor away from it."""
 
 
 class Gully(NamedTuple):
     """Two facets that hold a rock between them.
 
-    direction : (3,) unit, along both facets; pull : gravity along the direction (m/s^2)
-    first, second : push of each facet (m/s^2), which its friction is proportional to
+    direction : (3,) unit vector along both facets; pull : gravity along this direction (m/s^2)
+    first, second : push of each facet (m/s^2); the facet's friction is proportional to its push
     """
 
     direction: Vec
@@ -36,10 +37,10 @@ class Gully(NamedTuple):
 
 @kernel
 def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
-    """Return the action of two facets of unit normals n on a rock on the line between them, of a direction (3,) unit.
+    """Return the gully of two facets with unit normals n_first, n_second and the unit direction (3,) of their line.
 
-    The pushes balance gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Facets that are almost one plane share
-    the push equally. Between the two answers only friction differs, by the difference of mu.
+    The pushes balance gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Two facets that are almost one plane
+    share the push equally. This changes only the friction, by at most the difference of mu.
     """
     c, sine = dot(n_first, n_second), kink(n_first, n_second)
     g_first, g_second = gravity * n_first[2], gravity * n_second[2]
@@ -51,10 +52,10 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 
 @kernel
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
-    """Return the direction (3,) unit of the line between two facets at x, in the sense of v (at rest: downwards).
+    """Return the unit direction (3,) of the line between two facets at point x, pointing along v (at rest: downwards).
 
-    The direction is the cross product of the normals. For facets that are almost one plane it is the edge of the first
-    facet that x lies on and that also runs along the second facet; zero if there is no such edge.
+    The direction is the cross product of the normals. For facets that are almost one plane, the line is the common edge
+    at x: an edge of the first facet that also runs along the second facet. Returns zero if there is no such edge.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     if kink(n, m) > PARALLEL:
@@ -74,7 +75,7 @@ def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec
 
 @kernel
 def _in_sense(direction: Vec, v: Vec) -> Vec:
-    """Return the direction or its reverse, whichever goes with v; downwards if v has no part along the direction."""
+    """Return `direction` or its reverse, so that it points along v; downwards if v is perpendicular to it."""
     along = dot(v, direction)
     reverse = along < 0.0 or (along == 0.0 and direction[2] > 0.0)
     return scale(-1.0, direction) if reverse else direction
@@ -88,10 +89,12 @@ def kink(n_first: Vec, n_second: Vec) -> float:
 
 @kernel
 def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
-    """Return how far (m) a rock with velocity v climbs facet `over`, away from the line that it shares with `from`.
+    """Return how far (m) a rock with velocity v moves up one facet, away from the line between this facet and another.
 
-    Only gravity brings the rock back; a pull of less than `WEAKEST` of gravity counts as that much. The result is inf
-    if gravity pulls the rock away.
+    Only gravity brings the rock back. A pull of gravity smaller than the share WEAKEST is taken as this share. The
+    result is inf if gravity pulls the rock away from the line.
+
+    n_over : (3,) normal of the facet that the rock climbs; n_from : (3,) normal of the other facet
     """
     across = cross(cross(n_over, n_from), n_over)
     if dot(across, n_from) < 0.0:

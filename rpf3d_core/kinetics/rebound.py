@@ -1,4 +1,6 @@
-"""Effect of an impact on a rock's motion: one rule per model, the constant model here, all others in `rebounds/`.
+"""Effect of an impact on a rock's motion: one rule per rebound model.
+
+This module holds the constant model; the folder `rebounds/` holds the other models.
 
 Convention of the thesis (equations 3-1 to 3-3), written as vectors: n is the unit normal of the facet turned against
 the velocity, v_n = (v . n) n and v_t = v - v_n. The rock leaves with v' = -R_n v_n + R_t v_t.
@@ -15,16 +17,16 @@ from rpf3d_core.vectors import add, dot, scale, without
 
 
 class ConstantRestitution(NamedTuple):
-    """Rebound with R_n and R_t of the material, whatever the speed and the angle."""
+    """Rebound with the material's R_n and R_t, independent of speed and angle."""
 
 
 class Rest(NamedTuple):
-    """The rest of the bouncing on one plane, summed to its end.
+    """The sum of all remaining bounces on one plane.
 
-    along : (3,) m, displacement by the speed along the facet; down : (3,) m, displacement by gravity
-    v : (3,) m/s at the end, along the facet; t : s until the end
-    ends : False if the bouncing never dies out, or cannot be summed: every bounce is then flown, down to a millionth of
-        `smallest_bounce`
+    along : (3,) m, displacement due to the speed along the facet; down : (3,) m, displacement due to gravity
+    v : (3,) m/s along the facet after the last bounce; t : total time of the bounces (s)
+    ends : False if the bounces never die out or have no known sum. Each bounce is then computed as a flight, down to a
+        millionth of `smallest_bounce`
     """
 
     along: Vec
@@ -36,12 +38,12 @@ class Rest(NamedTuple):
 
 @model_function
 def rebound(model: object, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion just after an impact; n is the unit normal with v . n <= 0. The result has v . n >= 0."""
+    """Return the motion just after an impact on ground of unit normal n; v . n <= 0 before, v . n >= 0 after it."""
 
 
 @model_function
 def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return the end of the infinitely many bounces after `motion`, which has just left the plane of normal n."""
+    """Return the sum of all further bounces; `motion` : just after an impact on a plane of normal n."""
 
 
 @rebound.rule(ConstantRestitution)
@@ -57,7 +59,7 @@ def constant_restitution(
 
 @kernel
 def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """Return the rebound of a lumped mass with the coefficients (-) of this impact; the spin is unchanged."""
+    """Return the motion of a lumped mass after an impact with restitution R_n and R_t (-); the spin is unchanged."""
     v_n = dot(motion.v, n)
     v = add(scale(-R_n * v_n, n), scale(R_t, without(motion.v, n)))
     return Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
@@ -67,18 +69,19 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def constant_rest(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the geometric series of bounces on a plane."""
+    """Return the sum of all bounces on a plane, a geometric series."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
 
 
 @kernel
 def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> Rest:
-    """Return the geometric series of bounces on a plane (validation reference 2.2), with R_n = r and R_t = q.
+    """Return the sum of all bounces on a plane, with R_n = r and R_t = q: a geometric series (validation reference
+    2.2).
 
     The k-th bounce takes T_k = T_0 R_n^k. The speed along the facet follows u_{k+1} = R_t (u_k + g_t T_k). The sum is
     x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
-    Unlike the form with R_t - R_n in the denominator, this form holds for R_t = R_n. At R_n = 0 there is no further
-    bounce: the rock keeps the speed along the facet that its one impact has left.
+    This form also holds for R_t = R_n, unlike the form with R_t - R_n in the denominator. At R_n = 0 there is no
+    further bounce: the rock keeps its present speed along the facet.
     """
     if r >= 1.0:
         return endless(motion)
@@ -96,17 +99,17 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 
 @kernel
 def endless(motion: Motion) -> Rest:
-    """Return a rest of bounces that is not summed up: each bounce is flown."""
+    """Return a `Rest` without a sum: each bounce is computed as a flight."""
     return Rest(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
 
 @kernel
 def at_once(motion: Motion, n: Vec) -> Rest:
-    """Return a rest of bounces that ends at once: the rock stays on the ground with its speed along the ground."""
+    """Return a `Rest` of zero duration: the rock stays on the ground and keeps its speed along the ground."""
     return Rest(along=ZERO, down=ZERO, v=without(motion.v, n), t=0.0, ends=True)
 
 
 @rest_of_bounces.otherwise
 def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the model."""
+    """Return a `Rest` of zero duration, below `smallest_bounce`: no closed form is known for this model."""
     return at_once(motion, n)

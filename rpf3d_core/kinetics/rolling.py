@@ -1,8 +1,8 @@
-"""A sphere that rolls without slipping, against a resistance proportional to the push of the ground.
+"""A sphere that rolls without slipping; the rolling resistance is proportional to the push of the ground.
 
-v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s down a slope of angle b, with v the speed of the sphere's centre and
-A = m / (m + I / R^2). A is 5/7 for a sphere, because rotation takes its share of the energy from gravity. As a vector
-along the ground dv/dt = A (g_t - mu_r g_n v / |v|).
+Down a slope of angle b, v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s, with v the speed of the sphere's centre, s the
+distance and A = m / (m + I / R^2). A is 5/7 for a sphere, because rotation takes part of the energy. As a vector along
+the ground, dv/dt = A (g_t - mu_r g_n v / |v|).
 
 Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as implemented publicly (physics reference 2.2).
 """
@@ -17,12 +17,12 @@ ROLLING_SHARE = 5.0 / 7.0
 
 
 class Rolling(NamedTuple):
-    """Rolling with the material's rolling friction; a rock that it holds stops below the material's stop_speed."""
+    """Rolling with the material's rolling friction; a rock held by this friction stops below stop_speed."""
 
 
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law with k = A mu_r g_n."""
+    """Return the law of rolling on a facet: k = A mu_r g_n."""
     return Law(
         share=ROLLING_SHARE,
         friction=ROLLING_SHARE * surface.mu_r * gravity * n_z,
@@ -35,9 +35,9 @@ def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: flo
 def rolling_in_gully(
     ground: Rolling, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law with the resistance of each facet by its own push.
+    """Return the law of rolling in a gully: each facet resists with its own rolling friction and its own push.
 
-    A stays the same, though a groove would make it smaller.
+    A is the same as on a facet (a simplification: in a groove, A would be smaller).
     """
     friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
     return Law(

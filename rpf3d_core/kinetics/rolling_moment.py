@@ -1,7 +1,7 @@
 """Friction and rolling moment of one impact of a solid sphere, solved as one problem.
 
-Per unit of mass, with u the speed of the centre along the ground, s = R w x n that of the spin, c = u - s the slip of
-the contact point and P the normal impulse, an impact gives
+Let u be the velocity of the centre along the ground, s = R w x n the surface velocity due to spin, c = u - s the slip
+of the contact point and P the normal impulse. Per unit of mass, an impact gives
     a tangential impulse p, |p| <= mu P                     u' = u + p
     an angular impulse M = R n x m, |m| <= mu_r P           s' = s + 5/2 (m - p)
 Friction opposes the remaining slip, p = -mu P c'/|c'|, or the contact sticks, c' = 0. The moment opposes the remaining
@@ -15,8 +15,8 @@ With a multiplier y - 1 >= 0 for friction, q = 2/5 s, k = mu P and r = mu_r P, t
 The contact sticks if |p| <= k at y = 1. Otherwise it slips, and y is where |p| = k: |p| falls as y grows. An arrested
 spin has y = |u| / k. For a rolling sphere, L = k (5/2 + y) solves |c + 5/2 r e(L)| = L, for which a bracket is known.
 
-Derived from rigid-body mechanics. The rolling moment as an inclusion next to Coulomb friction: rigid blocks 5.4, and
-PlatRock with Siconos (physics reference 2.6).
+Derived from rigid-body mechanics. Sources for the combination of a rolling moment with Coulomb friction: rigid blocks
+5.4, and PlatRock with Siconos (physics reference 2.6).
 """
 
 from typing import NamedTuple
@@ -26,11 +26,11 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, norm, scale, subtract
 
 STICKS = 2.0 / 7.0
-"""Impulse, over mass and slip, that stops the slip of a solid sphere: 1 / (1 + m R^2 / I) with I = 2/5 m R^2."""
+"""Impulse that stops the slip of a solid sphere, per unit of mass and slip: 1 / (1 + m R^2 / I), I = 2/5 m R^2."""
 ROUNDS = 64
-"""Largest number of steps to find the length L; usually up to 12. Every second step at least halves the bracket."""
+"""Largest number of steps to find the length L; usually 12 suffice. Every second step at least halves the bracket."""
 ROUNDING = 4e-16
-"""Relative difference between L and the length that L leads to, below which the difference is rounding (-)."""
+"""Relative difference (-) between the two sides of the equation for L, below which the difference is rounding error."""
 
 
 class Impulses(NamedTuple):
@@ -47,7 +47,7 @@ class Impulses(NamedTuple):
 def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
     """Return the impulses of an impact that dissipate the most energy.
 
-    u, s : (3,) m/s along the ground, of centre and spin
+    u, s : (3,) m/s along the ground, velocity of the centre and surface velocity due to spin
     friction, moment : mu P and mu_r P (m/s), the largest size of each impulse
     """
     q = scale(1.0 / 2.5, s)
@@ -67,14 +67,14 @@ def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
 
 @kernel
 def _within(impulse: Vec, most: float) -> Vec:
-    """Return an impulse (3,), shortened to the size `most` if it is larger."""
+    """Return the impulse (3,), shortened to the length `most` if it is longer."""
     size = norm(impulse)
     return impulse if size <= most else scale(most / size, impulse)
 
 
 @kernel
 def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
-    """Return the impulses with all the friction that the contact needs to stick: y = 1."""
+    """Return the impulses of a contact that sticks, as if friction had no limit: y = 1."""
     both = add(u, q)
     size = norm(both)
     if size <= moment:
@@ -85,7 +85,7 @@ def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
 
 @kernel
 def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulses:
-    """Return the impulses of a contact that slips while the sphere keeps a spin; its length L is found to rounding."""
+    """Return the impulses of a contact that slips while the sphere keeps a spin; L is exact except for rounding."""
     c = subtract(u, s)
     low, high = max(3.5 * friction, norm(c) - 2.5 * moment), norm(c) + 2.5 * moment
     over, under = _excess(u, c, q, friction, moment, low), _excess(u, c, q, friction, moment, high)
@@ -110,13 +110,13 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
 @kernel
 def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
-    """Return a vector (3,) along the remaining spin: k (u + y q)."""
+    """Return a vector (3,) parallel to the remaining surface velocity of the spin: k (u + y q)."""
     return add(scale(friction, u), scale(length - 2.5 * friction, q))
 
 
 @kernel
 def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> float:
-    """Return by how much (5/2 + y) |p| exceeds L = k (5/2 + y); the sign changes once, where |p| = k."""
+    """Return the difference (5/2 + y) |p| - L, with L = k (5/2 + y); its sign changes once, where |p| = k."""
     left, share = _spin_left(u, q, friction, length), length - 2.5 * friction
     size = norm(left)
     if size <= share * moment:

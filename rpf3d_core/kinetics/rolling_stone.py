@@ -24,7 +24,7 @@ class RollingStone(NamedTuple):
 
 @law_on_facet.rule(RollingStone)
 def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law with k = g sin(atan(mu_r)), on any slope."""
+    """Return the law of STONE on a facet: k = g sin(atan(mu_r)), the same on any slope."""
     return Law(share=1.0, friction=_deceleration(surface.mu_r, gravity), stop_speed=ground.stop_speed, anywhere=True)
 
 
@@ -32,7 +32,7 @@ def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: 
 def stone_in_gully(
     ground: RollingStone, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the same law with the mean friction of two facets, weighted by their pushes: STONE has no gullies."""
+    """Return the law of STONE with the mean friction of two facets, weighted by their pushes; STONE has no gullies."""
     return Law(
         share=1.0,
         friction=_deceleration(shared(first.mu_r, second.mu_r, pushes), gravity),

@@ -1,10 +1,11 @@
-"""A block sliding on a plane with Coulomb friction: the exact path, also when the block slides across the slope.
+"""The exact path of a block that slides on a plane with Coulomb friction, in any direction on the slope.
 
 Let g_s be the gravity along the plane, k = mu g_n the deceleration by friction, and phi the angle between the velocity
 and the line of steepest descent. From u' = g_s cos(phi) - k and u phi' = -g_s sin(phi) it follows, with m = k / g_s
 and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of a sliding block. Time, position and
 path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the block turns downhill. The integrals
-are written in y = -ln r, so that neither m near 1 nor a nearly straight path loses digits.
+are written with y = -ln r, so that neither m near 1 nor a nearly straight path loses digits. In this module y is the
+parameter of a point on the path: 0 at the start, inf at the end.
 
 Derived from first principles; checked against quadrature in test/analytic/test_slide_path.py.
 """
@@ -17,29 +18,32 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 
 STRAIGHT = 1e-9
-"""Value of tan(phi / 2) below which, or above its inverse, a path bends by less than 1e-9 of its length: a line."""
+"""Value of tan(phi / 2) below which a path counts as a straight line, as it does above the inverse of this value: the
+path bends by less than 1e-9 of its length."""
 STEEPEST = 1e9
-"""Value of m above which gravity turns the velocity by less than 1e-9 before friction has stopped the block."""
+"""Value of m above which friction stops the block before gravity turns its velocity by 1e-9."""
 BEND = 0.0625
-"""Tangent of half the largest angle by which one segment turns: 7 degrees."""
+"""Tangent of half the largest angle by which one segment turns; this angle is 7 degrees."""
 HALVING = math.log(2.0)
 SLIGHT = 5e-4
-"""Value of tan(phi / 2) below which a path may be one segment: it bends by less than 1e-3 of its length."""
+"""Value of tan(phi / 2) below which the rest of a path is one segment: it bends by less than 1e-3 of its length."""
 FARTHEST = 1e40
-"""Value of y after which a path crosses no more edges: at m = 1, where it grows slowest, it is 1e20 m long by then."""
+"""Value of y after which a path crosses no more edges. At m = 1, where a path grows slowest with y, it is 1e20 m long
+at this value."""
 LARGEST_EXPONENT = 700.0
-"""Largest exponent of exp: more overflows float64, where Python raises and compiled code gives inf."""
+"""Largest argument of exp. A larger one overflows float64: Python then raises, compiled code gives inf."""
 ROOT_STEPS = 200
 """Largest number of steps of a search for a root.
 
-Bisection alone needs 64 steps in float64 for a bracket of one scale; the rest is for brackets of many scales.
+Bisection needs 64 steps in float64 if both ends of the bracket are of similar size, and more if their sizes differ
+much.
 """
 
 
 class SlidePath(NamedTuple):
-    """A path that turns downhill.
+    """The path of a sliding block, which turns downhill.
 
-    down, across : unit vectors in the plane, along steepest descent and towards the side that the block moves to
+    down, across : unit vectors in the plane: steepest descent, and the horizontal towards which the block moves
     speed : u_0 (m/s); w : tan(phi_0 / 2); m : friction over slope, k / g_s; pull : g_s (m/s^2)
     """
 
@@ -52,7 +56,7 @@ class SlidePath(NamedTuple):
 
 
 class SlideState(NamedTuple):
-    """A block on its path: t (s), offset (3,) m from the start, v (3,) m/s, length of the path so far (m)."""
+    """A point on the path: t (s), offset (3,) m from the start, velocity v (3,) m/s, path length so far (m)."""
 
     t: float
     offset: Vec
@@ -65,7 +69,7 @@ def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
     """Return the path of a block with velocity v along the plane of normal n.
 
     g_t : (3,) m/s^2, gravity along the plane; friction : k, deceleration by friction (m/s^2)
-    If the path is a line (`is_straight`), w is 0 or inf, and only `down` and `speed` have a meaning.
+    If the path is a straight line (`is_straight`), only `down` and `speed` have a meaning.
     """
     pull, speed = norm(g_t), norm(v)
     if pull == 0.0 or speed == 0.0:
@@ -87,13 +91,13 @@ def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
 
 @kernel
 def is_straight(path: SlidePath) -> bool:
-    """True if the path is a line to within 1e-9 of its length."""
+    """Return True if the path deviates from a straight line by less than 1e-9 of its length."""
     return not (STRAIGHT < path.w < 1.0 / STRAIGHT) or path.m > STEEPEST
 
 
 @kernel
 def slide_state(path: SlidePath, y: float) -> SlideState:
-    """Return the block when w has fallen to w_0 exp(-y), y >= 0 (inf: the end of the path, if friction ends it)."""
+    """Return the block at y >= 0, where w = w_0 exp(-y); y = inf is the stop of a block that friction stops."""
     m, w2 = path.m, path.w * path.w
     time = path.speed / (path.pull * (1.0 + w2))
     t = time * (_power(m - 1.0, y) + w2 * _power(m + 1.0, y))
@@ -108,7 +112,7 @@ def slide_state(path: SlidePath, y: float) -> SlideState:
 
 @kernel
 def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
-    """Return the distances (m) down and across the slope at y."""
+    """Return the distances (m) of the point y from the start: down the slope, and across the slope."""
     m, w2 = path.m, path.w * path.w
     spread = 1.0 + w2
     area = path.speed * path.speed / (path.pull * spread * spread)
@@ -119,7 +123,7 @@ def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
 
 @kernel
 def slide_velocity(path: SlidePath, y: float) -> Vec:
-    """Return the velocity (m/s) when w has fallen to w_0 exp(-y): the hodograph."""
+    """Return the velocity (3,) m/s at y, where w = w_0 exp(-y): the hodograph."""
     if y == math.inf:
         return 0.0, 0.0, 0.0
     r = math.exp(-y)
@@ -142,10 +146,11 @@ def _power(q: float, y: float) -> float:
 
 @kernel
 def bend_point(path: SlidePath) -> float:
-    """Return the y at which a path must continue as a new segment; inf if one segment is enough for all of it.
+    """Return the y at which the path must continue as a new segment; inf if one segment is enough for the whole path.
 
-    There the path has turned by 7 degrees or, if it runs nearly downhill already, by half of its remaining way down.
-    Speed and direction between two such points are those of a constant acceleration to within 1 %.
+    At this point the path has turned by 7 degrees or, if it already runs nearly downhill, its angle to the line of
+    steepest descent has halved. Within a segment, speed and direction differ from those of a constant acceleration by
+    at most 1 %.
     """
     if path.w <= SLIGHT:
         return math.inf
@@ -156,7 +161,9 @@ def bend_point(path: SlidePath) -> float:
 
 @kernel
 def turning_point(path: SlidePath, inward: Vec) -> float:
-    """Return the y at which the block moves parallel to an edge with the given inward direction; -1 if it never does.
+    """Return the y at which the block moves parallel to an edge; -1 if never.
+
+    inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet
 
     inward . v is proportional to A (1 - w^2) + 2 B w, which changes sign just once for w > 0, unless A is 0.
     """
@@ -171,18 +178,18 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 
 @kernel
 def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
-    """Return the y at which the block crosses an edge outwards; inf if it never does.
+    """Return the y at which the block crosses an edge of its facet outwards; inf if never.
 
-    inward : vector in the plane pointing in from the edge, of any length
-    distance : of the start from the edge, times that length
+    inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet; of any length
+    distance : distance of the start from the edge (m), times the length of `inward`
 
-    The path bends one way only, so it moves away from the edge at most once and towards the edge at most once.
+    The path bends in one direction only, so it moves away from the edge at most once and towards the edge at most once.
     """
     A, turn = dot(inward, path.down), turning_point(path, inward)
     heads_in, ends_inwards = dot(inward, slide_velocity(path, 0.0)) >= 0.0, A > 0.0
     if heads_in and A >= 0.0:
         return math.inf
-    if ends_inwards and turn < 0.0:  # it moves along the edge, outwards only by rounding
+    if ends_inwards and turn < 0.0:  # the block moves along the edge, outwards only by rounding
         return math.inf
     low = max(turn, 0.0) if heads_in else 0.0
     if _height(path, inward, distance, low) <= 0.0:
@@ -201,7 +208,7 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
 
 @kernel
 def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
-    """Return the distance from the edge at y, times the length of `inward`."""
+    """Return the distance of the block from the edge at y, times the length of `inward`."""
     A, B = dot(inward, path.down), dot(inward, path.across)
     down, across = _offsets(path, y)
     height = distance + B * across
@@ -210,7 +217,7 @@ def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
 
 @kernel
 def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: float) -> float:
-    """Return where the height falls through zero between low (>= 0 there) and high (< 0 there): Illinois method."""
+    """Return the y from low to high where `_height` changes from >= 0 (at low) to < 0 (at high): Illinois method."""
     h_low, h_high = _height(path, inward, distance, low), _height(path, inward, distance, high)
     kept = 0
     for _ in range(ROOT_STEPS):
@@ -233,7 +240,7 @@ def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: f
 
 @kernel
 def time_point(path: SlidePath, t: float, latest: float) -> float:
-    """Return the y after t seconds, which is below the y `latest`."""
+    """Return the y of the block after t seconds; the result is known to be below `latest`."""
     low, high = 0.0, min(latest, 1.0 / (1.0 + path.m))
     while high < latest and slide_state(path, high).t < t:
         low, high = high, min(2.0 * high, latest)
@@ -250,9 +257,10 @@ def time_point(path: SlidePath, t: float, latest: float) -> float:
 
 @kernel
 def stop_point(path: SlidePath, stop_speed: float) -> float:
-    """Return the y at which the block has slowed to stop_speed >= 0; inf if only in the limit, or never.
+    """Return the y at which the block has slowed to stop_speed >= 0; inf if it reaches this speed only at the end.
 
-    With m < 1 the block slows only while it goes uphill: u is smallest where w^2 = (1 - m) / (1 + m).
+    The result is also inf if the block never reaches this speed. With m < 1 the speed has a minimum, where
+    w^2 = (1 - m) / (1 + m).
     """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
         return math.inf

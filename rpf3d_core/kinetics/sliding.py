@@ -1,8 +1,9 @@
-"""Sliding over facets, one segment at a time: on a facet, or along the line where two facets hold the rock.
+"""Sliding over facets, one segment at a time: on a facet, or along the line between two facets that hold the rock.
 
-Rolling differs only by the numbers of the ground model's `Law`. A segment ends where the rock leaves a facet or stops.
-It also ends where an uphill slide has lost its speed and friction does not hold the rock: the next segment goes down.
-And it ends where the rock has turned so far that a curve through the ends would no longer show the way in between.
+Rolling uses the same functions with other numbers in the ground model's `Law`. A segment ends where the rock leaves a
+facet or stops. It also ends where an uphill slide has lost its speed and friction does not hold the rock: the next
+segment goes downhill. Finally it ends where the path has turned so far that a drawn curve between the two ends would no
+longer show the true path.
 """
 
 import math
@@ -35,22 +36,21 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 HOLDS = 1.0 - 1e-9
-"""Share of the pull of gravity that friction must reach to hold a rock (-).
+"""Share (-) of the gravity along the ground that friction must reach to hold a rock.
 
-So a slope at exactly the friction angle holds the rock.
-
-The neglected rest of the pull would move a rock less than 0.1 m in an hour.
+Because the share is below 1, a slope at exactly the friction angle holds the rock despite rounding. The neglected part
+of gravity would move a rock less than 0.1 m in an hour.
 """
 CREEP = 1e-9
-"""Speed (m/s) below which a rock that friction holds has stopped, however low stop_speed is: 4 um in an hour."""
+"""Speed (m/s, 4 um per hour) below which a rock held by friction has stopped, even if stop_speed is lower."""
 
 
 class SlideSegment(NamedTuple):
     """One path segment of sliding: the motion at its end, its length (m) and how it ended.
 
-    stopped : friction holds the rock; late : max_time was reached
-    left_first, left_second : the rock has slid off the first, or the second, of the facets that it stood on
-    bends : nothing has happened to the rock, the same slide goes on
+    stopped : True if friction holds the rock; late : True if max_time was reached
+    left_first, left_second : True if the rock has slid off the first, or the second, facet of its contact
+    bends : True if the segment ends only because the path bends; the same slide continues
     """
 
     motion: Motion
@@ -63,7 +63,10 @@ class SlideSegment(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A straight slide: direction (3,) unit, speed (m/s), acceleration along it (m/s^2), True if friction holds."""
+    """A straight slide: unit direction (3,), speed (m/s), acceleration along the direction (m/s^2).
+
+    holds : True if friction can hold the rock
+    """
 
     direction: Vec
     speed: float
@@ -74,8 +77,8 @@ class Line(NamedTuple):
 class SlidePlane(NamedTuple):
     """The facet that a rock slides over.
 
-    f : its number; n : (3,) its normal turned towards the rock, n_z > 0
-    slack : m by which the rock may go beyond an edge that it moves along
+    f : number of the facet; n : (3,) normal of the facet, turned towards the rock, n_z > 0
+    slack : distance (m) by which a rock that moves along an edge may be outside the edge
     """
 
     f: int
@@ -89,7 +92,7 @@ def slide_on_facet(
 ) -> SlideSegment:
     """Slide over a facet until the rock leaves the facet or stops; return the segment.
 
-    motion.v must lie in the plane of the facet; time_left : s until the segment ends wherever the rock is
+    motion.v must lie in the plane of the facet; time_left : s until max_time, where the segment ends in any case
     """
     f, n, slack = plane.f, plane.n, plane.slack
     g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed
@@ -119,9 +122,9 @@ def slide_on_facet(
 def _slide_on_curve(
     path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float
 ) -> SlideSegment:
-    """Slide along a curve to the first of: the edge of the facet, the stop, a bend, or the end of time.
+    """Slide along a curve to the edge of the facet, the stop, a bend or max_time, whichever is first.
 
-    leave, stop : of the edge and of the stop, as y of the path
+    leave, stop : path parameter y of the edge and of the stop
     """
     bend = bend_point(path)
     y = min(leave, stop, bend)
@@ -147,9 +150,12 @@ def _slide_on_curve(
 def slide_on_line(
     motion: Motion, line: Line, first: float, second: float, stop_speed: float, time_left: float
 ) -> SlideSegment:
-    """Slide straight until the rock has gone `first` or `second` (m: distances out of two facets) or has slowed down.
+    """Slide straight until the rock leaves one of two facets or has slowed down; return the segment.
 
-    If friction holds the rock, it stops at stop_speed. Otherwise its speed falls to zero, and it goes on downhill.
+    If friction holds the rock, the rock stops at stop_speed. Otherwise its speed falls to zero and the next segment
+    goes downhill.
+
+    first, second : distance (m) to the border of the first and of the second facet
     """
     u, a = line.speed, line.acceleration
     lowest = min(max(stop_speed, CREEP), u) if line.holds else 0.0
@@ -158,7 +164,7 @@ def slide_on_line(
         stop = 0.0
     leave = min(first, second)
     distance = min(stop, leave)
-    if distance == math.inf:  # no edge ahead: the facet is a sliver whose plane has no valid digit
+    if distance == math.inf:  # no edge ahead: the facet is a sliver, its normal is only rounding error
         return SlideSegment(
             motion=motion, length=0.0, stopped=False, late=False, left_first=True, left_second=True, bends=False
         )
@@ -171,7 +177,7 @@ def slide_on_line(
     after = Motion(
         t=motion.t + t, x=add(motion.x, scale(distance, line.direction)), v=scale(end, line.direction), w=motion.w
     )
-    if not late and stop > leave and end == 0.0:  # it starts from rest at the edge: let it move off
+    if not late and stop > leave and end == 0.0:  # the rock starts from rest at the edge: let it move off
         after = Motion(t=motion.t, x=motion.x, v=scale(CREEP, line.direction), w=motion.w)
     if late or stop <= leave:
         return SlideSegment(

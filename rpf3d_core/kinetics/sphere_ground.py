@@ -1,13 +1,13 @@
 """A sphere on the ground: it skids until its slip is zero, then it rolls (the scene's `ground: sphere`).
 
-With v_c the slip of the contact point, g_t gravity along the ground and N the push of the ground, both per mass:
+Let v_c be the slip of the contact point, g_t the gravity along the ground and N the push of the ground per mass:
     skidding    dv/dt = g_t - mu N v_c/|v_c|,   dv_c/dt = g_t - 7/2 mu N v_c/|v_c|
     rolling     dv/dt = 5/7 (g_t - mu_r N v/|v|), as long as 2/7 |g_t| <= mu N; otherwise it skids down
-Rolling friction needs friction itself. If mu_r is larger than mu can bear, the centre moves like a block that slides
-with mu, and is neither braked nor held by more; its spin is still reported as that of rolling.
-Each segment has a constant acceleration, so it is exact where friction does not turn: straight down a slope, on level
-ground, and wherever a sphere rolls without rolling friction. Elsewhere the friction is taken at the middle of the
-segment, which ends before friction has turned by TURN.
+Rolling resistance acts through friction, so mu limits it. If mu_r exceeds this limit, the centre moves like a block
+that slides with mu, with no further resistance; the reported spin is still the spin of a rolling sphere.
+Each segment has a constant acceleration. It is exact if the direction of friction is constant: straight down a slope,
+on level ground, and for a sphere that rolls without rolling friction. Otherwise the friction at the middle of the
+segment is used, and the segment ends before friction has turned by TURN.
 
 Derived from rigid-body mechanics (validation reference 2.5).
 """
@@ -25,16 +25,17 @@ from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 TURN = 1.0 / 16.0
 """Tangent of the largest angle by which friction may turn in one segment: 3.6 degrees."""
 CRAWL = 1e-2
-"""Speed (m/s) below which slip, or the motion of a sphere that friction does not hold, counts as zero while it turns.
+"""Speed (m/s) below which a turning slip, or the turning motion of a sphere not held by friction, counts as zero.
 
-Its energy is that of 5 um of height.
+At this speed the kinetic energy corresponds to a height of 5 um.
 """
 STRAIGHT = 1e-9
-"""Gravity across a motion, over gravity and friction along the ground (-), below which the motion does not turn."""
+"""Ratio (-) of the gravity across the motion to the sum of gravity and friction along the ground, below which the
+motion counts as straight."""
 ROLLS = 1e-9
-"""Slip over speed (-) below which a sphere rolls, and share of the stop speed that counts as rounding.
+"""Ratio (-) of slip to speed below which a sphere rolls; also the share of the stop speed that counts as rounding.
 
-Both are a million times the rounding.
+Both limits are a million times the rounding error.
 """
 
 
@@ -50,8 +51,10 @@ class SphereGround(NamedTuple):
 class RollingSegment(NamedTuple):
     """One segment of a sphere's path on the ground, under a constant acceleration a (3,) m/s^2.
 
-    v : (3,) m/s at the start; turn : (3,) rad/s^2 while the sphere skids; t : s until the motion changes
-    rolls : the sphere rolls at the end; stops : it has stopped there; turns : only its direction changes there
+    v : (3,) m/s at the start; turn : (3,) rad/s^2, angular acceleration while the sphere skids
+    t : s until the motion changes
+    rolls : True if the sphere rolls at the end; stops : True if it has stopped at the end
+    turns : True if the segment ends only because the direction of the motion has turned
     """
 
     v: Vec
@@ -81,10 +84,10 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
-    """Return the largest rolling resistance (m/s^2) that a ground of some friction (m/s^2) can give without slip.
+    """Return the largest rolling resistance (m/s^2) without slip if friction is at most `friction` (m/s^2).
 
-    A resistance r takes a friction of 2/7 g_t + 5/7 r along the motion, or down the slope at rest. That is at most mu
-    N; then 5/7 (g_t - r) = g_t - mu N, as for a block that slides.
+    A resistance r needs a friction of 2/7 g_t + 5/7 r along the motion (at rest: down the slope). The limit is mu N; at
+    the limit 5/7 (g_t - r) = g_t - mu N, as for a block that slides.
     """
     speed = norm(v)
     pull = dot(g_t, v) / speed if speed > 0.0 else norm(g_t)
@@ -93,14 +96,14 @@ def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
 
 @kernel
 def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> tuple[Vec, Vec]:
-    """Return the accelerations of centre (m/s^2) and spin (rad/s^2) of a sphere that slips in a direction (3,) unit."""
+    """Return the accelerations of the centre (m/s^2) and of the spin (rad/s^2); direction : (3,) unit, of the slip."""
     turn = scale(2.5 * friction / radius, cross(n, direction))
     return add(g_t, scale(-friction, direction)), turn
 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return a segment of skidding, until the slip is zero or has turned."""
+    """Return a segment of skidding; it ends when the slip is zero or its direction has turned."""
     slips = norm(slip)
     direction = scale(1.0 / slips, slip)
     across = norm(without(g_t, direction))
@@ -124,7 +127,7 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> RollingSegment:
-    """Return a segment of rolling, until the sphere has slowed to its stop speed or to zero, or has turned."""
+    """Return a segment of rolling; it ends at the stop speed, at speed zero, or when the direction has turned."""
     speed, pull = norm(v), norm(g_t)
     holds = resistance >= HOLDS * pull
     lowest = max(stop_speed, CREEP) if holds else 0.0

@@ -1,6 +1,6 @@
-"""Distributions of the random numbers of a scene, drawn by inversion from one uniform number each.
+"""Distributions of the random numbers of a scene; each number is drawn by inversion from one uniform number.
 
-No draw is rejected, so each number costs the same whatever its bounds, and is a function of one counter.
+No draw is rejected. So each number takes the same time, for any bounds, and is a function of one counter.
 """
 
 import math
@@ -16,13 +16,13 @@ FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW = range(5)
 """Kinds of distribution."""
 
 RAREST = 2.0**-54
-"""Replaces 0 where a uniform number becomes an unbounded one: half the smallest uniform number above 0."""
+"""Replaces a uniform number 0 where 0 would give an infinite result: half the smallest uniform number above 0."""
 FEW = 5_000
-"""Plain Python draws up to this many numbers: it finishes before the loop has been compiled, with the same bits."""
+"""Up to this number of draws, plain Python is used: it ends before the loop is compiled. The bits are the same."""
 
 
 class Distribution(NamedTuple):
-    """A truncated distribution, prepared so that a draw is cheap.
+    """A truncated distribution, with values computed in advance so that a draw is fast.
 
     kind : FIXED ... POWER_LAW; low, high : bounds, in the unit of the drawn number
     location, scale : the number (FIXED); low and high - low (UNIFORM); mean and standard deviation before truncation
@@ -79,7 +79,9 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
 
 
 def truncated_power_law(exponent: float, low: float, high: float) -> Distribution:
-    """Return N(> x) ~ x^-exponent between two bounds (physics reference 6.4); exponent > 0, 0 < low < high."""
+    """Return the power law N(> x) ~ x^-exponent between two bounds (physics reference 6.4).
+
+    exponent > 0, 0 < low < high"""
     return Distribution(
         kind=POWER_LAW,
         low=low,

@@ -1,9 +1,9 @@
-"""Ground that is drawn at random: for each rock, or for each impact of a rock.
+"""Ground properties that are drawn at random: for each rock, or for each impact of a rock.
 
 A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine,
-in any order, and whatever other draws there are. Between two impacts the ground of a zone stays the same: a rock whose
-bounces die out and that then slides has one restitution for the rest of its bounces and one friction angle for the
-slide, drawn for the impact that would come next. Otherwise the result would depend on the number of facets of the mesh.
+in any order, and with any other draws. Between two impacts the ground of a zone stays the same. The last small bounces
+of a rock, which are summed up, all use one restitution, and the slide after them uses one friction angle; both are
+drawn for the next impact. Otherwise the result would depend on the number of facets of the mesh.
 """
 
 import math
@@ -31,7 +31,7 @@ class DrawnSurface(NamedTuple):
     """The ground of a zone with the distributions of its coefficients.
 
     R_n, R_t : distributions (-) within [0, 1]; friction_angle : distribution, degrees, within [0, 90)
-    stop_speed : m/s; per_impact : true if each impact draws again, false if each rock draws once
+    stop_speed : m/s; per_impact : True for a new draw at each impact, False for one draw per rock
     rolling_friction : distribution (-), >= 0
     """
 
@@ -62,7 +62,7 @@ class DrawnMaterials(NamedTuple):
 
 
 def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
-    """Return the arrays of Z surfaces, in order of zone; plain `Materials` if all their coefficients are fixed."""
+    """Return the materials of Z surfaces, in order of zone; plain `Materials` if all coefficients are fixed."""
     draws = [surface.coefficients for surface in surfaces]
     if all(draw.kind == FIXED for row in draws for draw in row):
         return materials_of([_certain(surface) for surface in surfaces])
@@ -76,7 +76,7 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
 
 @surface_of.rule(DrawnMaterials)
 def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Surface:
-    """Return the ground of a zone for this rock: drawn once per rock, or for its next impact."""
+    """Return the ground properties of a zone for a rock, drawn once per rock or for the rock's next impact."""
     number = rock.impacts + 1 if materials.per_impact[zone] else 0
     R_n = _coefficient(materials, zone, rock, number, 0)
     R_t = _coefficient(materials, zone, rock, number, 1)
@@ -87,7 +87,7 @@ def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Su
 
 @kernel
 def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number: int, k: int) -> float:
-    """Return coefficient k of a zone; draw it unless it is fixed."""
+    """Return coefficient number k of a zone: the fixed value, or a drawn value."""
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:
         return numbers[zone, k, 2]  # type: ignore[no-any-return]

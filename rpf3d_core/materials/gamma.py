@@ -1,4 +1,4 @@
-"""Gamma-distributed numbers from counter-based draws: diameters of trees."""
+"""Gamma-distributed random numbers for the diameters of trees, from counter-based uniform numbers."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from rpf3d_core.materials.streams import Purpose, uniform
 
 ATTEMPTS = 60
-"""Largest number of attempts for each number; an attempt takes one normal and one uniform number. At worst one attempt
-in twenty is rejected, so after 60 attempts none is left (1e-78)."""
+"""Largest number of attempts for each result; an attempt uses one normal and one uniform number. At most one attempt in
+twenty is rejected, so the chance that all 60 attempts are rejected is only 1e-78."""
 LEAST_SD = 1e-6
-"""Standard deviation over the mean (-) below which every number is the mean."""
+"""Ratio (-) of standard deviation to mean, up to which every number is the mean."""
 
 
 def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float, sd: float) -> NDArray[np.float64]:

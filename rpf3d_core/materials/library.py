@@ -1,4 +1,4 @@
-"""The mechanical properties of the ground of each zone, as arrays that the kernels index by zone."""
+"""The mechanical properties of the ground in each zone, as arrays with one element per zone."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from rpf3d_core.materials.rock_context import RockContext
 
 
 class Surface(NamedTuple):
-    """The ground at a contact.
+    """The mechanical properties of the ground at a contact.
 
     R_n, R_t : normal and tangential restitution (-), in [0, 1]; mu : Coulomb friction, tan of the friction angle (-)
     stop_speed : m/s below which a rock in sustained contact has stopped; mu_r : rolling friction (-), tan(beta)
@@ -23,7 +23,7 @@ class Surface(NamedTuple):
 
 
 class Materials(NamedTuple):
-    """`Surface` for each of Z zones; every array has Z rows."""
+    """The properties of `Surface` for Z zones; every array has Z elements."""
 
     R_n: Any
     R_t: Any
@@ -33,7 +33,7 @@ class Materials(NamedTuple):
 
 
 def materials_of(surfaces: list[Surface]) -> Materials:
-    """Return the arrays of Z surfaces, in order of zone."""
+    """Return the `Materials` of Z surfaces, in order of zone."""
     columns = np.array(surfaces, dtype=float).reshape(-1, 5).T
     R_n, R_t, mu, stop_speed, mu_r = (np.ascontiguousarray(column) for column in columns)
     return Materials(R_n=R_n, R_t=R_t, mu=mu, stop_speed=stop_speed, mu_r=mu_r)
@@ -41,12 +41,12 @@ def materials_of(surfaces: list[Surface]) -> Materials:
 
 @model_function
 def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
-    """Return the ground of a zone for a rock; one rule per class of materials."""
+    """Return the ground properties of a zone for a rock; one rule per class of materials."""
 
 
 @surface_of.rule(Materials)
 def fixed_surface(materials: Materials, zone: int, rock: RockContext) -> Surface:
-    """Return the ground of a zone, which is the same for every rock and every impact."""
+    """Return the ground properties of a zone, which are the same for every rock and every impact."""
     return Surface(
         R_n=materials.R_n[zone],
         R_t=materials.R_t[zone],

@@ -1,4 +1,4 @@
-"""The inverse of the standard normal distribution, as a kernel that both engines share to the last bit.
+"""The inverse of the standard normal distribution, as a kernel that gives the same bits in both engines.
 
 Wichura 1988, Algorithm AS 241, Applied Statistics 37(3):477-484, doi 10.2307/2347330: PPND16, relative error about
 1e-16.
@@ -44,7 +44,7 @@ F: Coefficients = (
 
 @kernel
 def normal_quantile(p: float) -> float:
-    """Return the z (-) that a standard normal number stays below with probability p, 0 < p < 1."""
+    """Return the quantile z (-): a standard normal number is below z with the probability p, 0 < p < 1."""
     q = p - 0.5
     if abs(q) <= CENTRE:
         return q * _ratio(A, B, CENTRE * CENTRE - q * q)

@@ -1,6 +1,6 @@
-"""The data of a rock that a model may need besides its motion, and the columns that hold these data for many rocks.
+"""The data of a rock that a model may need in addition to the motion, and columns with these data for many rocks.
 
-A column that no model of a scene needs is None, so it is neither filled nor compiled.
+A column that no model of a scene needs is None; it is neither filled nor compiled.
 """
 
 from typing import Any, NamedTuple
@@ -18,10 +18,10 @@ class RockKey(NamedTuple):
 
 
 class RockContext(NamedTuple):
-    """One rock on its way.
+    """The data of one moving rock that models may need.
 
     rock : mass and radius; None if no model of the scene needs them
-    key : for draws, None if nothing is drawn; impacts : number of impacts on the ground so far
+    key : key of the random numbers; None if nothing is drawn; impacts : number of impacts on the ground so far
     """
 
     rock: Rock | None
@@ -37,7 +37,7 @@ class RockColumns(NamedTuple):
 
 
 class RockKeys(NamedTuple):
-    """`RockKey` for each of R rocks: one seed for all, and two columns of R rows."""
+    """The `RockKey` of R rocks: one seed for all rocks; source, rock : columns (R,)."""
 
     seed: int
     source: Any

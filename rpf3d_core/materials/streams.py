@@ -21,10 +21,10 @@ ROUNDS = 10
 MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
 WEYL = (0x9E3779B9, 0xBB67AE85)
 WORD = 0xFFFFFFFF
-"""The low 32 bits. Kernels compute with signed 64-bit integers: a product may wrap, but its bits equal those of the
-unsigned product. The mask removes the bits that a right shift of a negative number brings in."""
+"""Mask of the low 32 bits. Kernels compute with signed 64-bit integers. A product may overflow, but its bits are the
+same as in the unsigned product. The mask removes the sign bits that a right shift of a negative number adds."""
 MANY = 50_000
-"""Number of draws from which a compiled loop makes them, in a tenth of the time and with the same bits."""
+"""Smallest number of draws for which a compiled loop is used: it needs a tenth of the time and gives the same bits."""
 ZONES = 256
 """Factor of the zone number in the stream number, so there may be up to 256 purposes and 2^24 zones."""
 
@@ -83,7 +83,7 @@ def philox_words(c0: Any, c1: Any, c2: Any, c3: Any, k0: int, k1: int) -> tuple[
 
 @kernel
 def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> float:
-    """Return the number in [0, 1) of 53 random bits for one rock: `uniform` for one rock, in a kernel.
+    """Return a uniform number in [0, 1), with 53 random bits, for one rock; the kernel version of `uniform`.
 
     seed : 0 <= seed < 2^63; stream : a purpose + ZONES times a zone; number : of an impact, or 0
     """
@@ -92,14 +92,14 @@ def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> f
 
 @kernel
 def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: int) -> float:
-    """Return the number in [0, 1) of a counter and a key."""
+    """Return the uniform number in [0, 1) for four counter words and two key words."""
     high, low, _, _ = philox_words(rock, source, stream, number, k0, k1)
     return ((high >> 5) * 2.0**26 + (low >> 6)) * 2.0**-53  # type: ignore[no-any-return]
 
 
 @loop
 def _uniform_all(k0: int, k1: int, sources: Any, rocks: Any, stream: int, draws: Any) -> None:
-    """Write the draws (R,) for rocks (R,) of sources (R,)."""
+    """Fill in `draws` (R,): one uniform number for each rock (R,) of each source (R,)."""
     for i in range(len(draws)):
         draws[i] = _uniform_of(rocks[i], sources[i], stream, 0, k0, k1)
 

@@ -1,4 +1,4 @@
-"""Engines over whole terrains, with the caps that end rocks where they fall below the ground."""
+"""Build an engine over a whole terrain, with caps: facets that close its gaps and end the rocks that fall through."""
 
 import numpy as np
 
@@ -10,13 +10,15 @@ from rpf3d_core.terrain.gaps import Caps, caps_over
 from rpf3d_core.terrain.mesh.border import border_of
 
 FEWEST = 2
-"""Least number of cap facets: the corners of a single facet lie in memory differently and would be compiled again."""
+"""Least number of cap facets. The corner array of a single facet has another memory layout, for which numba would
+compile all functions again."""
 
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
-    """Return the engine with a name over a terrain, with its index built and the gaps of the terrain capped.
+    """Return the engine `name` for a terrain, with the index over the facets built and all terrain gaps closed by caps.
 
-    facets : of the terrain, if known already. Raises ValueError as `engine_of`.
+    facets : facets of the terrain, if the caller has them already
+    Raises ValueError under the same conditions as `engine_of`.
     """
     facets = facets or facets_of(terrain)
     return engine_of(name, facets, gap_facets(terrain, facets.tolerance))
@@ -25,22 +27,27 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
 def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:
     """Return the caps over the gaps of a terrain as facets; None if the terrain has no gap.
 
-    tolerance : of the terrain's contacts (m)
+    tolerance : contact tolerance of the terrain (m)
     """
     caps = caps_over(border_of(terrain.vertices, terrain.triangles), CRACK * tolerance)
     return _facets_of_caps(caps, tolerance) if len(caps.corners) else None
 
 
 def caps_within(border: FloatArray, tolerance: float) -> CapFacets:
-    """Return the caps within the border (B, 3, 3) m of a terrain as facets; without a gap, facets that no rock touches.
+    """Return the caps within the border (B, 3, 3) m of a terrain, as facets.
 
-    tolerance : of the terrain's contacts (m)
+    If the terrain has no gap, the result holds dummy facets that no rock can touch.
+
+    tolerance : contact tolerance of the terrain (m)
     """
     return _facets_of_caps(caps_over(border, CRACK * tolerance), tolerance)
 
 
 def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
-    """Return caps as facets whose zone is the outcome of a rock; without caps, facets that no rock can touch."""
+    """Return the caps as facets; the zone number of a facet is the outcome of a rock that passes through it.
+
+    Dummy facets that no rock can touch are added up to FEWEST facets.
+    """
     missing = max(FEWEST - len(caps.corners), 0)
     corners = np.concatenate([caps.corners, np.zeros((missing, 3, 3)) + _any_corner(caps.corners)])
     outcome = np.concatenate([caps.outcome, np.zeros(missing, np.int32)])

@@ -1,4 +1,4 @@
-"""The two engines: the same physics in plain Python with VTK, and compiled with a bucket grid."""
+"""The two engines: one runs the physics in plain Python with VTK, the other runs it compiled, with a bucket grid."""
 
 import math
 from copy import copy
@@ -24,24 +24,24 @@ from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
-"""Columns of a rock's final numbers; max_height is NaN until the paths are evaluated."""
+"""Columns with the results of a rock at the end of its flight; max_height is NaN until the paths are evaluated."""
 SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
-"""Additional columns where rocks spin, J, from the same paths; NaN where no path was written."""
+"""Additional result columns (J) if rocks spin, computed from the recorded paths; NaN if no path was recorded."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
 
 SAMPLE = 100_000
-"""Least number of facets in the sample that gives the usual facet size."""
+"""Least number of facets in the sample from which the typical facet size is estimated."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
 class Models(NamedTuple):
-    """The models that a scene names: parameters of a rebound model, of a ground model and of the effects.
+    """The models of a scene: the parameters of its rebound model, its ground model and its effects.
 
-    A class of parameters has `asks_rock = True` if its rules need mass and radius, and `draws = True` if its rules draw
-    random numbers. The class of a rebound has `spins = True` if its rules change the spin; then rotational energy is
-    written.
+    A parameter class has `asks_rock = True` if its rules need the rock's mass and radius, and `draws = True` if its
+    rules draw random numbers. A rebound class has `spins = True` if its rules change the spin; the rotational energy is
+    then recorded.
     """
 
     rebound: Any
@@ -50,14 +50,14 @@ class Models(NamedTuple):
 
 
 def spins_of(models: Models) -> bool:
-    """True if rocks spin: the class of the rebound has `spins = True`."""
+    """Return True if rocks spin: the class of the rebound model has `spins = True`."""
     return bool(getattr(models.rebound, "spins", False))
 
 
 class Reference:
-    """The reference engine: plain Python, one rock after another, candidates from VTK.
+    """The reference engine: plain Python, one rock after another; VTK finds the candidate facets of a contact.
 
-    This engine is slow and simple, and serves as the oracle of the compiled engine.
+    This engine is slow and simple. Tests compare the results of the compiled engine with its results.
 
     method : finds the contacts of flights: the locator, which finds every event, or fixed steps (`stepping`)
     caps : finds passages through the caps over the gaps of the terrain; None if no caps are given
@@ -80,9 +80,9 @@ class Reference:
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
-        """Follow rocks from number `begin` on, of R rocks that start, and write their flights into the logbook.
+        """Follow rocks `begin` to R - 1 of R started rocks, and write their flights into the logbook.
 
-        Returns the number of the first rock that found no room in the record, R if all rocks did.
+        Returns the number of the first rock that did not fit into the record; R if all rocks fitted.
         """
         listed = Starts(**{name: column.tolist() for name, column in starts._asdict().items()})
         physics = _physics(plain(models), self.facets, plain(materials), settings, self.caps)
@@ -90,14 +90,14 @@ class Reference:
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
-        """Return the height (m) of R points above the ground, the facet there (-1: none) and its side: (R, 3)."""
+        """Return height (m) of R points above the ground, facet number there (-1: none) and facet side: (R, 3)."""
         out = np.empty((len(x), 3))
         _ground_below_all.py_func(self.locator, self.facets, x.tolist(), out)  # type: ignore[attr-defined]
         return out
 
 
 class Compiled:
-    """The compiled engine: the same functions through numba, candidates from a bucket grid.
+    """The compiled engine: numba compiles the same functions; a bucket grid finds the candidate facets of a contact.
 
     Several threads may call the engine at once.
 
@@ -142,7 +142,7 @@ def _parts(models: Models) -> tuple[Any, ...]:
 
 
 def _physics(models: Models, facets: Facets, materials: Any, settings: Settings, caps: CapLocator | None) -> Physics:
-    """Return models, ground and settings as one value."""
+    """Return the models, the ground properties and the settings as one `Physics` value."""
     return Physics(
         rebound=models.rebound,
         ground=models.ground,
@@ -155,9 +155,9 @@ def _physics(models: Models, facets: Facets, materials: Any, settings: Settings,
 
 
 def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:
-    """Return the engine with a name ("reference" or "compiled"), with its index over the facets built.
+    """Return the engine of the given name ("reference" or "compiled"), with its index over the facets built.
 
-    caps : over the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
+    caps : facets that close the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
 
     Raises
     ------
@@ -173,11 +173,12 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engin
 
 
 def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False, every_step: bool = False) -> Engine:
-    """Return a copy of the engine that finds contacts in fixed steps (`detection.stepped`).
+    """Return a copy of the engine that finds contacts in fixed time steps (`detection.stepped`).
 
-    Heights above ground stay exact.
+    Heights above the ground are still exact.
 
-    dt : s; threshold : m, or m2 where the squared distance is compared with it; squared, every_step : as in `stepped`
+    dt : s; threshold : m, or m2 if the squared distance is compared with the threshold
+    squared, every_step : as in `stepped`
     """
     other = copy(engine)
     if isinstance(engine, Reference):
@@ -187,13 +188,14 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
 
 
 def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there: Any, dt: float) -> Engine:
-    """Return a copy of the engine that finds contacts in fixed steps on a raster (`detection.stepped_raster`).
+    """Return a copy of the engine that finds contacts in fixed time steps on a raster (`detection.stepped_raster`).
 
-    engine : over the raster's facets, two for each square that is `there` (ny, nx), row by row
+    engine : engine over the raster's facets, row by row; two facets for each square that is flagged in `there`
+    there : (ny, nx) flag of each square that has ground
     x, y : corner of the first square, m; cell : m; dt : s
 
-    Steps find a rock below the ground only after it went through. On the lowest ground that is below the terrain's box.
-    So the box of the copy reaches further down, by the diagonal of the terrain's box.
+    A step finds a contact only after the rock has passed below the ground. At the lowest ground, the rock is then below
+    the bounding box of the terrain. The box of the copy is therefore extended downwards by its own diagonal.
     """
     ny, nx = there.shape
     first = np.where(there, 2 * (np.cumsum(there).reshape(there.shape) - 1), -1).astype(np.int64).ravel()
@@ -205,14 +207,14 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
 
 
 def facet_size(facets: Facets) -> float:
-    """Return the side (m) of a square as large as two facets of the mean area of a sample of facets; above 0."""
+    """Return the typical facet size (m, above 0): the side of a square with twice the mean facet area of a sample."""
     corners = np.asarray(facets.corners)[:: max(len(facets.zone) // SAMPLE, 1)]
     u, w = corners[:, 3:6] - corners[:, :3], corners[:, 6:9] - corners[:, :3]
     return math.sqrt(float(np.linalg.norm(np.cross(u, w), axis=1).mean())) or 1.0
 
 
 def precompile_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> None:
-    """Compile the functions that only flights need."""
+    """Compile the functions that are needed for flights but not for building the engine."""
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
@@ -224,14 +226,14 @@ def precompile_flights(engine: Engine, models: Models, materials: Any, settings:
 
 
 def is_precompiled(models: Models) -> bool:
-    """True if the loop over flights is in the disk cache for the rebound model and the ground model."""
+    """Return True if the disk cache has the compiled flight loop for the rebound model and the ground model."""
     return is_cached(_follow_all, type(models.rebound), type(models.ground))
 
 
 def precompile_index() -> Compiled:
-    """Build the index over two facets: that compiles all functions that build an index over any terrain.
+    """Build the index over two facets: this compiles all functions that build an index over any terrain.
 
-    There are two facets, because the corners of a single facet lie in memory differently and have another type.
+    Two facets are used because the corner array of a single facet has another memory layout, and so another numba type.
     """
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     triangles, zone = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), np.zeros(2, dtype=np.int32)
@@ -239,15 +241,16 @@ def precompile_index() -> Compiled:
 
 
 def precompile_ground_below(engine: Engine | None = None) -> None:
-    """Compile the search for the ground below points: search for no points, over two facets without an engine."""
+    """Compile the search for the ground below points, by a search with zero points; without an engine, two facets."""
     (engine or precompile_index()).ground_below(np.empty((0, 3)))
 
 
 @loop
 def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int) -> int:
-    """Follow rocks from number `begin` on: rock i from x[i], v[i] of the launches into row i of the logbook.
+    """Follow rocks from number `begin` on; rock i starts at x[i], v[i] of the launches and fills row i of the logbook.
 
-    The loop ends at the first rock that the record has no room for; returns the number of that rock, else of all rocks.
+    The loop ends at the first rock that does not fit into the record. Returns the number of this rock, or the number of
+    rocks if all fitted.
     """
     x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):

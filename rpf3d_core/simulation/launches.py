@@ -1,4 +1,4 @@
-"""Rocks at their release, as the columns that an engine reads."""
+"""The state of rocks at their release, as the arrays that an engine reads."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ Integers = NDArray[np.int64]
 
 
 class Starts(NamedTuple):
-    """R rocks at their release: x (R, 3) m, v (R, 3) m/s; source, rock (R,), the numbers that their draws depend on.
+    """R rocks at their release: x (R, 3) m, v (R, 3) m/s; source, rock (R,): their random numbers depend on these two.
 
     mass : (R,) kg; radius : (R,) m
     """
@@ -28,9 +28,9 @@ class Starts(NamedTuple):
 
 
 class Launches(NamedTuple):
-    """R rocks at their release, with only those columns that a model or a material of the scene asks for.
+    """R rocks at their release, with only the columns that a model or a material of the scene needs.
 
-    x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : for draws, or None
+    x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : keys of the random numbers, or None
     """
 
     x: Any
@@ -40,7 +40,7 @@ class Launches(NamedTuple):
 
 
 def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts) -> Launches:
-    """Return R rocks at their release; sizes and keys are None if no model and no material of the scene asks.
+    """Return R rocks at their release; sizes or keys are None if no model and no material of the scene needs them.
 
     parts : the models and effects of the scene; seed : of all random draws
     """

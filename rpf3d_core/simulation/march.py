@@ -1,4 +1,4 @@
-"""The simulation loop of both engines: from event to event until the rock has an outcome."""
+"""The simulation loop of both engines: it moves a rock from event to event until the rock has an outcome."""
 
 import math
 from typing import Any
@@ -32,7 +32,8 @@ from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
 from rpf3d_core.vectors import add, dot, scale, subtract
 
 STRETCHES = 10_000
-"""Flight segments, beyond two path segments per contact, that a rock may take however small max_impacts is."""
+"""Number of flight segments, in addition to two path segments per contact, that a rock may always use, even if
+max_impacts is smaller."""
 
 FLIGHT, END = int(Mode.FLIGHT), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
@@ -42,9 +43,9 @@ FELL_THROUGH = int(Outcome.FELL_THROUGH)
 
 @model_function
 def locator_for(model: object, locator: Any, rock: RockContext) -> Any:
-    """Return the locator that finds the contacts of a rock; it depends on the rebound model.
+    """Return the locator that finds the contacts of a rock with this rebound model.
 
-    Models of bodies with a size have a rule of their own; for all others it is `locator` itself.
+    Rebound models of bodies with a size have their own rule; for all other models the result is `locator` itself.
     """
 
 
@@ -56,7 +57,7 @@ def locator_of_points(model: object, locator: Any, rock: RockContext) -> Any:
 
 @model_function
 def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion with which a rock is released, made from the motion that its source gives."""
+    """Return the motion of a rock at its release; a rebound model may change the motion that the source gives."""
 
 
 @set_down.otherwise
@@ -69,7 +70,7 @@ def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Moti
 def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, record: Record) -> State:
     """Follow a rock from its release to its outcome; return its last state.
 
-    locator : of either engine; rock : its data that models may need
+    locator : contact search of either engine; rock : the rock's data that models may need
     record : holds the rows for impacts and path segments
     """
     state = checked(released(motion), released(motion))
@@ -80,7 +81,7 @@ def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, re
 
 
 def no_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the failed state at the rock's position: the Python result of `next_event` if its arithmetic fails."""
+    """Return the FAILED state at the rock's position: replaces `next_event` if its arithmetic raises in Python."""
     return ended(state, FAILED)
 
 
@@ -96,9 +97,9 @@ def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, 
 
 @kernel
 def checked(before: State, after: State) -> State:
-    """Return the state after an event; if a number in it is not finite, the rock has failed before the event.
+    """Return the state after an event; if a number in it is not finite, return the state before the event as FAILED.
 
-    The end of the path and the rocks that follow overwrite the rows of the failed event.
+    The record rows of the failed event are overwritten by the end of the path and by the following rocks.
     """
     t, x, v, w = after.motion
     moving = t + x[0] + x[1] + x[2] + v[0] + v[1] + v[2] + w[0] + w[1] + w[2]
@@ -139,23 +140,23 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
 
 @kernel
 def _hovers(max_impacts: int, tally: RockTally) -> bool:
-    """True if a rock has flown too many segments and its flight is cut off.
+    """Return True if a rock has used too many flight segments, so that its flight must end.
 
-    A light rock in a strong drag layer sinks by centimetres a second, in segments of a millisecond. Its outcome would
-    only take a long time to reach.
+    A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a
+    flight to the ground would take very long.
     """
     return tally.pieces - 2 * tally.contacts >= max(max_impacts, STRETCHES)
 
 
 @kernel
 def _mid_air(left: PreviousContact) -> PreviousContact:
-    """Return the previous contact of a rock that goes on in mid-air: no facet, on the same side of the ground."""
+    """Return the `PreviousContact` of a rock that continues in mid-air: no facet, the same side of the ground."""
     return PreviousContact(facet=-1, other=-1, side=left.side, resting=False, before=-1)
 
 
 @kernel
 def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, record: Record) -> State:
-    """Return the state after an obstacle, which changes the motion or ends it."""
+    """Return the state after a rock meets an obstacle, which changes or ends the rock's motion."""
     before = state.motion
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, rock_at(rock, state))
     note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against(before.v))
@@ -199,12 +200,13 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
 
 @kernel
 def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
-    """Return the motion of a rock that meets facet f, moved up to the plane of f if the rock is below the plane.
+    """Return the motion of a rock in contact with facet f, moved up to the facet's plane if the rock is below it.
 
-    n : (3,) normal of f turned towards the rock
+    n : (3,) normal of the facet, turned towards the rock
 
-    Across a crack a rock may lie below the facet that takes it (`detection.contact`). Such depths would add up from
-    facet to facet until no facet takes the rock. Contacts found in fixed steps lie far deeper and are not moved.
+    After a crack a rock may be below the facet that it touches next (`detection.contact`). These depths would add up
+    from facet to facet, until the rock touches no facet. Contacts found in fixed steps are far deeper; their rocks are
+    not moved.
     """
     depth = -dot(n, subtract(motion.x, corner(facets, f, 0)))
     if not NEAR * facets.tolerance < depth <= NEAR * facets.crack:
@@ -216,9 +218,10 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
 def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
 
-    An effect may change the normal that the rock feels. The facet's own normal counts instead if the rock would not hit
-    a surface of the felt normal, or would be sent into the ground. If the rock is sent into the ground even so, its
-    speed into the ground is dropped. A rock that only touches the facet while moving off it receives no impulse.
+    An effect may replace the facet's normal by another one (the felt normal). The facet's normal is used if the rock
+    would not hit a surface with the felt normal, or if the rebound would send the rock into the ground. If the rock
+    still moves into the ground, its speed into the ground is set to zero. A rock that already moves off the facet
+    receives no impulse.
     """
     if dot(motion.v, n) > 0.0:
         return motion
@@ -245,10 +248,10 @@ def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
-    """True if bounces that add up to two displacements (m) stay within facet f.
+    """Return True if all bounces whose sum is the displacements `along` + `down` (m) stay within facet f.
 
-    Partial sums grow monotonically in both displacements, so every bounce lies in their parallelogram; a facet is
-    convex.
+    Both partial sums grow monotonically, so every bounce lies in the parallelogram of the two displacements. A facet is
+    convex, so the corners of the parallelogram decide.
     """
     corners = (add(x, along), add(x, down), add(x, add(along, down)))
     inside = True

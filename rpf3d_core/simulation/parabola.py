@@ -1,4 +1,7 @@
-"""The next parabola of a rock: to a contact, obstacle, gap or rim of the terrain, or as long as the air allows."""
+"""The next parabola of a rock: it ends at a contact, an obstacle, a gap or the terrain's rim, or at a time limit.
+
+With air, one parabola may replace the true flight only for a limited time (`effects.air`).
+"""
 
 import math
 from typing import Any, NamedTuple
@@ -16,14 +19,16 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Motion, Vec
 
 AGAIN = 1.5
-"""Length of a repeated flight segment, over its flight time (-); the repeated flight may take a little longer."""
+"""Duration of a repeated flight segment, divided by the time of the first flight (-): the repeated flight may take a
+little longer."""
 
 
 class FlightSegment(NamedTuple):
     """A parabola that a rock has flown for t seconds.
 
-    start : the motion at its beginning; longest : s for which the parabola may stand for the flight through the air
-    left : s from its beginning until max_time; contact, meeting, loss : the first of each, after t or more seconds
+    start : motion at the beginning; longest : s for which the parabola may replace the flight through the air
+    left : s from the beginning until max_time
+    contact, meeting, loss : first contact, first obstacle, first passage through a cap; none is earlier than t
     """
 
     start: Motion
@@ -39,9 +44,9 @@ class FlightSegment(NamedTuple):
 def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContext) -> FlightSegment:
     """Return the parabola that a rock flies next.
 
-    If the air acts and the flight ends in the first half of a segment, the air has acted for longer than the flight
-    lasts. Taking that back would give the rock energy. So the rock flies again, with a segment about as long as its
-    flight.
+    Air drag acts for half of the segment before the parabola. If the flight ends in the first half of the segment, the
+    drag has acted for longer than the flight lasts. Correcting this would add energy to the rock. Instead the flight is
+    computed again, with a segment about as long as the flight.
     """
     facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
     longest, height = longest_flight(effects, motion, rock), _height(physics, locator, motion.x)
@@ -66,8 +71,8 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
 def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: RockContext) -> Motion:
     """Return the motion at the start of a segment of `longest` seconds, after the air has acted for half of that time.
 
-    The air acts before and after a parabola (`effects.air`), so contacts are found as exactly as without air. An
-    infinite segment belongs to a flight that no air disturbs.
+    The air acts before and after a parabola (`effects.air`), so contacts are found as exactly as without air. A segment
+    of infinite length means that no effect acts in the air.
     """
     if longest == math.inf:
         return motion
@@ -78,7 +83,7 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: 
 def out_of_air(
     physics: Physics, locator: Any, motion: Motion, t: float, longest: float, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion at the end of a segment, after t seconds, with the action of the air that is still missing."""
+    """Return the motion at the end of a segment of t seconds, after the remaining action of the air."""
     if longest == math.inf:
         return motion
     height = _height(physics, locator, motion.x)
@@ -87,7 +92,7 @@ def out_of_air(
 
 @kernel
 def _height(physics: Physics, locator: Any, x: Vec) -> float:
-    """Return the height above the ground (m) if an effect asks for it, else 0.0; inf over a hole."""
+    """Return the height (m) of point x above the ground, inf over a hole; 0.0 if no effect needs the height."""
     if not asks_height(physics.effects):
         return 0.0
     height, contact = ground_below(plain_locator(locator), physics.facets, x)
@@ -96,9 +101,9 @@ def _height(physics: Physics, locator: Any, x: Vec) -> float:
 
 @kernel
 def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
-    """Return the height of x above the terrain below (m), and the contact there; 0.0 and no contact over a hole.
+    """Return the height (m) of point x above the terrain, and the contact below x; over a hole 0.0 and no contact.
 
-    The search drops a stone from x: the fall of the stone meets the ground below.
+    The search lets a stone fall from x and finds the first contact of the stone.
     """
     drop = Arc(x=x, v=(0.0, 0.0, 0.0), gravity=1.0)
     contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0), math.inf)

@@ -1,8 +1,8 @@
-"""Record of impacts and paths, written during the flight into memory of a fixed size.
+"""Record of impacts and paths, written during the flight into arrays of a fixed size.
 
-A rock that finds no room left flies on without being written, and flies again once there is room. Whether to write is
-decided at run time. Compiling the loop twice instead would double the time of the first call, to save less than 1 % of
-a flight.
+If the arrays are full, the rock flies to its end unrecorded, and flies again later, when there is room. The program
+decides at run time whether to write. Two compiled loops, with and without writing, would double the time of the first
+call and save less than 1 % of a flight.
 """
 
 from typing import Any, NamedTuple
@@ -15,22 +15,22 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 FIRST_OBSTACLE = -2
-"""Number in place of a facet in the row of a meeting with obstacle 0; later obstacles have lower numbers."""
+"""Number used instead of a facet number for a meeting with obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
 
 IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
-"""Columns in rows of impacts and of path segments, and additional columns of each where rocks spin."""
+"""Number of columns of an impact row and of a path segment row, and of additional columns in both if rocks spin."""
 
 
 class Record(NamedTuple):
-    """Rows to write to: impacts (I, 9) and facets (I,) from row `first_impact`, pieces (S, 10) from `first_piece`.
+    """Arrays to write to: impacts and facets from row `first_impact` on, path segments from row `first_piece` on.
 
     A piece is a path segment. Without rows for pieces nothing is written (`writes`). A meeting with an obstacle has a
-    row among the impacts, with `FIRST_OBSTACLE` minus the obstacle's number in place of a facet.
+    row among the impacts, with `FIRST_OBSTACLE` minus the obstacle's number instead of a facet number.
 
-    impacts : t, x, y, z, n_x, n_y, n_z, speed in, speed out
-    pieces : t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
-    spins : None, or True where rocks spin: impacts then have two more columns, the spin (rad/s) before and after the
-        impact; pieces have the spin at the start and at the end
+    impacts : (I, 9) t, x, y, z, n_x, n_y, n_z, speed in, speed out; facets : (I,)
+    pieces : (S, 10) t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
+    spins : True if rocks spin, else None. With spin, impacts have two more columns, the spin (rad/s) before and after
+        the impact; pieces have two more columns, the spin at the start and at the end
     """
 
     impacts: Any
@@ -43,12 +43,12 @@ class Record(NamedTuple):
 
 
 class Logbook(NamedTuple):
-    """The memory that the flights of R rocks are written into.
+    """The arrays into which the flights of R rocks are written.
 
     record : rows for impacts and path segments
-    first : (R + 1, 2) first row of each rock in either; the row of the first rock to fly is given, the others are
-        filled in
-    finals : (R, 8), `engines.FINAL_COLUMNS`; counts : (R, 4), `engines.COUNT_COLUMNS`; both are filled in
+    first : (R + 1, 2) first row of each rock in the impacts and in the pieces; the caller gives the row of the first
+        rock to fly, the engine fills in the others
+    finals : (R, 8), `engines.FINAL_COLUMNS`; counts : (R, 4), `engines.COUNT_COLUMNS`; the engine fills in both
     """
 
     record: Record
@@ -58,7 +58,7 @@ class Logbook(NamedTuple):
 
 
 def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
-    """Return a record with room for a number of impacts and path segments, and for spins if rocks spin."""
+    """Return a record with room for the given numbers of impacts and path segments, and for spins if rocks spin."""
     more = SPIN_COLUMNS if spins else 0
     return Record(
         impacts=np.empty((impacts, IMPACT_COLUMNS + more)),
@@ -73,7 +73,7 @@ def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
 
 @kernel
 def writes(record: Record) -> bool:
-    """True if the record has rows, so that flights are written."""
+    """Return True if the record has rows, so that flights are written."""
     return len(record.modes) > 0
 
 
@@ -93,9 +93,9 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 
 @kernel
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
-    """Set the first rows of the rock after rock i; return False if rock i, at its end, did not find room.
+    """Set the first rows of the rock after rock i; return False if rock i did not fit into the record.
 
-    A path has one row more than segments: its end.
+    A path has one row for each segment, and one more row for its end.
     """
     if not writes(record):
         return True
@@ -106,14 +106,14 @@ def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
 
 @kernel
 def against(v: Vec) -> Vec:
-    """Return the direction in place of an obstacle's normal: against the velocity v of the rock; upwards if v is 0."""
+    """Return the direction recorded as an obstacle's normal: opposite to the rock's velocity v; upwards if v is 0."""
     speed = norm(v)
     return scale(-1.0 / speed, v) if speed > 0.0 else (0.0, 0.0, 1.0)
 
 
 @kernel
 def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
-    """Write the rock's next impact, or meeting with an obstacle, into the row that the tally gives."""
+    """Write the rock's next impact, or its next meeting with an obstacle, into the row given by the tally."""
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
         return
@@ -127,7 +127,7 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 
 @kernel
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
-    """Write the rock's next path segment into the row that the tally gives."""
+    """Write the rock's next path segment into the row given by the tally."""
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
         return
@@ -141,7 +141,7 @@ def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode
 
 @kernel
 def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
-    """Write two spins (rad/s) into a row, from `column` on; nothing if rocks do not spin (None)."""
+    """Write two spins (rad/s) into a row, from `column` on; write nothing if rocks do not spin (`spins` is None)."""
     if spins is None:
         return
     row[column], row[column + 1] = norm(begin), norm(end)
@@ -149,7 +149,7 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write the spins (rad/s) at the ends of the rock's next path segment into the row that the tally gives."""
+    """Write the spins (rad/s) at both ends of the rock's next path segment into the row given by the tally."""
     i = record.first_piece + tally.pieces
     if i < len(record.modes):
         note_spins(record.spins, record.pieces[i], PIECE_COLUMNS, begin, end)

@@ -10,8 +10,8 @@ class Settings(NamedTuple):
 
     gravity : m/s^2
     smallest_bounce : m; a bounce that would rise less is summed up with all later bounces, or merges into sliding
-    max_time : s; max_impacts : impacts and slides over facets, together; also limits flight segments in air
-    seed : of all random draws
+    max_time : s; max_impacts : limit of impacts and slides over facets, together; also limits flight segments in air
+    seed : seed of all random numbers
     """
 
     gravity: float = STANDARD_GRAVITY

@@ -1,4 +1,4 @@
-"""The end of bouncing: small bounces are summed up, and the rock begins sustained contact with the ground."""
+"""The end of bouncing: all small bounces are summed up in one step, then sustained contact with the ground begins."""
 
 import math
 from typing import Any
@@ -18,7 +18,8 @@ from rpf3d_core.values import MOVING, Mode, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
-"""Share of smallest_bounce below which bouncing ends anywhere (-): in a corner bounces never fit on one facet."""
+"""Share of smallest_bounce (-): bounces smaller than this share end even if they do not all stay on one facet. In a
+corner between facets, bounces never stay on one facet."""
 
 SETTLING = int(Mode.SETTLING)
 
@@ -27,7 +28,7 @@ SETTLING = int(Mode.SETTLING)
 def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
     """Return the state at the start of sustained contact with velocity v.
 
-    The position is put back on the plane, or the line, that holds the rock.
+    The rock is moved exactly onto the plane, or the line, that holds it.
     """
     x = on_plane(facets, held.facet, state.motion.x)
     if held.other >= 0:
@@ -41,8 +42,9 @@ def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
 def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Record) -> State:
     """Return the state after an impact, with the remaining bounces summed up if they are small and stay on the facet.
 
-    Otherwise, or if an obstacle stands on the way, the rock flies on. Gravity must press the rock onto the facet. If
-    each impact draws its ground, all remaining bounces have the ground of the next impact.
+    The rock continues to fly if the bounces are larger, if they leave the facet or meet an obstacle, or if gravity does
+    not press the rock onto the facet. If the ground properties are drawn for each impact, all remaining bounces use the
+    properties of the next impact.
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
@@ -68,10 +70,10 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
 
 @kernel
 def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
-    """Return the squared speed (m^2/s^2) with which a bounce off a facet of normal n, or a later bounce, may rise.
+    """Return the largest squared speed (m^2/s^2) with which this or a later bounce on a facet of normal n may rise.
 
-    This is the speed off the facet, unless the next impact feels a normal other than n. That impact may turn all of the
-    speed upwards, so bounces do not die out as they do on a plane.
+    This is the squared speed off the facet, unless an effect changes the normal of the next impact. Such an impact may
+    turn the whole speed upwards, so the bounces do not die out as on a plane.
     """
     v = state.motion.v
     off = dot(v, n)
@@ -83,16 +85,16 @@ def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float
 
 @kernel
 def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
-    """True if no obstacle stands on a straight way from x (3,) m along which a rock moves in small bounces."""
+    """Return True if no obstacle stands on the straight path `way` (3,) m from x (3,) m, which the rock follows."""
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
 
 @kernel
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
-    """True if bounces that add up to two displacements (m) stay within facet f.
+    """Return True if all bounces whose sum is the displacements `along` + `down` (m) stay within facet f.
 
-    Partial sums grow monotonically in both displacements, so every bounce lies in their parallelogram; a facet is
-    convex.
+    Both partial sums grow monotonically, so every bounce lies in the parallelogram of the two displacements. A facet is
+    convex, so the corners of the parallelogram decide.
     """
     corners = (add(x, along), add(x, down), add(x, add(along, down)))
     inside = True

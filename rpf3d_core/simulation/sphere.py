@@ -1,9 +1,10 @@
 """Motion of a rigid sphere on the ground: the sphere's rules in the simulation loop.
 
-`Motion.x` is the centre, in flight and on the ground. On the ground its contacts hold the sphere (`sphere_hold`), and
-it moves in segments of constant acceleration (`kinetics.sphere_ground`). A segment ends where the centre comes over
-the end of a face, or where the sphere meets another contact (found as exactly as in flight). On edges and corners a
-segment ends before the normal has turned by CURVE. Then the centre is put back to its distance from the ground.
+`Motion.x` is the sphere's centre, in flight and on the ground. On the ground one to three contacts hold the sphere
+(`sphere_hold`), and it moves in segments of constant acceleration (`kinetics.sphere_ground`). A segment ends where the
+sphere rolls off the border of a facet, or where it meets another contact (found as exactly as in flight). On edges and
+corners a segment ends before the contact normal has turned by CURVE. After each segment, the centre is moved back to
+its distance R from the ground.
 """
 
 import math
@@ -56,12 +57,12 @@ from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 BENDS = 1e-4
-"""Length of a segment, over R (-), above which a segment that only bends does not count as a contact."""
+"""Length of a segment, divided by R (-): a longer segment that ends only because the path bends is not a contact."""
 WALL = 0.01
-"""Least share of gravity taken to press on a contact, for the decision whether an impact is slight (-).
+"""Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
 
 A sphere that rolls against a wall slower than 14 mm/s stays there (at a smallest bounce of 1 mm). Gravity does not
-press the sphere on the wall itself but along the floor, so its bounces off the wall would die out without an end.
+press the sphere onto the wall, so without this share the bounces between wall and floor would never end.
 """
 
 
@@ -78,7 +79,7 @@ def _take_off(state: State, motion: Motion) -> State:
 def roll_on(
     ground: SphereGround, physics: Physics, locator: Swept, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the state after the next segment on the ground, or after an impact with new ground, or at take-off."""
+    """Return the state after the next segment on the ground, after an impact on another contact, or at take-off."""
     facets, motion = physics.facets, state.motion
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
     if state.tally.idle >= WEDGED:
@@ -113,7 +114,10 @@ def roll_on(
 
 @kernel
 def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
-    """True if a small remaining slip that turns is removed at once; otherwise it would turn ever faster as it fades."""
+    """Return True if a small remaining slip must be set to zero at once.
+
+    This holds if gravity turns the direction of the slip: as the slip fades, its direction would turn ever faster.
+    """
     slips = norm(slip)
     if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
         return False
@@ -135,7 +139,10 @@ def _at_rest(state: State, motion: Motion) -> State:
 
 @kernel
 def _lift(held: Held, v: Vec, radius: float) -> float:
-    """Return the part of the push that motion around an edge or a corner takes up (m/s^2): v^2 / R; 0 on a face."""
+    """Return the centripetal acceleration (m/s^2) v^2 / R around an edge or a corner, which reduces the push.
+
+    On a facet, or between two contacts, the result is 0.
+    """
     if held.contacts != 1 or held.first.face:
         return 0.0
     across = without(v, held.first.along)
@@ -144,7 +151,7 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 @kernel
 def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
-    """Return the surface under the sphere; two contacts have the mean of their friction, weighted by their pushes."""
+    """Return the surface properties under the sphere; for two contacts, mean friction, weighted by the pushes."""
     first = ground_of(physics, held.first.facet, rock, state)
     if held.contacts == 1:
         return first
@@ -160,7 +167,7 @@ def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -
 
 @kernel
 def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
-    """Return the slip (3,) m/s against the contacts; between two contacts only the component along their line."""
+    """Return the slip (3,) m/s of the sphere on its contacts; for two contacts, only the component along their line."""
     slip = slip_of(motion.v, motion.w, n, radius)
     if held.contacts == 1:
         return slip
@@ -170,7 +177,7 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 
 
 class Lying(NamedTuple):
-    """A sphere on the ground: its motion, the contacts that hold it, and the direction n (3,) unit of their push."""
+    """A sphere on the ground: its motion, the contacts that hold the sphere, and the unit direction n (3,) of push."""
 
     motion: Motion
     held: Held
@@ -187,7 +194,7 @@ def _follow_piece(
     rock: RockContext,
     record: Record,
 ) -> State:
-    """Return the state at the end of a segment, or where the sphere meets ground, a gap or an obstacle on it."""
+    """Return the state at the end of a segment, or where the sphere first meets ground, a gap or an obstacle on it."""
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
     motion, held, n = lying.motion, lying.held, lying.n
     left = physics.settings.max_time - motion.t
@@ -232,7 +239,7 @@ def _follow_piece(
 
 @kernel
 def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: Loss, record: Record) -> State:
-    """Return the state of a sphere whose centre has passed through a cap on a segment, at the point of passage."""
+    """Return the end state of a sphere whose centre has passed through a cap, at the point of passage."""
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
     return State(motion=at, left=state.left, stands=False, tally=tally, outcome=loss.outcome, passed=state.passed)

@@ -1,8 +1,9 @@
-"""Contacts that hold a sphere on the ground: up to three, and the remainder of a vector that they allow.
+"""Find the contacts (up to three) that hold a sphere on the ground, and the motion that these contacts allow.
 
-A velocity or an acceleration is projected onto the cone of directions that no contact forbids: along one plane, along
-the line between two contacts, or to zero between three. The sphere rests on the offset surface of its centre: faces
-raised by R, cylinders around edges, balls around corners.
+A velocity or an acceleration is projected onto the cone of directions that no contact forbids. One contact leaves the
+component along its plane, two contacts leave the component along their common line, three contacts leave zero. The
+centre of the sphere moves on an offset surface of the terrain: facets raised by R, cylinders of radius R around edges,
+balls of radius R around corners.
 """
 
 from typing import Any, NamedTuple
@@ -16,19 +17,22 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TRIES = 8
-"""Largest number of contacts that are tried in turn; on a sound mesh three are enough."""
+"""Largest number of contacts that are tried one after another; on a mesh without defects three are enough."""
 LEADING = 5e-10
 """Share of a vector that counts as rounding (-).
 
-It is half of GRAZING, so that contacts that a sweep meets at once are found here too.
+This is half of GRAZING, so that contacts that a sweep of the moving sphere meets at time 0 are found here too.
 """
 
 
 class Held(NamedTuple):
-    """The contacts that hold a sphere, and the remainder of a vector that they allow.
+    """The contacts that hold a sphere against a vector, and the component of the vector that they allow.
 
-    contacts : 0 to 3; first, second : the contacts, if there are any; pushes : of each, in the unit of the vector
-    way : (3,) remainder of the vector
+    The vector is a velocity (m/s) or an acceleration (m/s^2).
+
+    contacts : number of contacts, 0 to 3; first, second : the first two contacts
+    pushes : push of the first and of the second contact, in the unit of the vector
+    way : (3,) component of the vector that the contacts allow
     """
 
     contacts: int
@@ -40,7 +44,7 @@ class Held(NamedTuple):
 
 @kernel
 def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
-    """Return the contact of a sphere that stands most against its way; facet -1 if no contact does."""
+    """Return the contact that blocks the sphere's direction of motion most; facet -1 if no contact blocks it."""
     x, reach = against.x, against.radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
     low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
@@ -49,9 +53,9 @@ def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
 
 @kernel
 def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec) -> Held:
-    """Return the contacts that hold a sphere against `way`, and the remainder of `way` that they allow.
+    """Return the contacts that hold a sphere against the vector `way`, and the component of `way` that they allow.
 
-    Contacts that the sphere moves off with velocity v do not count.
+    Contacts from which the velocity v moves the sphere away do not count.
     """
     noise = LEADING * norm(way)
     held = Held(contacts=0, first=NO_TOUCH, second=NO_TOUCH, pushes=(0.0, 0.0), way=way)
@@ -71,13 +75,16 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
-    """Return the remainder along the plane of one contact."""
+    """Return the hold of one contact: it allows the component of `way` along its plane."""
     return Held(contacts=1, first=touch, second=NO_TOUCH, pushes=(-dot(way, touch.n), 0.0), way=without(way, touch.n))
 
 
 @kernel
 def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
-    """Return the remainder along the line between two contacts, or along one of them if the other does not push."""
+    """Return the hold of two contacts: they allow the component of `way` along their line.
+
+    If one contact does not push, return the hold of the other contact alone.
+    """
     line = cross(first.n, second.n)
     sine = norm(line)
     if sine <= PARALLEL:
@@ -94,7 +101,11 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
 @kernel
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
-    """Return the remainder of three contacts: by the third alone, or with one other, if all allow it; else none."""
+    """Return the hold of three contacts.
+
+    The third contact alone, or with one other contact, holds the sphere if the remaining contacts allow the resulting
+    direction. Otherwise all three contacts hold the sphere fast.
+    """
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:
         return alone
@@ -109,12 +120,12 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Return three contacts that hold the sphere fast, with a remainder of zero."""
+    """Return the hold of three contacts that allow no motion."""
     return Held(contacts=3, first=first, second=second, pushes=(0.0, 0.0), way=ZERO)
 
 
 @kernel
 def resultant(held: Held) -> tuple[Vec, float]:
-    """Return the direction (3,) unit of the contacts' common push, and the sum of their pushes."""
+    """Return the unit direction (3,) of the resultant push of all contacts, and the sum of their pushes."""
     both = add(scale(held.pushes[0], held.first.n), scale(held.pushes[1], held.second.n))
     return scale(1.0 / norm(both), both), held.pushes[0] + held.pushes[1]

@@ -1,4 +1,4 @@
-"""Impacts of a rigid sphere, and its release: `Motion.x` is its centre."""
+"""Release and impacts of a rigid sphere; `Motion.x` is the sphere's centre."""
 
 import math
 from typing import Any
@@ -26,7 +26,7 @@ LIFTS = 64
 
 @locator_for.rule(CoulombSphere)
 def locator_of_sphere(model: CoulombSphere, locator: Any, rock: RockContext) -> Swept:
-    """Return the locator for a sphere of the rock's own radius."""
+    """Return the contact search for a sphere with the rock's radius."""
     return Swept(locator, rock.rock.radius)  # type: ignore[union-attr]  # the model asks for the rock
 
 
@@ -34,8 +34,9 @@ def locator_of_sphere(model: CoulombSphere, locator: Any, rock: RockContext) -> 
 def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
     """Return the motion of a sphere at its release, lifted straight up until it no longer overlaps the ground.
 
-    Each step lifts the sphere until it would only touch its nearest point of the ground. That is never too far, so the
-    sphere comes to touch the ground from below. Under an overhang it may never do so, and stays where the steps end.
+    Each step lifts the sphere until it only touches the ground point that was nearest before the step. A step never
+    lifts the sphere too far, so the steps approach the touching position from below. Under an overhang there may be no
+    such position; the sphere then stays where the last step ends.
     """
     x, radius = motion.x, locator.radius
     for _ in range(LIFTS):
@@ -48,7 +49,10 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 
 @kernel
 def _lift_off(touch: Touch, radius: float) -> float:
-    """Return how far up (m) the centre is one radius off its nearest point; if that point is above, their overlap."""
+    """Return the lift (m) after which the centre is one radius from the nearest ground point `touch`.
+
+    If the nearest point is above the centre, return the overlap of sphere and ground instead.
+    """
     up = touch.t * touch.n[2]
     if up < 0.0:
         return radius - touch.t
@@ -57,7 +61,7 @@ def _lift_off(touch: Touch, radius: float) -> float:
 
 @kernel
 def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
-    """Return the feature nearest to x, among the features in a box that reaches `reach` (m) around x."""
+    """Return the facet, edge or corner nearest to point x, within a box of half side `reach` (m) around x."""
     wide = (reach, reach, reach)
     low = x[0] - reach, x[1] - reach, x[2] - reach
     return scan(locator, facets, low, add(x, wide), Nearest(x), NO_TOUCH)  # type: ignore[no-any-return]
@@ -65,9 +69,9 @@ def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
 
 @kernel
 def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
-    """True if a speed (m/s) along n would carry a sphere less than smallest_bounce off a contact.
+    """Return True if a speed (m/s) along the contact normal n would lift a sphere by less than smallest_bounce.
 
-    least : least share of gravity taken to press on the contact (-)
+    least : least share of gravity that is assumed to press on the contact (-)
     """
     pressed = physics.settings.gravity * max(n[2], least)
     return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce
@@ -75,7 +79,7 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
 @land.rule(Touch)
 def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after a contact in flight: a sphere that only grazes lies down, otherwise it has an impact."""
+    """Return the state after a contact in flight: a grazing sphere stays on the ground, any other has an impact."""
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)
     grazes = into <= GRAZING * norm(motion.v)
@@ -113,7 +117,7 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
 
 @kernel
 def lie(state: State, facet: int, motion: Motion) -> State:
-    """Return the state of a sphere that lies on a facet with a motion along the facet."""
+    """Return the state of a sphere that begins sustained contact with a facet; its motion is along the facet."""
     tally = with_ground(state.tally, facet, norm(motion.v))
     return State(
         motion=motion,
@@ -127,6 +131,9 @@ def lie(state: State, facet: int, motion: Motion) -> State:
 
 @kernel
 def wedged(physics: Physics, motion: Motion) -> int:
-    """Return the outcome of a sphere without progress: stopped if it could no longer rise by smallest_bounce."""
+    """Return the outcome of a sphere that makes no progress: STOPPED if too slow to rise by smallest_bounce.
+
+    Otherwise the contact is unresolved.
+    """
     slow = dot(motion.v, motion.v) <= 2.0 * physics.settings.gravity * physics.settings.smallest_bounce
     return STOPPED if slow else UNRESOLVED

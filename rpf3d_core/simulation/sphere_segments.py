@@ -1,4 +1,4 @@
-"""Segments of a sphere's path on the ground: how long one lasts, and where and how it ends."""
+"""Path segments of a sphere on the ground: the duration of a segment, and the sphere's place and motion at its end."""
 
 import math
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 CURVE = 1.0 / 32.0
-"""Largest length of a segment on an edge or a corner, over R (-): the normal turns by 1.8 degrees."""
+"""Largest length of a segment on an edge or a corner, divided by R (-): the normal turns by 1.8 degrees."""
 
 
 class Span(NamedTuple):
@@ -28,9 +28,9 @@ class Span(NamedTuple):
 
 @kernel
 def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
-    """Return the time until the centre comes over the end of a face, but at most t (s).
+    """Return the duration of a segment: until the contact point passes the border of its facet, but at most t (s).
 
-    Around an edge or a corner the segment also ends after the largest length that one segment may have.
+    Around an edge or a corner the segment also ends at the largest length of one segment, CURVE.
     """
     faces = held.first.face and (held.contacts == 1 or held.second.face)
     if held.first.face:
@@ -44,7 +44,7 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
 
 @kernel
 def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
-    """Return when the centre comes over the end of the face that it touches (s); inf if it never does."""
+    """Return the time (s) until the contact point passes the border of the facet that it lies on; inf if never."""
     f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
     foot = add(course.x, scale(-course.radius, touch.n))
     for k in range(3):
@@ -63,24 +63,27 @@ def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
 
 @kernel
 def normal_between(n: Vec, n_end: Vec, share: float) -> Vec:
-    """Return the normal (3,) unit after a share of a segment that begins with the normal n and ends with n_end."""
+    """Return the unit normal (3,) at a share (0 to 1) of a segment with normal n at its start and n_end at its end."""
     both = add(scale(1.0 - share, n), scale(share, n_end))
     return scale(1.0 / norm(both), both)
 
 
 @kernel
 def length_between(v: Vec, v_end: Vec, t: float) -> float:
-    """Return the length (m) of a segment between two velocities, by Simpson's rule: exact for a straight segment."""
+    """Return the length (m) of a segment of t seconds from its start and end velocities v and v_end.
+
+    Simpson's rule is exact for a straight segment.
+    """
     middle = norm(scale(0.5, add(v, v_end)))
     return t * (norm(v) + 4.0 * middle + norm(v_end)) / 6.0
 
 
 @kernel
 def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turns: bool) -> tuple[Vec, Vec]:
-    """Return the centre, put back to its distance from the ground, and the normal there.
+    """Return the sphere's centre, moved back to its distance R from the ground, and the normal at this position.
 
-    Around an edge or a corner, a segment of some length (m) leaves the ground by at most length^2 / 2R; on a face only
-    by rounding.
+    Around an edge or a corner, a segment leaves the ground by at most length^2 / 2R. On a facet it leaves the ground
+    only by rounding errors.
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius)
@@ -95,7 +98,7 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
 
 @kernel
 def turned_to(v: Vec, n: Vec) -> Vec:
-    """Return a velocity turned into the plane of n, with its speed kept."""
+    """Return the velocity v turned into the plane with normal n, with the same speed."""
     flat = without(v, n)
     speed = norm(flat)
     return scale(norm(v) / speed, flat) if speed > 0.0 else flat
@@ -103,5 +106,5 @@ def turned_to(v: Vec, n: Vec) -> Vec:
 
 @kernel
 def rolling_spin(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Return the spin (3,) rad/s of a sphere that rolls with v over ground of normal n; its spin about n is kept."""
+    """Return the spin (3,) rad/s of a sphere that rolls with velocity v on ground of normal n; spin about n is kept."""
     return add(scale(1.0 / radius, cross(n, v)), scale(dot(w, n), n))

@@ -9,14 +9,14 @@ from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
 
 NONE_PASSED = -1
-"""Number in place of an obstacle's for a rock that has met no obstacle since its last impact."""
+"""Value used instead of an obstacle number if the rock has met no obstacle since its last impact."""
 
 
 class RockTally(NamedTuple):
-    """Totals of a rock so far.
+    """Totals of a rock's path so far.
 
-    path : length, m; impacts : on the ground; meetings : with obstacles
-    pieces : path segments: flights, settlings, slides; contacts : impacts, meetings and slides
+    path : length, m; impacts : number of impacts on the ground; meetings : number of meetings with obstacles
+    pieces : number of path segments: flights, settlings, slides; contacts : number of impacts, meetings and slides
     speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at the first sustained contact (m/s), NaN before it; facet : of the last contact, -1 before it
     idle : path segments in a row without progress
@@ -34,10 +34,10 @@ class RockTally(NamedTuple):
 
 
 class State(NamedTuple):
-    """A rock between two events: it flies, or `stands` in sustained contact with the facets of `left`.
+    """The state of a rock between two events.
 
-    passed : number of the obstacle that the rock met last and has passed, until its next impact elsewhere; else
-        NONE_PASSED
+    stands : True if the rock is in sustained contact with the facets in `left`, False if it flies
+    passed : number of the obstacle that the rock met last and has passed; NONE_PASSED after an impact elsewhere
     """
 
     motion: Motion
@@ -67,7 +67,7 @@ def released(motion: Motion) -> State:
 
 @kernel
 def ended(state: State, outcome: int) -> State:
-    """Return the state of a rock that ends at its position with an outcome."""
+    """Return the state of a rock whose motion ends at its position, with the given outcome."""
     return State(
         motion=state.motion,
         left=state.left,
@@ -80,9 +80,9 @@ def ended(state: State, outcome: int) -> State:
 
 @kernel
 def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float) -> RockTally:
-    """Return the tally after a path segment of some length (m) that ended with `motion`.
+    """Return the tally after a path segment of the given length (m); `motion` is the motion at its end.
 
-    A segment no longer than the tolerance (m) is no progress.
+    A segment no longer than the tolerance (m) counts as no progress.
     """
     idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
@@ -101,7 +101,7 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
 
 @kernel
 def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
-    """Return the tally after an impact on a facet, after which the rock moves with `motion`."""
+    """Return the tally after an impact on a facet; `motion` is the motion just after the impact."""
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
         path=tally.path,
@@ -118,9 +118,11 @@ def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
 
 @kernel
 def with_meeting(tally: RockTally, facet: int) -> RockTally:
-    """Return the tally after an obstacle, which counts as a contact, so that no rock goes back and forth for ever.
+    """Return the tally after a meeting with an obstacle.
 
-    facet : that the rock lies on if it ends there, else -1
+    The meeting counts as a contact, so max_impacts also ends a rock that bounces between obstacles.
+
+    facet : facet that the rock lies on if its motion ends at the obstacle, else -1
     """
     return RockTally(
         path=tally.path,
@@ -137,14 +139,14 @@ def with_meeting(tally: RockTally, facet: int) -> RockTally:
 
 @kernel
 def past(motion: Motion, number: int) -> int:
-    """Return the number of the obstacle that a rock has passed; NONE_PASSED if its speed after the obstacle is zero."""
+    """Return `number`, the obstacle that a rock has passed; NONE_PASSED if the rock's speed after it is zero."""
     v = motion.v
     return NONE_PASSED if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0 else number
 
 
 @kernel
 def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
-    """Return the tally of a rock that enters sustained contact with a facet at some speed (m/s)."""
+    """Return the tally of a rock that enters sustained contact with a facet at a speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return RockTally(
         path=tally.path,
@@ -161,9 +163,10 @@ def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
 
 @kernel
 def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float, bends: bool) -> RockTally:
-    """Return the tally after a segment of sliding of some length (m) that ended with `motion`.
+    """Return the tally after a sliding segment of the given length (m); `motion` is the motion at its end.
 
-    A segment that only bends is no contact, and no sign that the rock makes no progress: the same slide goes on.
+    A segment that ends only because the path bends (`bends`) continues the same slide. It counts neither as a contact
+    nor as a segment without progress.
     """
     after = with_piece(tally, length, motion, tolerance)
     contacts, idle = tally.contacts + 1, after.idle

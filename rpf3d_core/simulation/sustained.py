@@ -1,4 +1,4 @@
-"""Sustained contact: when it begins, and how each ground model continues from there."""
+"""Sustained contact of a rock with the ground: when it begins, and how each ground model continues the motion."""
 
 import math
 from typing import Any, NamedTuple
@@ -42,18 +42,18 @@ Around a vertex of six facets this is enough to try each facet five times, with 
 STUCK = 16
 """Path segments in a row without progress after which a rock is treated as stuck.
 
-A stuck rock may slide along an edge up to a crack's width outside a facet, because two facets may hand the rock to each
-other without end. A stuck rock slower than STILL has stopped.
+Two facets may pass a rock to each other endlessly. A stuck rock may therefore slide along an edge up to a crack's width
+outside a facet. A stuck rock slower than STILL has stopped.
 """
 STILL = 1e-12
-"""Speed (m/s) below which a stuck rock has stopped: without friction, a rock in a gully moves in ever smaller steps."""
+"""Speed (m/s) below which a stuck rock has stopped. Without friction, a rock in a gully moves in ever smaller steps."""
 
 
 @model_function
 def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the next state of a rock in sustained contact; one rule per ground model.
 
-    locator : finds what the rock may meet on the way, for models that search for it
+    locator : contact search, for models that look for further contacts along the path
     """
 
 
@@ -61,9 +61,9 @@ def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 def stop_or_give_up(
     ground: NoGround, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the state after the thesis' stop (section 3.5): stopped below stop_speed, else unresolved.
+    """Return the end state by the rule of the thesis (section 3.5): STOPPED below stop_speed, else unresolved.
 
-    Above stop_speed the thesis has no rule for the motion that follows.
+    Above stop_speed the thesis has no rule for the following motion.
     """
     surface = ground_of(physics, state.left.facet, rock, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
@@ -73,15 +73,15 @@ def stop_or_give_up(
 def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the state after one segment of sliding or rolling, on a facet or in a gully.
 
-    At its end the rock stops, turns, or flies off the facet that it has left. This is the rule of all ground models
-    that have a `Law`.
+    At the end of the segment the rock stops, changes its direction, or flies off the facet. All ground models that have
+    a `Law` use this rule.
     """
     return along_piece(physics, state, _slide(physics, state, rock), rock, record)
 
 
 @kernel
 def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record) -> State:
-    """Return the state after a path segment on the ground, or at the first obstacle on the segment."""
+    """Return the state at the end of a path segment on the ground, or at the first obstacle on the segment."""
     meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
         n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
@@ -104,7 +104,7 @@ def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockC
 
 @kernel
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
-    """Return the first obstacle on the chord of a path segment on the ground; its time is a share of the chord (-)."""
+    """Return the first obstacle on the chord of a ground segment; `Meeting.t` is a share of the chord (-)."""
     way = subtract(piece.motion.x, state.motion.x)
     return first_obstacle(effects, Arc(x=state.motion.x, v=way, gravity=0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
 
@@ -113,10 +113,9 @@ def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockConte
 def at_obstacle_on(
     physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock that meets an obstacle on a path segment: it stands, lies against it, or is caught.
+    """Return the state of a rock that meets an obstacle on a ground segment: it moves on, stops there, or is caught.
 
-    Of its velocity after the obstacle the rock keeps the component along the ground, whose normal is n (3,), or along
-    the line of its gully.
+    The rock keeps only the component of its new velocity along the ground with normal n (3,), or along its gully.
     """
     before = on_piece(state.motion, piece.motion, meeting.t)
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
@@ -137,10 +136,10 @@ def at_obstacle_on(
 
 @kernel
 def on_piece(start: Motion, end: Motion, share: float) -> Motion:
-    """Return the motion after a share of the chord of a segment on the ground; the squared speed grows evenly along it.
+    """Return the motion at a share (0 to 1) of the chord of a ground segment, by interpolation.
 
-    So the energy lies between the energies at the ends, and the motion at either end is that of the segment, to
-    rounding.
+    The squared speed changes linearly along the chord, so the energy lies between the energies at both ends. At share 0
+    and 1 the result equals the start and end motion, except for rounding errors.
     """
     begin2, end2 = dot(start.v, start.v), dot(end.v, end.v)
     speed = math.sqrt(max(begin2 + share * (end2 - begin2), 0.0))
@@ -157,17 +156,17 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
 
 @kernel
 def along_line(v: Vec, line: Vec) -> Vec:
-    """Return the component of v along the direction of another vector; zero if that vector is zero."""
+    """Return the component of vector v along the vector `line`; zero if `line` is zero."""
     square = dot(line, line)
     return scale(dot(v, line) / square, line) if square > 0.0 else ZERO
 
 
 @kernel
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
-    """Return the outcome after a segment of sliding, or MOVING.
+    """Return the outcome after a sliding segment, or MOVING.
 
-    A rock that goes round in a corner has stopped if it is slow, which means that it could no longer rise by
-    smallest_bounce; else its contact is unresolved.
+    A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
+    contact is unresolved.
     """
     if piece.late:
         return MAX_TIME
@@ -183,7 +182,7 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 
 @kernel
 def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
-    """Return one segment of sliding from the position of the rock."""
+    """Return the next sliding segment, from the present position of the rock."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
     first = ground_of(physics, left.facet, rock, state)
     time_left = settings.max_time - motion.t
@@ -204,7 +203,10 @@ def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
 
 @kernel
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
-    """Return the facet that the rock has just slid off, and the facet before it if the segment had no length."""
+    """Return the `PreviousContact` with the facet that the rock has just slid off.
+
+    If the segment has no length, the result also keeps the facet before that facet.
+    """
     facet = left.facet if piece.left_first else left.other
     return PreviousContact(
         facet=facet, other=-1, side=left.side, resting=True, before=left.before if piece.length <= tolerance else -1
@@ -212,7 +214,7 @@ def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -
 
 
 class Hold(NamedTuple):
-    """The facets that hold a rock in sustained contact (`left.facet` -1: none), and the velocity that they leave it."""
+    """The facets that hold a rock in sustained contact (`left.facet` -1: none), and the velocity the rock keeps."""
 
     left: PreviousContact
     v: Vec
@@ -220,12 +222,12 @@ class Hold(NamedTuple):
 
 @kernel
 def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec) -> Hold:
-    """Return the hold on a rock that slid, or was released, onto a facet: this facet, a gully with the last, or none.
+    """Return how a facet holds a rock that slides, or is released, onto it: the facet alone, a gully, or no hold.
+
+    The gully lies between this facet and the last one. A contact that lifts the rock by less than smallest_bounce is
+    not an impact; otherwise a rock would lose speed at every slight kink of a mesh.
 
     n : (3,) normal of the facet, turned towards the rock
-
-    A contact that lifts the rock by less than smallest_bounce is no impact: otherwise sliding over the slight kinks of
-    a mesh would cost speed at every facet.
     """
     v, last = state.motion.v, state.left.facet
     into, g_n = -dot(v, n), settings.gravity * n[2]
@@ -239,17 +241,16 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
             return Hold(
                 PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
             )
-        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; undersides carry no rock
+        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; an overhang holds no rock
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 
 
 @kernel
 def _held_line(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec, slight: bool) -> Vec:
-    """Return the direction of the line between the contact's facet (normal n) and the last facet if they hold the rock.
+    """Return the direction of the gully between the contact's facet (normal n) and the last facet; zero if no gully.
 
-    Both facets must push, and the rock must climb neither facet by smallest_bounce. Facets that are almost one plane
-    hold the rock only if it goes back and forth between them without progress. Returns zero if the facets do not hold
-    the rock.
+    Two facets form a gully if both push the rock, and if the rock climbs neither facet by smallest_bounce or more. Two
+    facets that are almost one plane hold the rock only if it goes back and forth between them without progress.
     """
     last, x, v = state.left.facet, state.motion.x, state.motion.v
     if last < 0 or last == contact.facet or not state.left.resting or contact.side != state.left.side:
@@ -263,7 +264,7 @@ def _held_line(facets: Facets, settings: Settings, state: State, contact: Contac
     if one_plane:
         return line
     if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):
-        return ZERO  # both facets of a ridge push as those of a gully do, but they hold no rock
+        return ZERO  # the formula also gives two pushes at a ridge, but a ridge holds no rock
     held = gully(n, m, line, settings.gravity)
     weakest = -WEAKEST * settings.gravity
     if held.first < weakest or held.second < weakest:

@@ -2,9 +2,9 @@
 
 The angle is between velocity and surface: 90 degrees for a rock that falls straight onto the surface. Tests show that
 R_n falls and R_t rises with this angle (Heidenreich 2004, EPFL thesis 3084; Wang et al. 2018, NHESS 18:3045; physics
-reference 1.6 and 1.7). At small angles R_n may well be above 1: a rock that comes in flat trips over its corners, and
-turns speed along the ground and spin into height. A lumped mass has no spin to take energy from. So its gain along the
-normal is limited to its loss along the ground: kinetic energy never rises.
+reference 1.6 and 1.7). At small angles R_n may be above 1: a rock that hits the ground at a flat angle trips over its
+corners, and turns speed along the ground and spin into height. A lumped mass has no energy of spin. The model therefore
+limits the energy gained along the normal to the energy lost along the ground: kinetic energy never rises.
 """
 
 import math
@@ -82,5 +82,5 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def by_angle_rest(
     model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a rest that is not summed: every bounce changes the angle of the next, and flat bounces may grow again."""
+    """Return a `Rest` without a sum: each bounce changes the next impact angle, and flat bounces may grow again."""
     return endless(motion)

@@ -5,12 +5,12 @@ With v_n and v_t the velocities into and along the ground:
     normal     v_n' = -R_n v_n
     along      |v_t'| = max(R_t |v_t|, |v_t| - mu (1 + R_n) |v_n|) in the direction of v_t
 
-R_n, R_t and mu, the tangent of the friction angle, are the material's. An impact changes the speed along the normal by
-(1 + R_n) |v_n|. So its normal impulse is m (1 + R_n) |v_n|, and Coulomb friction gives at most mu times that along the
-ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no such bound: as bounces get smaller, R_t
-takes the same share of the speed along the ground by ever smaller impulses. Kinetic energy never rises.
+R_n, R_t and mu, the tangent of the friction angle, belong to the material. An impact changes the speed along the normal
+by (1 + R_n) |v_n|. So its normal impulse is m (1 + R_n) |v_n|, and Coulomb friction gives at most mu times this impulse
+along the ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no such limit: even a very small
+bounce, with a very small impulse, would lose the same share of its speed along the ground. Kinetic energy never rises.
 
-The bounces on a plane. A rock leaves the plane with the speed w along the normal and the velocity u along the plane.
+Bounces on a plane: a rock leaves the plane with the speed w along the normal and the velocity u along the plane.
 Bounce k takes T_k = T R_n^k, T = 2 w / g_n, and the impact after it leaves the share
 
     s_k = max(R_t, 1 - c T_k / |u_k + g_t T_k|),    c = mu (1 + R_n) g_n / 2,
@@ -19,9 +19,10 @@ so u_{k+1} = s_k (u_k + g_t T_k). All velocities are a_k u_0 + b_k g_t with a_{k
 b_{k+1} = s_k (b_k + T_k). a_k and b_k are never negative, so the sums of the displacements grow in both directions.
 Two regimes have closed forms, for all bounces from one bounce on:
 
-    friction for good   |u| is large against the remaining change, (|g_t| + c) T / (1 - R_n): each impact takes c T_k
-                        in a direction that does not turn any more
-    R_t for good        R_t <= R_n and |u| / T is so small that friction never limits: the constant model's series
+    friction only   |u| is much larger than the remaining change, (|g_t| + c) T / (1 - R_n): each further impact takes
+                    c T_k, and the direction no longer changes
+    R_t only        R_t <= R_n and |u| / T is so small that friction never limits the loss: the series of the constant
+                    model
 
 Other bounces are summed one after the other.
 """
@@ -37,13 +38,13 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 STEADY = 1e-6
-"""Remaining change of the speed along the ground, over that speed (-), below which a closed form is used.
+"""Ratio (-) of the remaining speed change along the ground to this speed, below which a closed form is used.
 
 The closed form leaves out the square of this share: 1e-12 of the speed.
 """
 
 SPENT = 1e-12
-"""Share of the time of the first bounce (-) below which later bounces are left out; their length is its square."""
+"""Share (-) of the first bounce's time below which later bounces are left out; their length is the square of this."""
 
 MOST_BOUNCES = 2000
 """Largest number of bounces summed one after the other; enough for R_n up to 0.986."""
@@ -54,7 +55,7 @@ class CoulombLimited(NamedTuple):
 
 
 class SummedBounces(NamedTuple):
-    """A sum of bounces on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
+    """The sum of some bounces on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
 
     a (-), b (s), A (s), B (s^2); T : s, time of the next bounce
     """
@@ -70,7 +71,7 @@ class Plane(NamedTuple):
     """The values that all bounces on one plane share.
 
     r, q : R_n and R_t (-); u : (3,) m/s along the plane at the start; g_t : (3,) m/s^2, gravity along the plane
-    pull : |g_t| (m/s^2); c : m/s^2, friction takes c T of the speed along the plane after a bounce of T seconds
+    pull : |g_t| (m/s^2); c : m/s^2, after a bounce of T seconds friction reduces the speed along the plane by c T
     """
 
     r: float
@@ -83,14 +84,14 @@ class Plane(NamedTuple):
 
 @rebound.rule(CoulombLimited)
 def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound of a lumped mass: its loss along the ground is that of R_t or of friction, if smaller."""
+    """Return the rebound of a lumped mass; its loss along the ground is the smaller of the R_t and friction losses."""
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
 
 
 @kernel
 def share_kept(R_t: float, speed: float, most: float) -> float:
-    """Return the share (-) of the speed along the ground (m/s) after an impact: R_t, or more if that takes over `most`.
+    """Return the share (-) of the speed along the ground that remains after an impact: R_t, or more if `most` limits.
 
     most : largest loss of speed along the ground (m/s)
     """
@@ -101,11 +102,11 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 def coulomb_limited_rest(
     model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the sum of the bounces on a plane, as at the top of this file.
+    """Return the sum of all bounces on a plane, by the formulas at the top of this file.
 
     The error is below 1e-10 of the largest speed.
 
-    If R_n is above 0.986 and neither regime is reached within MOST_BOUNCES, the bounces are flown.
+    If R_n is above 0.986 and neither regime begins within MOST_BOUNCES, each bounce is computed as a flight.
     """
     r, q = surface.R_n, surface.R_t
     if r >= 1.0:
@@ -136,7 +137,7 @@ def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
 
 @kernel
 def _settled(plane: Plane, state: SummedBounces) -> bool:
-    """True if a closed form is valid from here on."""
+    """Return True if a closed form is valid for all further bounces."""
     speed = norm(_speed(plane, state))
     return _limited_for_good(plane, speed, state.T) or _constant_for_good(plane, speed, state.T)
 
@@ -149,7 +150,7 @@ def _speed(plane: Plane, state: SummedBounces) -> Vec:
 
 @kernel
 def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """Return the sum with one more bounce, and the impact after that bounce."""
+    """Return the sum with one more bounce and its impact added."""
     T = state.T
     flown = SummedBounces(
         a=state.a, b=state.b + T, A=state.A + state.a * T, B=state.B + (state.b + 0.5 * T) * T, T=plane.r * T
@@ -160,7 +161,7 @@ def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """True if friction takes c T_k at each impact from here on, from a speed (m/s) that hardly changes any more."""
+    """Return True if friction takes c T_k at every further impact, and the speed (m/s) hardly changes any more."""
     change = (plane.pull + plane.c) * T / (1.0 - plane.r)
     steady = change <= STEADY * speed and plane.c * T <= (1.0 - plane.q) * (speed - change)
     return plane.c == 0.0 or steady
@@ -168,7 +169,7 @@ def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """True if R_t takes less than friction would at each impact from here on.
+    """Return True if at every further impact the loss by R_t is smaller than the loss by friction.
 
     x_k = |u_k + g_t T_k| / T_k must be at most c / (1 - R_t). The first x_k is at most |u| / T + |g_t|, and
     x_{k+1} <= (R_t / R_n) x_k + |g_t|. So x_k exceeds neither its first value nor |g_t| R_n / (R_n - R_t).
@@ -180,11 +181,11 @@ def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """Return the sum of all bounces, with the rest in one of the two regimes; in neither, the rest is left out.
+    """Return the sum of all bounces; the remaining bounces are added by the closed form of their regime.
 
-    t = T / (1 - R_n) is the time that the rest takes.
-    Friction for good, to first order of c t / |u|: a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k) with
-    sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)), B = t^2 / 2. R_t for good: as in `sum_of_bounces`.
+    If neither regime applies, the remaining bounces are left out. They take the time t = T / (1 - R_n).
+    Friction only, to first order of c t / |u|: a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k) with
+    sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)), B = t^2 / 2. R_t only: as in `sum_of_bounces`.
     """
     r, T, speed = plane.r, state.T, norm(_speed(plane, state))
     t = T / (1.0 - r)
@@ -201,7 +202,7 @@ def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _joined(first: SummedBounces, then: SummedBounces) -> SummedBounces:
-    """Return the sum of two series of bounces: `then` starts with the velocity at the end of `first`."""
+    """Return the total of two consecutive sums of bounces: `then` starts with the velocity at the end of `first`."""
     return SummedBounces(
         a=then.a * first.a,
         b=then.a * first.b + then.b,

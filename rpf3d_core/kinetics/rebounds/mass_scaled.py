@@ -18,8 +18,8 @@ from rpf3d_core.vectors import dot
 class MassScaled(NamedTuple):
     """Rebound with R_n scaled by mass and speed.
 
-    C : kg at which half of the material's R_n is left
-    K : m/s into the ground at which half of it is left, inf for no scaling by speed
+    C : mass (kg) at which R_n is half of the material's R_n
+    K : speed into the ground (m/s) at which R_n is half of the material's R_n; inf for no scaling by speed
     """
 
     C: float
@@ -38,6 +38,6 @@ def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, roc
 def mass_scaled_rest(
     model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the series with R_n scaled by mass; off by as much as `velocity_scaled_rest`."""
+    """Return the sum of all bounces with R_n scaled by mass; its error is the same as in `velocity_scaled_rest`."""
     R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

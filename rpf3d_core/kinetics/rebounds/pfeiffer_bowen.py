@@ -29,13 +29,13 @@ from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract
 
 AT_REST = 1.2
-"""Constant of the friction function (-) that keeps it finite where nothing slips."""
+"""Constant (-) of the friction function that keeps the function finite at zero slip."""
 
 
 class PfeifferBowen(NamedTuple):
     """Rebound of a rolling sphere by CRSP's equations.
 
-    K, A, B : m/s, the speeds at which normal restitution, friction and scaling give way
+    K, A, B : m/s, the reference speeds of normal restitution, of friction and of scaling in the equations above
     """
 
     K: float
@@ -52,7 +52,7 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)
     w_n = scale(dot(motion.w, n), n)
     w_t = subtract(motion.w, w_n)
-    rolling = scale(radius, cross(w_t, n))  # the velocity at which this spin would roll
+    rolling = scale(radius, cross(w_t, n))  # the velocity of a sphere that rolls with this spin
     slip = norm(subtract(v_t, rolling))
     share = friction(surface.R_t, slip / model.A) * scaling(surface.R_n, surface.R_t, v_n, model.B)
     energy = SPHERE_INERTIA_RATIO * dot(rolling, rolling) + dot(v_t, v_t)  # twice the energy along the ground, per kg
@@ -80,12 +80,13 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the series with the limits of the coefficients for slow bounces of a rock that rolls from one to the next.
+    """Return the sum of all bounces, with the limits of R_n and R_t for slow bounces of a rolling rock.
 
-    R_n is the material's. An impact leaves the share sqrt(R_t f(0)) of the speed along the ground, which is R_t of the
-    series. For a bounce that rises by h, both are off by shares of about 2 g h / K^2 and (8 g h tan^2(slope)) / A^2.
-    The speed that gravity adds in flight is treated as if the spin had followed it. That makes the way down too long,
-    but by no more than 8 h tan(slope) r q / ((1 - r q) (1 - r^2)): for bounces of 1 mm that is millimetres.
+    The limit of R_n is the material's R_n. The limit of R_t is sqrt(R_t f(0)), the share of the speed along the ground
+    that remains after an impact. For a bounce that rises by h, the relative errors of both limits are about 2 g h / K^2
+    and (8 g h tan^2(slope)) / A^2. The sum assumes that the spin follows the speed that gravity adds in flight. So the
+    displacement down the slope is too long, by at most 8 h tan(slope) r q / ((1 - r q) (1 - r^2)): millimetres for
+    bounces of 1 mm.
     """
     q = math.sqrt(surface.R_t * friction(surface.R_t, 0.0))
     return sum_of_bounces(surface.R_n, q, motion, n, gravity)

@@ -7,9 +7,10 @@ from rpf3d_core.vectors import dot, norm, scale
 
 @kernel
 def heading(v_t: Vec, rolling: Vec) -> Vec:
-    """Return the unit direction of a rock along the ground: of its motion or, without motion, of its spin's rolling.
+    """Return the unit direction (3,) of a rock along the ground; zero if both vectors are zero.
 
-    v_t : (3,) m/s along the ground; rolling : (3,) the direction of w x n. Zero if both are zero.
+    v_t : (3,) m/s, velocity along the ground; gives the direction unless it is zero
+    rolling : (3,) vector along w x n, the direction in which the spin rolls the rock
     """
     there = v_t if dot(v_t, v_t) > 0.0 else rolling
     speed = norm(there)

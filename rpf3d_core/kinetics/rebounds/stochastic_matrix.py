@@ -8,9 +8,9 @@ Signs, which a user's values must follow: v_t is the speed along the ground, in 
 is the speed into the ground before the impact, and away from the ground after it. w is the spin about n x t, positive
 for a rolling rock. So diag(R_t, R_n, 0) is a lumped mass that leaves without spin. Spin about n and t is kept.
 
-Normal numbers have no bounds, so two rules are added (D). If a draw would send the rock into the ground, v_n' is that
-of the mean matrix, or zero. If its kinetic energy would rise, including the rotation 2/5 (R w)^2, all three components
-are scaled down so that the energy stays the same.
+Normal numbers have no bounds, so two rules are added (D). If the drawn matrix would send the rock into the ground, v_n'
+is computed with the mean matrix, and is at least zero. If the kinetic energy, with the rotation 2/5 (R w)^2, would
+rise, all three components are scaled down so that the energy stays the same.
 """
 
 import math
@@ -32,9 +32,10 @@ Nine = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class StochasticMatrix(NamedTuple):
-    """Rebound by a drawn matrix A.
+    """Rebound by a randomly drawn matrix A.
 
-    mean : (3, 3), of A; root : (9, 9) lower triangular, root root^T is the covariance of A row by row
+    mean : (3, 3) mean of A
+    root : (9, 9) lower triangular; root root^T is the covariance of the nine coefficients of A, row by row
     """
 
     mean: Any
@@ -74,7 +75,7 @@ def _nine_normals(key: RockKey, number: int) -> Nine:
 
 @kernel
 def _normal(key: RockKey, k: int, number: int) -> float:
-    """Return the k-th of the nine numbers; k stands in the place of the zone in other draws."""
+    """Return the k-th of the nine numbers; k takes the place that the zone has in other random numbers."""
     return standard_normal(uniform_at(key.seed, key.source, key.rock, STREAM + k * ZONES, number))
 
 
@@ -116,5 +117,5 @@ def _energy(state: Vec) -> float:
 def drawn_rest(
     model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a rest that is not summed: every bounce is drawn."""
+    """Return a `Rest` without a sum, because a new matrix is drawn for every bounce."""
     return endless(motion)

@@ -1,4 +1,4 @@
-"""The thesis' transform of the velocity at an impact as printed, for reproduction only."""
+"""The velocity transform of the thesis for an impact, exactly as printed; only for the reproduction of its results."""
 
 import math
 from typing import NamedTuple
@@ -37,5 +37,5 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 def thesis_rest(
     model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the printed transform."""
+    """Return a `Rest` of zero duration, below `smallest_bounce`: no closed form is known for the printed transform."""
     return at_once(motion, n)

@@ -1,8 +1,8 @@
 """Normal restitution from a single speed: R_n = v_half / (|v_n| + v_half).
 
-A soft impact is elastic, a hard impact is not; at v_half, half of the speed into the ground is left. After Bourrier and
-Dorren, as in PlatRock 2 (CC; it allows 0 to 50 m/s and proposes 10; physics reference 1.11). R_n of the material is not
-used.
+A slow impact is nearly elastic, a fast impact is not. At v_half, the rock keeps half of its speed along the normal.
+After Bourrier and Dorren, as in PlatRock 2 (CC; it allows 0 to 50 m/s and proposes 10; physics reference 1.11). R_n of
+the material is not used.
 """
 
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from rpf3d_core.vectors import dot
 class VHalf(NamedTuple):
     """Rebound with R_n from the speed into the ground.
 
-    speed : v_half, m/s into the ground at which half of that speed is given back, above 0
+    speed : v_half > 0, the speed into the ground (m/s) at which R_n is 1/2
     """
 
     speed: float
@@ -31,7 +31,7 @@ def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock:
 
 @rest_of_bounces.rule(VHalf)
 def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a rest that ends at once: with this model bounces have no end, because R_n tends to 1.
+    """Return a `Rest` of zero duration: with this model bounces never end, because R_n tends to 1 for small bounces.
 
     1 / v_k = 1 / v_0 + k / v_half, so the times of all bounces have no finite sum. A rise of 1 mm is reached after
     about v_half / (0.14 m/s) bounces. The bounces that are left out have a finite length. Let T_0, v_0 and u_0 be the

@@ -18,7 +18,7 @@ from rpf3d_core.vectors import dot
 class VelocityScaled(NamedTuple):
     """Rebound with R_n scaled by speed.
 
-    K : m/s into the ground at which half of the material's R_n is left
+    K : speed into the ground (m/s) at which R_n is half of the material's R_n
     """
 
     K: float
@@ -26,7 +26,7 @@ class VelocityScaled(NamedTuple):
 
 @kernel
 def halved(x: float) -> float:
-    """Return 1 / (1 + x^2): the remaining share of a coefficient, half of it at x = 1."""
+    """Return the scaling factor 1 / (1 + x^2) of a coefficient: 1/2 at x = 1."""
     return 1.0 / (1.0 + x * x)
 
 
@@ -40,9 +40,9 @@ def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: 
 def velocity_scaled_rest(
     model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the series with the material's R_n, which is the limit for slow bounces.
+    """Return the sum of all bounces with the material's R_n, which is the limit for slow bounces.
 
-    For a bounce that rises by h at most, v_n^2 = 2 g h. So R_n is too high by a share 2 g h / K^2, 2.3e-4 at 1 mm. Time
-    and place of the stop are off by no more than 1 / (1 - R_n) times that share of the sum.
+    For a bounce that rises by at most h, v_n^2 = 2 g h. R_n is therefore too high by the share 2 g h / K^2 (2.3e-4 at
+    1 mm). The relative error of the stop's time and place is at most 1 / (1 - R_n) times this share.
     """
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)

@@ -1,4 +1,4 @@
-"""Wyllie's law of normal restitution: an `angle_table` without a table.
+"""Wyllie's law of normal restitution: R_n is a power of the impact angle (for a table of angles, see `angle_table`).
 
 Wyllie 2014, Rock Fall Engineering: R_n = 19.5 theta^-1.03, theta in degrees between velocity and surface. The constants
 are those of RockGIS, which limits R_n to 2 (CC; physics reference 1.6). R_t is the material's. Kinetic energy never
@@ -17,7 +17,7 @@ from rpf3d_core.values import Motion, Vec
 FACTOR = 19.5
 EXPONENT = -1.03
 MOST = 2.0
-"""Largest R_n; the law reaches it at 9.1 degrees."""
+"""Largest R_n (-); the law gives this value at 9.1 degrees and below."""
 FLAT = 1.0
 """Angle (degrees) below which the power is not evaluated; R_n reaches its largest value far above this angle."""
 
@@ -34,11 +34,11 @@ def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, rock: RockCo
 
 @kernel
 def wyllie_R_n(angle: float) -> float:
-    """Return R_n (-) at an angle (degrees)."""
+    """Return R_n (-) at an impact angle (degrees)."""
     return min(MOST, FACTOR * float(max(angle, FLAT) ** EXPONENT))
 
 
 @rest_of_bounces.rule(Wyllie)
 def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a rest that is not summed, for the reason given in `by_angle_rest`."""
+    """Return a `Rest` without a sum, for the reason given in `angle_table.by_angle_rest`."""
     return endless(motion)
