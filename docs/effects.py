@@ -126,7 +126,7 @@ effects:
   2000, 3000, 4500. They are unconfirmed: look them up for the product.
 """,
 }
-"""What the page says of some of them beside their summary."""
+"""What the page says of some of them next to their summary."""
 
 
 def document(listed: list[CatalogueEntry]) -> str:

@@ -27,7 +27,7 @@ def generate_launch_description() -> LaunchDescription:
             ),
             DeclareLaunchArgument("scene", default_value="", description="scene file for the simulator"),
             DeclareLaunchArgument("site_file", default_value="", description="areas and thresholds; empty: no alerts"),
-            DeclareLaunchArgument("decision_log", default_value="", description="folder; empty: beside the site file"),
+            DeclareLaunchArgument("decision_log", default_value="", description="folder; empty: next to the site file"),
             DeclareLaunchArgument("store", default_value="", description="folder of the last terrain; empty: none"),
             DeclareLaunchArgument("map_frame", default_value="", description="frame of every output"),
             DeclareLaunchArgument("survey_frame", default_value="", description="frame that map_origin shifts"),

@@ -97,9 +97,9 @@ TSCHAMUT_FAILS = """\
 - All calibrated models overshoot the two shortest runs (31 and 46 m) by tens of metres. A mean error of a few metres
   hides that.
 - `constant`: the friction angle ends at the edge of the search, and R_n decides nothing: very different values fit all
-  runs equally well. It does not tell long runs from short ones: all rocks run onto the flat step at the foot of the
-  proxy.
-- `coulomb_limited` fits best and tells long runs from short ones a little. R_n ends at the edge of the search.
+  runs equally well. It does not distinguish long runs from short ones: all rocks run onto the flat step at the foot
+  of the proxy.
+- `coulomb_limited` fits best and distinguishes long runs from short ones a little. R_n ends at the edge of the search.
 - The rigid sphere is worse than `constant`: some runs hardly leave their release, others reach the foot of the slope.
 - The runouts of the two points spread too little. Those of the sphere spread more than the field's, but not where the
   field's are long.

@@ -37,7 +37,7 @@ STEEPEST = 1000.0
 """Largest height of a facet's back above a rock, over the rock's path (-): a higher facet is not the ground it left."""
 STRAIGHT = 1e-100
 """Gravity (m/s^2) of an arc that is a straight line; not 0, because the reference engine divides by gravity."""
-OVER, UNDER, BESIDE = 0, 1, 2
+OVER, UNDER, OFF = 0, 1, 2
 """Position of a place: above the ground, below the ground, or outside the terrain."""
 
 
@@ -116,7 +116,7 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
     if ground_below and not around:
         return _found(arc, end, asked, OVER)
     if upwards and around and not back_above:
-        return _found(arc, end, asked, BESIDE)
+        return _found(arc, end, asked, OFF)
     nearest = min(asked.nearest, height) if back_above else asked.nearest
     some_over, line = asked.some_over or ground_below, asked.line + (2 if ground_below else 1)
     if line == 2 * len(COLUMNS):
@@ -139,17 +139,17 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
 def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     """Return the state of the check after a place is classified: finished, or at the next place.
 
-    where : OVER, UNDER or BESIDE
+    where : OVER, UNDER or OFF
 
     A rock that leaves across the rim may pass under the mesh later. In between, the rock is outside the rim, and
-    repeated halving of the time between `over` and `under` finds such a place. At the first place the result BESIDE
+    repeated halving of the time between `over` and `under` finds such a place. At the first place the result OFF
     does not finish the check, because it may be rounding at a seam.
     """
     t, place = _time(arc, asked), asked.place + 1
     over, under = t if where == OVER else asked.over, t if where == UNDER else asked.under
     path = asked.path if under < math.inf else FURTHER * asked.path
-    fell = where != BESIDE and under < math.inf and (over == 0.0 or place == ALONG + HALVES)
-    goes_on = not fell and (where != BESIDE or place == 1) and (under < math.inf or place < ALONG)
+    fell = where != OFF and under < math.inf and (over == 0.0 or place == ALONG + HALVES)
+    goes_on = not fell and (where != OFF or place == 1) and (under < math.inf or place < ALONG)
     after = Inquiry(
         open=goes_on,
         fell=fell,

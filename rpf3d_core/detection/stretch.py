@@ -54,7 +54,7 @@ def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
 def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
     """True if a stretch cannot touch facet f, because all of facet f lies on one side of the stretch.
 
-    Either facet f lies beside the stretch in plan, or the stretch stays on one side of the plane of facet f.
+    Either facet f lies outside the stretch in plan, or the stretch stays on one side of the plane of facet f.
     """
     slack = REACH * facets.tolerance
     return _beside(facets, f, stretch, slack) or _on_one_side(facets, f, stretch, slack)

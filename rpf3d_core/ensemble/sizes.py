@@ -19,8 +19,9 @@ UNIT_SPHERE_VOLUME = 4.0 / 3.0 * math.pi
 
 @dataclass(frozen=True)
 class DrawnRock:
-    """Rocks of one density (kg/m^3) with a drawn size; measure : the drawn quantity, diameter, mass or volume (m, kg,
-    m^3).
+    """Rocks of one density (kg/m^3) with a drawn size.
+
+    measure : the drawn quantity: diameter (m), mass (kg) or volume (m^3)
     """
 
     density: float

@@ -51,7 +51,7 @@ class Kept:
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the first `length` elements of the array of this name; a new, longer array keeps the content."""
+        """Return the first `length` elements (N,) of the array of a name; a new, longer array keeps the content."""
         array = self._arrays[name]
         if len(array) < length:
             self._arrays[name] = np.empty(length + length // SPARE, array.dtype)

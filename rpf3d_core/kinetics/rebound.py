@@ -75,9 +75,9 @@ def constant_rest(
 
 @kernel
 def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> Rest:
-    """Return the sum of all bounces on a plane, with R_n = r and R_t = q: a geometric series (validation reference
-    2.2).
+    """Return the sum of all bounces on a plane with R_n = r and R_t = q: a geometric series.
 
+    Source: validation reference 2.2.
     The k-th bounce takes T_k = T_0 R_n^k. The speed along the facet follows u_{k+1} = R_t (u_k + g_t T_k). The sum is
     x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
     This form also holds for R_t = R_n, unlike the form with R_t - R_n in the denominator. At R_n = 0 there is no

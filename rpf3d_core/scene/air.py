@@ -35,7 +35,7 @@ class DragLayerSpec(ModelSpec):
     CONFIRMED: ClassVar[Confirmed] = "C"
 
     coefficient: Number = parameter(
-        ..., "a number from 0 to 1e5 (kg/s); 250, 500 and 750 are said to be RAMMS' open, medium and dense forest: "
+        ..., "a number from 0 to 1e5 (kg/s); 250, 500 and 750 are quoted as RAMMS' open, medium and dense forest: "
         "unconfirmed", "kg/s", "classes of RAMMS", "UNCONFIRMED", ge=0, le=1e5,
     )  # fmt: skip
     height: Number = parameter(

@@ -28,7 +28,7 @@ class BarrierSpec(StrictModel):
     )  # fmt: skip
     residual_height: Number = parameter(
         1.0, "a number from 0 to 1 (-), share of its height that is left, such as after an earlier hit; unconfirmed",
-        "-", "ETAG 027 tells categories of it", "UNCONFIRMED", ge=0, le=1,
+        "-", "ETAG 027 has categories of it", "UNCONFIRMED", ge=0, le=1,
     )  # fmt: skip
     taken_by_break: Number = parameter(
         1.0, "a number from 0 to 1 (-), the share of its capacity that a rock loses which breaks through", "-", BALANCE,

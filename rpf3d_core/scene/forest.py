@@ -98,7 +98,7 @@ class ForestSpec(ModelSpec):
         "UNCONFIRMED", ge=0, le=THICKEST,
     )  # fmt: skip
     height: Number = parameter(
-        25.0, "a number above 0 up to 150 (m), of trees that are drawn, or whose file tells none; unconfirmed", "m",
+        25.0, "a number above 0 up to 150 (m), of trees that are drawn, or whose file has no height; unconfirmed", "m",
         "none", "UNCONFIRMED", gt=0, le=150,
     )  # fmt: skip
     conifer_share: Number = parameter(

@@ -77,7 +77,7 @@ class Material(StrictModel):
         "for impacts of `coulomb_sphere`",
     )  # fmt: skip
     draw: Literal["per_rock", "per_impact"] = Field(
-        "per_rock", description="per_rock or per_impact, when distributions are drawn anew"
+        "per_rock", description="per_rock or per_impact, when distributions are drawn again"
     )
 
 
@@ -176,7 +176,7 @@ class Scene(StrictModel):
         default_factory=OutputSpec, description="a mapping with trajectories, impacts, pictures and recording"
     )
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
-    data_hint: Name | None = Field(None, description="a sentence that tells what to do when a file is missing")
+    data_hint: Name | None = Field(None, description="a sentence that states what to do when a file is missing")
 
     @model_validator(mode="before")
     @classmethod

@@ -68,7 +68,7 @@ class PfeifferBowenSpec(ModelSpec):
         6.096, "a number above 0 (m/s), the slip at which friction gives way", "m/s", PFEIFFER, "CC", gt=0
     )
     B: Number = parameter(
-        76.2, "a number above 0 (m/s), times R_n the speed into the ground at which v_t^2 is halved once more",
+        76.2, "a number above 0 (m/s), times R_n the speed into the ground at which v_t^2 is halved again",
         "m/s", PFEIFFER, "CC", gt=0,
     )  # fmt: skip
 

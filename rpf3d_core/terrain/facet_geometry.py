@@ -19,7 +19,7 @@ PARALLEL = 1e-5
 
 Above this sine, the normals give the line between the facets to better than 1e-10.
 """
-BESIDE = 16.0
+ALONGSIDE = 16.0
 """Least length of a path along an edge, in crack widths, for a facet to carry the rock along the edge.
 
 On this length the path must stay at most a crack's width outside the facet.
@@ -183,12 +183,12 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
     """True if a path from x in the plane of facet f stays in the facet, or within a crack's width outside an edge.
 
-    way : (3,), direction of the path; zero counts as true. The path must stay there for more than `BESIDE` cracks.
+    way : (3,), direction of the path; zero counts as true. The path must stay there for more than `ALONGSIDE` cracks.
     """
     length = norm(way)
     if length == 0.0:
         return True
-    return line_exit(facets, f, x, scale(1.0 / length, way), ALONG_EDGE, facets.crack) > BESIDE * facets.crack
+    return line_exit(facets, f, x, scale(1.0 / length, way), ALONG_EDGE, facets.crack) > ALONGSIDE * facets.crack
 
 
 @kernel

@@ -96,7 +96,7 @@ class SimulatorParameters(InputParameters):
     equipment_radius: float = parameter(15.0, "radius of the circle around each of areas/equipment (m)", 0.1, 1e3)
     store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")
     site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
-    decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one beside the site file")
+    decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one next to the site file")
     acknowledged_by: str = parameter("", "who acknowledges the alert: why; set before ~/acknowledge is called")
     trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
     displayed_trajectories: int = parameter(200, "most rocks in the trajectories MarkerArray", 2, 10_000)
@@ -113,7 +113,7 @@ class RecorderParameters(InputParameters):
     rotate_mb: float = parameter(0.0, "megabytes after which the next file is begun; 0: never", 0.0, 1.0e6)
     rotate_minutes: float = parameter(0.0, "minutes after which the next file is begun; 0: never", 0.0, 1.0e6)
     keep_files: int = parameter(0, "files kept with rotation, the newest, and their bags; 0: all", 0, LARGEST_COUNT)
-    bag: str = parameter("", "prefix of the MCAP bags to write beside the recording; empty: none")
+    bag: str = parameter("", "prefix of the MCAP bags to write next to the recording; empty: none")
     viewer: str = parameter(
         "none", "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy"
     )
