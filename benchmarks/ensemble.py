@@ -25,7 +25,7 @@ import numpy as np
 from flight import BENCH, CONE, TRIANGLES, Case, ground_of
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.batches import Keep, RunControl, fly_batches
+from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
 from rpf3d_core.ensemble.fly import flights_of
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, scales_of
@@ -84,7 +84,7 @@ class Mapped:
         none = np.zeros(len(self.case.releases.x), dtype=bool)
         cpu, wall = time.process_time(), time.perf_counter()
         batch = fly_batches(
-            self.case.engine, self.case.flight, self.case.releases, Keep(none, none, maps), watch, RunControl(threads)
+            self.case.engine, self.case.flight, self.case.releases, Keep(none, none, maps), watch, BatchControl(threads)
         )  # fmt: skip
         flights_of([batch], self.case.releases, self.case.engine.name)
         self.cpu.setdefault(name, []).append(time.process_time() - cpu)

@@ -85,7 +85,7 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
         There is no log at the path, the log cannot be read, or no line is a line of a log.
     """
     files = _files(Path(path))
-    reading = _Reading(seeking=head)
+    reading = _AuditState(seeking=head)
     try:
         for number, file in files:
             reading.read(number, file)
@@ -109,7 +109,7 @@ def _files(path: Path) -> list[tuple[int, Path]]:
     return files
 
 
-class _Reading:
+class _AuditState:
     """The state of an audit while the lines of the log are read."""
 
     def __init__(self, seeking: str | None) -> None:

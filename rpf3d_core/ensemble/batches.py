@@ -81,7 +81,7 @@ above the terrain (N,) m."""
 
 
 @dataclass(frozen=True)
-class RunControl:
+class BatchControl:
     """Threads, interruption and progress of flights in batches. No result depends on them, unless `stop` ends the run.
 
     threads : number of threads of the compiled engine; None for one per core
@@ -95,7 +95,7 @@ class RunControl:
     advance: Advance | None = None
 
 
-UNCONTROLLED = RunControl()
+UNCONTROLLED = BatchControl()
 """One thread per core; never stopped; progress is not reported."""
 
 
@@ -136,7 +136,7 @@ def fly_batches(
     releases: Releases,
     keep: Keep,
     watch: Watch | None = None,
-    control: RunControl = UNCONTROLLED,
+    control: BatchControl = UNCONTROLLED,
 ) -> Batch:
     """Fly R rocks in batches, on several threads if the engine allows; return the rocks that flew, sorted by row.
 

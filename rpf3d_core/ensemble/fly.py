@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rpf3d_core.ensemble.batch import NOTHING, Batch, joined_batches
-from rpf3d_core.ensemble.batches import Flight, Keep, RunControl, Watch, fly_batches
+from rpf3d_core.ensemble.batches import BatchControl, Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, precompile_flights
@@ -64,7 +64,7 @@ def fly_ensemble(
     with_paths[spread_over(rocks, rocks if paths is None else paths)] = True
     keep = Keep(paths=with_paths, impacts=np.full(rocks, record), record=record)
     began = time.perf_counter()
-    batch = fly_batches(engine, flight, releases, keep, watch, RunControl(threads=threads))
+    batch = fly_batches(engine, flight, releases, keep, watch, BatchControl(threads=threads))
     return flights_of([batch], releases, engine.name, compile_s, time.perf_counter() - began)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.effects.hooks import breaks, links_of
 from rpf3d_core.ensemble.batch import Batch, only
-from rpf3d_core.ensemble.batches import Advance, Flight, Keep, RunControl, Watch, fly_batches
+from rpf3d_core.ensemble.batches import Advance, BatchControl, Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.broken import NONE_BROKEN, Broken, in_turn
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray
 from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of, spread_over
@@ -81,7 +81,7 @@ class Stream:
     Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
     `dust` is the mass of fragments too small to fly, in `broken.DUST_UNITS`.
 
-    watch, stop, threads, advance : as in `fly_batches` and `RunControl`; sink : receives deposits and impacts
+    watch, stop, threads, advance : as in `fly_batches` and `BatchControl`; sink : receives deposits and impacts
     impacts : True if the sink receives the impacts of all rocks, False if only those of the rocks to display
     """
 
@@ -117,7 +117,7 @@ class Stream:
         """Fly one block and then its fragments; return the number of rocks of the block that flew."""
         rocks, struck = len(releases.x), None if self.impacts else self.shown.rocks
         keep = Keep(self._chosen(self.shown.paths, rocks), self._chosen(struck, rocks))
-        control = RunControl(threads=self.threads, stop=self.stop, advance=self.advance)
+        control = BatchControl(threads=self.threads, stop=self.stop, advance=self.advance)
         batch = fly_batches(self.engine, self.flight, releases, keep, self.watch, control)
         if len(batch.rows):
             self._hand_on(batch, releases, self._chosen(self.shown.rocks, rocks))
@@ -146,7 +146,7 @@ class Stream:
         """Fly fragments to their ends; return the releases of those that broke, and their state when they broke."""
         shown = np.full(len(pieces.x), self.shown.rocks is None)
         keep = Keep(shown, shown | self.impacts)
-        batch = fly_batches(self.engine, flight, pieces, keep, self.watch, RunControl(threads=self.threads))
+        batch = fly_batches(self.engine, flight, pieces, keep, self.watch, BatchControl(threads=self.threads))
         self._hand_on(batch, pieces, shown)
         self.pieces += len(pieces.x)
         return taken(pieces, batch.broken.rows), batch.broken

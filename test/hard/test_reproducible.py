@@ -162,7 +162,7 @@ def test_a_flight_that_is_stopped_has_flown_whole_groups(monkeypatch, batches_un
     asked = iter(range(100))
     flown = batches.fly_batches(
         over, physics, released(x, v), batches.Keep(*np.zeros((2, 100), dtype=bool)),
-        control=batches.RunControl(threads=2, stop=lambda: next(asked) >= batches_until_stop - 1),
+        control=batches.BatchControl(threads=2, stop=lambda: next(asked) >= batches_until_stop - 1),
     )  # fmt: skip
     groups = [set(np.concatenate(group).tolist()) for group in batches._dealt(released(x, v), 2, 4)]
     taken = [group for group in groups if group & set(flown.rows.tolist())]

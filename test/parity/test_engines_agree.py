@@ -128,7 +128,7 @@ def test_the_size_of_batches_does_not_matter(monkeypatch: pytest.MonkeyPatch, en
     assert_same_flights(fly_ensemble(*parts, threads=1), whole)
     flown: list[int] = []
     every = np.ones(25, dtype=bool)
-    control = batches.RunControl(threads=1, advance=flown.append)
+    control = batches.BatchControl(threads=1, advance=flown.append)
     batches.fly_batches(*parts, batches.Keep(paths=every, impacts=every), control=control)
     assert sum(flown) == 25 and max(flown) == min(size, 25)
 
