@@ -85,7 +85,7 @@ class SimulatorParameters(InputParameters):
         0.5, "half-width in each direction of the velocities around a source's own (m/s)", 0.0, FASTEST
     )
     region_size: float = parameter(
-        50.0, "side of the squares (m) of which the newest sources come first and push out older ones", 1.0, 1e5
+        50.0, "side (m) of squares in plan: in each, the newest sources fly first and replace older waiting ones", 1.0, 1e5
     )
     waiting_sources: int = parameter(10, "messages of sources that may wait; older ones are dropped", 1, 10_000)
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
@@ -97,7 +97,7 @@ class SimulatorParameters(InputParameters):
     store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")
     site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
     decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one next to the site file")
-    acknowledged_by: str = parameter("", "who acknowledges the alert: why; set before ~/acknowledge is called")
+    acknowledged_by: str = parameter("", "NAME: REASON of an acknowledgement; set it before calling ~/acknowledge")
     trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
     displayed_trajectories: int = parameter(200, "most rocks in the trajectories MarkerArray", 2, 10_000)
     points_per_trajectory: int = parameter(50, "most points of each of them", 2, 10_000)
