@@ -85,7 +85,7 @@ class SimulatorParameters(InputParameters):
         0.5, "half-width in each direction of the velocities around a source's own (m/s)", 0.0, FASTEST
     )
     region_size: float = parameter(
-        50.0, "side (m) of squares in plan: in each, the newest sources fly first and replace older waiting ones", 1.0, 1e5
+        50.0, "side (m) of squares in plan; the newest sources of a square replace older waiting ones", 1.0, 1e5
     )
     waiting_sources: int = parameter(10, "messages of sources that may wait; older ones are dropped", 1, 10_000)
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
