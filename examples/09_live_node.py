@@ -39,10 +39,9 @@ node.create_subscription(
 node.create_subscription(OccupancyGrid, "hazard/grid", grids.append, LATCHED)
 simulator = subprocess.Popen(command, stdout=sys.stderr)  # its log is printed as it comes
 try:
-    terrain, _ = rpf3d.read_terrain(rpf3d.read_scene(SCENES / "road.yaml"))
-    corners = [Point(x=x, y=y, z=z) for x, y, z in terrain.frame.points_to_input(terrain.vertices).tolist()]
-    facets = [MeshTriangle(vertex_indices=corner) for corner in terrain.triangles.tolist()]
-    survey.publish(Mesh(vertices=corners, triangles=facets))
+    pit, _ = rpf3d.read_terrain(rpf3d.read_scene(SCENES / "road.yaml"))
+    corners = [Point(x=x, y=y, z=z) for x, y, z in pit.frame.points_to_input(pit.vertices).tolist()]
+    survey.publish(Mesh(vertices=corners, triangles=[MeshTriangle(vertex_indices=t) for t in pit.triangles.tolist()]))
     seen = PoseArray(poses=[Pose(position=Point(x=-178.0, y=0.0, z=60.0))])  # thrown along its x axis, to the east
     seen.header.frame_id = "map"
     for _ in range(6000):  # at most ten minutes: the first start on a machine compiles for a minute or more
