@@ -109,17 +109,17 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
     overhang meets the overhang, although gravity pulls the rock away: the rock cannot fall through the floor. In the
     second search this rule applies to every facet; otherwise the rock would fall past a facet that is nearly vertical.
     """
-    grazes = b * b <= GRAZING * GRAZING * dot(arc.v, arc.v)
-    if grazes and (a < 0.0 or b >= 0.0):
-        return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
-    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack and not grazes
+    if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
+        if a < 0.0:
+            return 0.0 if _carries(facets, f, arc, left) else math.inf
+        return falling_time(max(c + NEAR * facets.tolerance, 0.0), b, a)
+    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack
     if leaves and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
-    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack) and not grazes:
+    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):
         return 0.0
     rises = c < -NEAR * facets.tolerance and b > 0.0 and a < 0.0 and b * b > 4.0 * a * c
-    spare = NEAR * facets.tolerance if grazes else 0.0
-    return falling_time(c if rises else max(c + spare, 0.0), b, a)
+    return falling_time(c if rises else max(c, 0.0), b, a)
 
 
 @kernel
@@ -229,11 +229,11 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if t == best.t and not wins_tie(facets, f, best.facet, arc, t, approach, best.approach):
         return best
     slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
-    glances = approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
     if contains(facets, f, position(arc, t), side < 0.0, slack):
-        passes = side < 0.0 and glances and _came_over_edge(facets, f, arc, n, t)
-        return best if passes else Contact(t=t, facet=f, side=side, approach=approach)
-    if side < 0.0 or not glances:
+        if side < 0.0 and _glances(arc, approach) and _came_over_edge(facets, f, arc, n, t):
+            return best
+        return Contact(t=t, facet=f, side=side, approach=approach)
+    if side < 0.0 or not _glances(arc, approach):
         return best
     t = _entry_time(facets, f, arc, n, t)
     if t < best.t or (
@@ -241,6 +241,12 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     ):
         return Contact(t=t, facet=f, side=side, approach=approach)
     return best
+
+
+@kernel
+def _glances(arc: Arc, approach: float) -> bool:
+    """True if an arc meets a plane at so small an angle that rounding moves the contact along the plane."""
+    return approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
 
 
 @kernel
