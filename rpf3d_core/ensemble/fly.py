@@ -70,7 +70,8 @@ def fly_ensemble(
 
 def spread_over(rocks: int, some: int) -> IntArray:
     """Return at most `some` rows (N,) of R rocks, evenly spread."""
-    return np.asarray(np.unique(np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)))
+    rows = np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)
+    return rows[np.diff(rows, prepend=-1) > 0]
 
 
 def flights_of(
