@@ -85,7 +85,7 @@ def inquiry(facets: Facets, open_: bool) -> Inquiry:
 @kernel
 def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
     """Return the next line of sight, from t = 0 to 1 s: straight down or straight up to beyond the terrain."""
-    x = position(arc, _time(arc, asked))
+    x = position(arc, _time(arc, asked.path, asked.over, asked.under))
     (east, north), apart = COLUMNS[asked.line // 2], WIDTH * asked.path
     slack = FIRST * facets.crack
     down, up = max(x[2] - facets.low[2], 0.0) + slack, max(facets.high[2] - x[2], 0.0) + slack
@@ -145,13 +145,13 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     repeated halving of the time between `over` and `under` finds such a place. At the first place the result OFF
     does not finish the check, because it may be rounding at a seam.
     """
-    t, place = _time(arc, asked), asked.place + 1
+    t, place = _time(arc, asked.path, asked.over, asked.under), asked.place + 1
     over, under = t if where == OVER else asked.over, t if where == UNDER else asked.under
     path = asked.path if under < math.inf else FURTHER * asked.path
     fell = where != OFF and under < math.inf and (over == 0.0 or place == ALONG + HALVES)
     goes_on = not fell and (where != OFF or place == 1) and (under < math.inf or place < ALONG)
-    after = Inquiry(
-        open=goes_on,
+    return Inquiry(
+        open=goes_on and _time(arc, path, over, under) <= end,
         fell=fell,
         place=place,
         path=path,
@@ -161,22 +161,9 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
         nearest=math.inf,
         some_over=False,
     )
-    if goes_on and _time(arc, after) > end:
-        return Inquiry(
-            open=False,
-            fell=False,
-            place=place,
-            path=path,
-            over=over,
-            under=under,
-            line=0,
-            nearest=math.inf,
-            some_over=False,
-        )
-    return after
 
 
 @kernel
-def _time(arc: Arc, asked: Inquiry) -> float:
-    """Return the time when the rock is at the tested place (s)."""
-    return time_over(arc, 0.0, asked.path) if asked.under == math.inf else 0.5 * (asked.over + asked.under)
+def _time(arc: Arc, path: float, over: float, under: float) -> float:
+    """Return the time when the rock is at a place (s), from the fields of the same name of an inquiry."""
+    return time_over(arc, 0.0, path) if under == math.inf else 0.5 * (over + under)
