@@ -26,10 +26,10 @@ from rpf3d_core.simulation.state import (
     with_piece,
 )
 from rpf3d_core.simulation.sustained import carry_on, held_by
-from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_plane, stored_normal
+from rpf3d_core.terrain.facet_geometry import NEAR, corner, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
-from rpf3d_core.vectors import add, dot, scale, subtract
+from rpf3d_core.vectors import dot, scale, subtract
 
 STRETCHES = 10_000
 """Number of flight segments, in addition to two path segments per contact, that a rock may always use, even if
@@ -244,17 +244,3 @@ def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Ve
     """Return the motion after an impact on a surface of normal n; an effect may let the rock enter the ground first."""
     entering = in_ground(physics.effects, zone, surface, motion, n, rock)
     return rebound(physics.rebound, surface, entering, n, rock)  # type: ignore[no-any-return]
-
-
-@kernel
-def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
-    """Return True if all bounces whose sum is the displacements `along` + `down` (m) stay within facet f.
-
-    Both partial sums grow monotonically, so every bounce lies in the parallelogram of the two displacements. A facet is
-    convex, so the corners of the parallelogram decide.
-    """
-    corners = (add(x, along), add(x, down), add(x, add(along, down)))
-    inside = True
-    for each in corners:
-        inside = inside and contains(facets, f, each, False, facets.tolerance)
-    return inside
