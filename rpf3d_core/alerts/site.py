@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import SceneError
-from rpf3d_core.formats.yaml import Fault, read_yaml
+from rpf3d_core.formats.yaml import read_yaml, report_of
 from rpf3d_core.scene.faults import faults_of
 
 KIND = "site"
@@ -30,9 +30,9 @@ def read_site(path: str | Path) -> Thresholds:
         thresholds = Thresholds.model_validate(document.values)
     except ValidationError as error:
         faults = [*document.faults, *faults_of(error.errors(), document, Thresholds)]
-        raise SceneError(_report(path, faults)) from None
+        raise SceneError(report_of(path, faults)) from None
     if document.faults:
-        raise SceneError(_report(path, document.faults))
+        raise SceneError(report_of(path, document.faults))
     return thresholds
 
 
@@ -61,7 +61,3 @@ def site_of(text: str) -> Thresholds:
 def site_digest(thresholds: Thresholds) -> str:
     """Return the SHA-256 (64 hex digits) of `site_text`."""
     return hashlib.sha256(site_text(thresholds).encode()).hexdigest()
-
-
-def _report(path: Path, faults: list[Fault]) -> str:
-    return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))

@@ -7,6 +7,7 @@ second value does not silently replace the first value.
 """
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,6 +34,11 @@ class Fault(NamedTuple):
 
     line: int
     sentence: str
+
+
+def report_of(path: Path, faults: Iterable[Fault]) -> str:
+    """Return the faults of a file, a line for each, in the order of the file; the same fault is reported once."""
+    return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))
 
 
 class Document(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.formats.yaml import Document, Fault, read_yaml
+from rpf3d_core.formats.yaml import Document, read_yaml, report_of
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import SourceSpec, source_points
@@ -47,9 +47,9 @@ def read_scene(path: str | Path) -> Scene:
     except ValidationError as error:
         faults += faults_of(error.errors(), document)
         hint = _data_hint(error, document.values)
-        raise SceneError(_report(path, [*document.faults, *faults]) + hint) from None
+        raise SceneError(report_of(path, [*document.faults, *faults]) + hint) from None
     if faults or document.faults:
-        raise SceneError(_report(path, [*document.faults, *faults]))
+        raise SceneError(report_of(path, [*document.faults, *faults]))
     return _filled_in(scene)
 
 
@@ -133,7 +133,3 @@ def _data_hint(error: ValidationError, values: dict[str, Any]) -> str:
     """Return the `data_hint` of the scene, to be shown once after the faults; "" if no file is missing."""
     is_missing = any(detail["type"] == MISSING_FILE for detail in error.errors())
     return f"\n{values['data_hint']}" if is_missing and "data_hint" in values else ""
-
-
-def _report(path: Path, faults: list[Fault]) -> str:
-    return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))
