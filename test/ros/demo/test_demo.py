@@ -5,10 +5,11 @@ import signal
 import subprocess
 import sys
 import sysconfig
-import time
+from functools import partial
 from pathlib import Path
 
 import pytest
+from waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
@@ -18,6 +19,7 @@ from rpf3d_ros.demo import run as demo
 ROOT = Path(__file__).resolve().parents[3]
 PATIENCE = 60.0
 """Seconds; two nodes each have 15 to end."""
+wait = partial(wait_for, seconds=PATIENCE, pause=0.05)
 
 PLAYED_WITHIN = 400.0
 """Seconds; the shift takes about 60, and its nodes compile first where the cache is cold."""
@@ -39,14 +41,6 @@ def is_alive(pid):
 
 def children_of(pid):
     return [int(child) for child in (Path("/proc") / str(pid) / "task" / str(pid) / "children").read_text().split()]
-
-
-def wait(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not (answer := condition()):
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    return answer
 
 
 def play(*arguments):

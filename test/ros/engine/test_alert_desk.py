@@ -2,10 +2,12 @@
 
 import threading
 import time
+from functools import partial
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
+from waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
@@ -25,6 +27,7 @@ from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
 """Seconds; what is waited for takes some hundredths."""
+wait = partial(wait_for, seconds=PATIENCE, pause=0.002)
 
 RADAR, OTHER = "sources", "source_cloud"
 
@@ -91,14 +94,6 @@ class Clock:
 
     def __call__(self):
         return self.now
-
-
-def wait(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < deadline
-        time.sleep(0.002)
-    return found
 
 
 def decided(reports, count):

@@ -1,10 +1,11 @@
 """The thread that makes ground: what goes wrong never ends it, nor hides that the terrain lacks something."""
 
 import itertools
-import time
+from functools import partial
 
 import numpy as np
 import pytest
+from waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
@@ -22,6 +23,7 @@ from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
+wait = partial(wait_for, seconds=PATIENCE)
 
 
 class BuilderReports:
@@ -54,14 +56,6 @@ def hill(height=0.0, count=21):
 
 def arrival(survey, data=b""):
     return Arrival(lambda: survey, 1, data)
-
-
-def wait(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
-    return found
 
 
 @pytest.fixture

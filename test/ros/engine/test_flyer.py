@@ -3,8 +3,10 @@
 import itertools
 import threading
 import time
+from functools import partial
 
 import pytest
+from waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
@@ -21,6 +23,7 @@ from rpf3d_ros.engine.waiting_sources import WaitingSources
 
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
+wait = partial(wait_for, seconds=PATIENCE)
 ENDLESS = "target: {half_width: 1.0e-9, most_rocks: 100000000}"
 LONG = "target: {half_width: 1.0e-9, most_rocks: 50000}"
 SHORT = "target: {half_width: 1.0e-9, most_rocks: 400}"
@@ -43,14 +46,6 @@ class FlyerReports:
 
     def failed(self, error):
         self.errors.append(error)
-
-
-def wait(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
-    return found
 
 
 @pytest.fixture

@@ -10,10 +10,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 import recorded_messages as made
 from diagnostic_msgs.msg import KeyValue
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
-from visualization_msgs.msg import MarkerArray
 
 from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
@@ -63,10 +61,6 @@ def log():
 
 def sources(log, second):
     return rows(log.entries("sources", PoseArray(header=header(second), poses=[Pose()])))
-
-
-def sent(data):
-    return deserialize_message(data, MarkerArray)
 
 
 def results(log, second):
