@@ -32,6 +32,7 @@ def drops() -> tuple[np.ndarray, np.ndarray]:
     return x, np.stack([1.0 + (k * 0.6180339887) % 1.0, np.zeros(ROCKS), np.zeros(ROCKS)], 1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angle", [0.0, 30.0])
 def test_the_first_impact_on_a_plane_converges_with_order_one(angle: float) -> None:
     terrain, normal = incline(angle, half_width=20.0), down_the_slope(angle)[1]

@@ -58,6 +58,7 @@ def on_plane_through_origin(normal: np.ndarray, x: np.ndarray, v: np.ndarray, he
     return x + v * t[:, None] - 0.5 * G * (t**2)[:, None] * UP
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ENGINES)
 @pytest.mark.parametrize("angle", [0.0, 35.0])
 def test_the_first_impact_converges_with_order_one_where_the_threshold_shrinks_with_the_step(

@@ -246,6 +246,7 @@ def slide_to_its_end(facets, normal, motion, mu, stop_speed):
     raise AssertionError("a slide goes on and on")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stop_speed", [0.0, 0.3])
 def test_a_slide_leaves_a_facet_exactly_on_its_edge_or_stops_inside_it(stop_speed):
     left = stopped = 0

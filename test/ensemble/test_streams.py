@@ -89,6 +89,7 @@ def test_blocks_take_their_share_of_every_source_and_every_rock_once(monkeypatch
     assert all(7 <= len(ranges[0]) <= 8 and 1 <= len(ranges[1]) <= 2 for ranges in blocks)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", [1, 7, 64])
 def test_blocks_do_not_change_the_answer(folder: Path, monkeypatch: pytest.MonkeyPatch, block: int) -> None:
     whole = rpf3d.simulate(folder / "scene.yaml", rocks=60, engine="reference")
@@ -155,6 +156,7 @@ def test_tables_written_while_flying_are_those_written_from_memory(
         assert path.read_bytes() == (streamed / "hazard" / path.name).read_bytes()
 
 
+@pytest.mark.long
 def test_without_impacts_there_is_no_table_of_them_and_everything_else_is_the_same(folder: Path) -> None:
     for name, text in (("with", ""), ("without", "outputs: {impacts: false}\n")):
         run_scene(more(folder, text), folder / name, rocks=FEW, recording=False)

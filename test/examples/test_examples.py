@@ -81,6 +81,7 @@ def test_a_hazard_map_is_a_geotiff_in_which_fewer_cells_have_larger_shares(tmp_p
     assert [numbers(line)[1] for line in levels] == sorted((numbers(line)[1] for line in levels), reverse=True)
 
 
+@pytest.mark.long
 def test_the_chosen_barrier_keeps_rocks_off_the_road(tmp_path: Path) -> None:
     before, figures, chosen, after, caught = run("05_barrier_design", tmp_path)
     assert numbers(before)[0] > 50 and numbers(after)[0] < 5, "shares of the rocks that reach the road (%)"
@@ -92,6 +93,7 @@ def test_the_chosen_barrier_keeps_rocks_off_the_road(tmp_path: Path) -> None:
     assert summary["outcomes"]["caught"]["rocks"] > 100
 
 
+@pytest.mark.long
 def test_ten_times_smaller_steps_are_ten_times_closer_and_ten_times_as_many(tmp_path: Path) -> None:
     exact, *steps = run("06_price_of_accuracy", tmp_path)
     assert 5 < numbers(exact)[0] < 30
@@ -111,6 +113,7 @@ def test_a_berm_at_the_toe_keeps_more_rocks_off_the_road(tmp_path: Path) -> None
         assert (tmp_path / f"out/compare_designs/{design}/summary.json").is_file()
 
 
+@pytest.mark.long
 def test_a_project_of_rockyfor3d_becomes_a_scene_that_flies(tmp_path: Path) -> None:
     lines = run("08_import_rockyfor3d", tmp_path)
     assert "zones: 2, of soil type and obstacles alike" in lines and "Not carried over:" in lines
@@ -141,6 +144,7 @@ def test_a_replay_says_how_to_open_its_recording_and_opens_nothing(tmp_path: Pat
     assert path.read_bytes()[:4] == b"RRF2" and path.stat().st_size > 100_000
 
 
+@pytest.mark.long
 def test_the_replay_opens_the_viewer_with_a_flag(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, EXAMPLES / "10_replay.py", "--open"],

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from quick import long_except
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "300"))
 FEWER = MUTATIONS // 10
@@ -51,13 +52,16 @@ for number in range(count):
 print(refused)
 """
 
+QUICK = {"stl binary", "ply text", "yaml text"}
+"""Kinds that `make test` tries: of a reader of bytes, of a reader of text, and of scene files."""
+
 KINDS = [
     "stl binary", "stl text", "ply binary", "ply big", "ply text", "obj text", "vtp binary", "vtp text", "vtk binary",
     "vtk text", "asc text", "asc.gz packed", "tif tiles", "geojson text", "xyz text", "yaml text",
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", long_except(QUICK, KINDS))
 def test_a_damaged_file_is_read_or_refused_and_never_more(tmp_path, kind):
     mutations = FEWER if kind.startswith("vt") else MUTATIONS
     done = subprocess.run(

@@ -66,6 +66,7 @@ def printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
     return " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_what_is_printed_names_the_materials_with_the_default_friction_angle(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], bench: Path, command: str
@@ -81,6 +82,7 @@ def test_nothing_is_said_of_friction_that_no_model_asks_for(
     assert "friction_angle_deg" not in printed(monkeypatch, capsys, bench, "run")
 
 
+@pytest.mark.long
 def test_the_sentence_of_a_rock_stopped_without_a_ground_model_says_what_is_not_asked(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], bench: Path
 ) -> None:

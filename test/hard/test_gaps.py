@@ -118,6 +118,7 @@ def test_whole_ground_has_nothing_that_looks_for_gaps(engine):
     assert engine_over(engine, slope()).caps is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 def test_steps_do_not_lead_below_a_gap_either(engine):
     x, v = rocks(40)

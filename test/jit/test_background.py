@@ -140,6 +140,7 @@ def test_there_is_no_second_process_where_nothing_can_be_kept(sources: Path) -> 
     assert printed(sources, HOME="/dev/null", XDG_CACHE_HOME="") == "45 0 False"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "program", ["import sys; sys.exit(3)", "import os; os.kill(os.getpid(), 9)", "import sys; sys.stdin.buffer.read(9)"]
 )
@@ -171,6 +172,7 @@ def test_one_that_breaks_down_while_a_part_is_waited_for_costs_nothing_but_time(
     assert printed(sources, before=other_in_place_of_it(program), then=TOLD_IN_TURN + HITS) == "0 True 45 0 True"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", ["SIGKILL", "SIGINT"])
 def test_one_that_is_ended_while_a_part_is_waited_for_costs_nothing_but_time(sources: Path, number: str) -> None:
     end = f"import threading; threading.Timer({AT_WORK}, process.send_signal, [signal.{number}]).start(); "

@@ -280,6 +280,7 @@ HARD = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", HARD)
 @pytest.mark.parametrize("radius", [0.05, 0.4, 1.0])
 def test_in_hard_places_a_sphere_comes_to_rest_outside_the_ground(name, radius):

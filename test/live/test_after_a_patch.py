@@ -106,6 +106,7 @@ def test_answers_after_a_patch_are_those_over_the_same_ground_stood_on_anew(patc
             assert np.array_equal(a.energy.p95, b.energy.p95, equal_nan=True)
 
 
+@pytest.mark.long
 @EACH
 def test_threads_count_in_room_for_every_facet_there_is_after_a_patch(patch):
     standing, _ = after(patch)
@@ -116,6 +117,7 @@ def test_threads_count_in_room_for_every_facet_there_is_after_a_patch(patch):
         assert len(scratches.get().facets.mark) >= rows
 
 
+@pytest.mark.long
 def test_patch_after_patch_keeps_what_is_known_of_the_rest():
     workshop = Workshop()
     standing = standing_on(workshop, grid())

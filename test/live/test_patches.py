@@ -142,6 +142,7 @@ def test_flights_are_those_over_the_same_facets_made_whole_to_the_last_bit(patch
     assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(ours, theirs, strict=True))
 
 
+@pytest.mark.long
 def test_hundred_patches_upon_each_other_leave_a_closed_sheet_and_the_same_flights():
     workshop, rng = Workshop(), np.random.default_rng(5)
     ground = workshop.whole(grid())
@@ -159,6 +160,7 @@ def test_hundred_patches_upon_each_other_leave_a_closed_sheet_and_the_same_fligh
     assert ground.patches == 100
 
 
+@pytest.mark.long
 def test_a_patch_upon_one_that_has_outgrown_its_memory_replaces_it_whole():
     workshop = Workshop()
     ground = workshop.whole(grid())
@@ -228,6 +230,7 @@ def test_a_small_hole_of_the_patch_is_closed():
     assert sheets(ground).max() == 1
 
 
+@pytest.mark.long
 def test_the_patch_may_come_over_a_mesh_with_walls_and_overhangs_beneath_it():
     survey = mesh(grid())
     vertices = survey.vertices.reshape(40, 44, 3)

@@ -165,6 +165,7 @@ CHANGES: dict[str, tuple[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_change_of_a_result_is_named(change: str, results: Path, copied: Path) -> None:
     part, alter = CHANGES[change]

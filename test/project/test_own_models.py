@@ -124,6 +124,7 @@ def bounced_apart(scene: Path, cache: Path) -> tuple[float, int]:
     return float(speed), int(hits)
 
 
+@pytest.mark.long
 def test_an_edit_of_the_file_is_noticed_and_the_disk_cache_serves_other_processes(folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed: nothing is compiled")
     (folder / "little_loop.py").write_text(LOOP)

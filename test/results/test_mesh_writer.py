@@ -92,6 +92,7 @@ def test_an_unknown_extension_a_missing_folder_and_a_folder_are_refused(tmp_path
     assert [path.name for path in tmp_path.rglob("*")] == ["pit.stl"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("extension", WRITERS)
 def test_a_disk_that_fills_up_is_an_error_and_leaves_the_mesh_that_was_there(tmp_path: Path, extension: str) -> None:
     # A limit on the size of files stands for the disk: it stops any write in its middle.

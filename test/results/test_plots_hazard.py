@@ -64,6 +64,7 @@ def centres(raster):
     return np.stack([raster.x + (column + 0.5) * CELL, raster.y + (row + 0.5) * CELL], axis=1)
 
 
+@pytest.mark.long
 def test_there_are_three_pictures(tmp_path, terrain):
     content = MapContent("floor", terrain, {"ramp": [SQUARE]}, FLOWN)
     write_hazard_pictures(tmp_path, content, maps_over(terrain), releases())

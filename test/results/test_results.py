@@ -54,23 +54,27 @@ def test_a_run_leaves_all_files_of_the_design(tmp_path):
     assert all(path.stat().st_size > 0 for path in folder.rglob("*"))
 
 
+@pytest.mark.long
 def test_a_run_without_paths_has_no_profiles(tmp_path):
     folder = written(tmp_path / "out", tmp_path, more="outputs: {trajectories: 0}\n")
     assert names(folder) == FILES - {"profiles"}
 
 
+@pytest.mark.long
 def test_the_summary_in_the_folder_says_how_long_writing_took(tmp_path, no_pictures):
     facts = json.loads((written(tmp_path / "out", tmp_path) / "summary.json").read_text())
     assert facts["wall_s"] == 2.0 and facts["write_s"] > 0.0 and facts["rocks"] == 6
     assert facts["total_s"] == facts["wall_s"] + facts["write_s"]
 
 
+@pytest.mark.long
 def test_the_recording_is_given_the_summary(tmp_path, no_pictures):
     folder = written(tmp_path / "out", tmp_path)
     assert (folder / "run.rrd").read_text() == "recording of 6 rocks"
     assert "run.rrd" not in names(written(tmp_path / "bare", tmp_path, record=None))
 
 
+@pytest.mark.long
 def test_only_as_many_trajectories_as_asked_for_are_written(tmp_path):
     folder = written(tmp_path / "out", tmp_path, more="outputs: {trajectories: 2}\n")
     with (folder / "profiles" / "overview.csv").open(newline="") as file:
@@ -82,6 +86,7 @@ def test_a_run_without_impacts_leaves_no_table_of_them(tmp_path, no_pictures):
     assert names(folder) == FILES - {"impacts.parquet"}
 
 
+@pytest.mark.long
 def test_a_run_that_doubled_its_rocks_leaves_a_picture_of_how_its_answer_settled(tmp_path):
     steps = [Step(n, {"floor": Place(0.5, 0.4, 0.1, energy)}) for n, energy in ((1000, None), (2000, 5e3), (4000, 6e3))]
     folder = written(tmp_path / "out", tmp_path, steps=steps)

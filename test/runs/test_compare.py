@@ -67,6 +67,7 @@ def test_a_run_does_not_differ_from_itself():
     assert any("the same scene with the same seed" in note for note in compared.notes)
 
 
+@pytest.mark.long
 def test_rocks_start_alike_where_seed_and_sources_are_the_same_and_nowhere_else(tmp_path):
     def facts(name, more="", R_n=0.5, rocks=30, seed=1):
         return summary(rpf3d.simulate(scene_file(tmp_path, name, R_n=R_n, more=more), rocks, seed=seed))

@@ -161,6 +161,7 @@ def test_the_package_has_the_names_it_announces_and_no_others() -> None:
         rpf3d.simulat  # noqa: B018
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angle", [22, 59])
 def test_the_package_imports_and_the_reference_engine_runs_without_numba(tmp_path: Path, angle: int) -> None:
     done = python(

@@ -62,6 +62,7 @@ def test_eight_parts_in_processes_are_the_same_bits_as_one_run(scene):
     assert facts(parts) == facts(whole)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["reference", "compiled"])
 def test_eight_parts_on_threads_are_the_same_bits_as_one_run(scene, engine):
     with ThreadPoolExecutor(3) as pool:
@@ -93,6 +94,7 @@ def test_parts_join_to_the_same_bits_in_any_order(scene):
         assert np.array_equal(one.flights.paths.x, other.flights.paths.x)
 
 
+@pytest.mark.long
 def test_distributions_that_are_rounded_and_bins_that_are_merged_join_to_the_same_bits(tmp_path, monkeypatch):
     monkeypatch.setattr(samples, "EXACT", 45)  # a part has fewer rocks, all together have more
     scene = scene_file(tmp_path, more="").read_text().replace("cell: 10", "cell: 10, memory_gb: 0.0016")
@@ -166,6 +168,7 @@ def test_less_than_one_part_is_refused(scene):
         fly_parts(scene, 0, pool)
 
 
+@pytest.mark.long
 def test_a_fault_in_a_worker_comes_back_as_the_sentence_it_is(tmp_path):
     buried = scene_file(tmp_path).read_text().replace("above_ground: 8, rocks: 25", "above_ground: 8, rocks: 24")
     buried = buried.replace("sources:\n", "sources:\n  - {name: buried, points: [[0, 0, -50]], rocks: 1}\n")
@@ -174,6 +177,7 @@ def test_a_fault_in_a_worker_comes_back_as_the_sentence_it_is(tmp_path):
         fly_parts(tmp_path / "buried.yaml", 2, pool)
 
 
+@pytest.mark.long
 def test_a_study_flies_every_scene_with_every_seed(scene, tmp_path):
     soft = scene_file(tmp_path, "soft.yaml", R_n=0.2, R_t=0.5)
     with processes() as pool:
@@ -186,6 +190,7 @@ def test_a_study_flies_every_scene_with_every_seed(scene, tmp_path):
         assert done.summary["impacts"] == run.totals.impacts and done.summary["scene"]["seed"] == done.seed
 
 
+@pytest.mark.long
 def test_a_study_leaves_a_result_folder_for_each_run_where_it_is_given_one(scene, tmp_path):
     with ThreadPoolExecutor(1) as pool:
         found = list(study([scene], pool, rocks=20, out=tmp_path / "out"))

@@ -19,6 +19,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_a_sphere_without_rolling_friction_is_said_to_roll_through_the_pit(folder: Path, command: str) -> None:
     (folder / "scene.yaml").write_text(SLOPE + ABOVE + "rebound: coulomb_sphere\nground: sphere\n")

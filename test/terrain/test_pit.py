@@ -114,6 +114,7 @@ def test_the_number_of_triangles_is_within_three_percent(pit):
     assert len(made(pit).triangles) == pytest.approx(pit.triangles, rel=COUNT)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("triangles", "area"), [(150_000, 18.1), (2_332_287, 1.17)])
 def test_the_two_meshes_of_the_thesis_have_facets_of_about_20_and_1_square_metres(triangles, area):
     terrain = pit_terrain(Pit(triangles=triangles))

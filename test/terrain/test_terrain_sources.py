@@ -274,6 +274,7 @@ print(report.triangles, report.vertices, took, peak)
 """
 
 
+@pytest.mark.long
 def test_two_million_triangles_are_read_and_welded_in_time_and_memory(tmp_path):
     vertices, triangles = grid(LARGE, LARGE, 0.9)
     write_binary_stl(tmp_path / "large.stl", vertices[triangles])

@@ -12,6 +12,7 @@ from rpf3d_ros.messages.health import ERROR
 LATE, EARLY = 100_000 * SECOND, 50_000 * SECOND
 
 
+@pytest.mark.long
 def test_after_the_clock_went_back_there_is_a_fault_until_all_is_heard_anew_and_then_it_is_normal_again(stage):
     process = stage.node("simulator_node", use_sim_time=True, **with_alerts(stage.folder))
     peer = stage.live_peer(clock=True)

@@ -194,6 +194,7 @@ def test_a_second_publisher_of_terrain_in_another_frame_changes_nothing(living, 
     assert peer.answered()["terrain_digest"] == digest
 
 
+@pytest.mark.long
 def test_who_joins_late_gets_the_last_answer(living, shared_stage):
     peer, _ = living
     answer = peer.answered()

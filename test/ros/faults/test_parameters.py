@@ -49,6 +49,7 @@ def test_a_bad_site_file_leaves_the_simulator_unconfigured_with_the_reason_in_di
     assert process.poll() is None
 
 
+@pytest.mark.long
 def test_a_site_that_watches_an_area_which_no_outline_can_come_of_is_refused(stage):
     site = stage.folder / "site.yaml"
     site.write_text(SITE.format(oldest=60).replace("live_area*:", "hual_ramp:"))

@@ -176,6 +176,7 @@ def test_a_viewer_that_is_none_is_refused_with_a_sentence(stage):
     assert "viewer is 'browser'" in stage.output("recorder_node")
 
 
+@pytest.mark.long
 def test_bytes_that_are_no_message_are_refused_with_a_diagnostic(stage):
     topics = ("impacts", "trajectories", "alerts", "hazard/grid", "sources", "alarm", "areas/polygon")
     process = stage.node("recorder_node", file=stage.folder / "live.rrd")

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from quick import long_except
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rosbags", reason="rosbags is not installed")
@@ -60,13 +61,16 @@ for number in range(count):
 print(unread, refused, converted)
 """
 
+QUICK = {"terrain mesh", "sources", "equipment"}
+"""Kinds that `make test` tries: of terrain, of sources, and of what is watched."""
+
 KINDS = [
     "terrain grid", "terrain cloud", "terrain mesh", "positions", "columns", "sources", "clicked point", "source cloud",
     "polygon", "equipment", "results", "markers",
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", long_except(QUICK, KINDS))
 def test_a_damaged_message_is_converted_or_refused_and_never_more(kind):
     done = subprocess.run(
         [sys.executable, "-c", CHILD, kind, str(MUTATIONS), str(MEMORY), *FOLDERS],

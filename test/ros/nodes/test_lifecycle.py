@@ -104,6 +104,7 @@ def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage, t
     assert stage.clear() == [0], stage.output("simulator_node")
 
 
+@pytest.mark.long
 def test_a_transition_that_the_state_does_not_allow_is_refused_and_the_node_lives_on(stage):
     stage.node("simulator_node", **QUIET)
     peer = stage.peer()
@@ -112,6 +113,7 @@ def test_a_transition_that_the_state_does_not_allow_is_refused_and_the_node_live
     assert state(peer) == "unconfigured"
 
 
+@pytest.mark.long
 def test_a_node_that_cannot_be_configured_says_why_and_can_be_once_that_is_mended(stage, tmp_path):
     stage.node("simulator_node", **QUIET, site_file=str(tmp_path / "missing.yaml"))
     peer = stage.peer()

@@ -190,6 +190,7 @@ def keep_and_acknowledge(peer):
     pytest.fail(f"not acknowledged: {code}, {said}")
 
 
+@pytest.mark.long
 def test_without_a_site_file_there_are_no_alerts_and_acknowledging_says_so(stage):
     stage.node("simulator_node", **{**FLIGHT, "engine": "reference"})
     peer = stage.peer(subscribes=("alerts",))

@@ -108,6 +108,7 @@ def test_everything_that_is_published_is_in_a_recording_that_verifies(stage):
     assert rows["/diagnostics"] >= 1
 
 
+@pytest.mark.long
 def test_an_event_without_deposits_clears_those_of_the_last_event(stage):
     file = stage.folder / "live.rrd"
     stage.node("recorder_node", file=file)

@@ -80,6 +80,7 @@ def test_terrain_and_sources_of_the_scene_are_published(stage, scene):
     assert (first.sec, first.nanosec) < (second.sec, second.nanosec)
 
 
+@pytest.mark.long
 def test_sources_are_published_no_more_often_than_asked(stage, scene):
     stage.node("scene_publisher_node", scene=scene, repeat_every=0.1, repetitions=2)
     peer = stage.peer(subscribes=("sources",))

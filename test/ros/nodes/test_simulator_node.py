@@ -125,6 +125,7 @@ def test_sources_wait_for_terrain_and_a_new_terrain_is_flown_with_the_last_sourc
     assert column(peer.received["deposits"][-1], "z") == pytest.approx([-3.0, -3.0], abs=FLOAT32)
 
 
+@pytest.mark.long
 def test_rocks_are_thrown_along_the_x_axis_of_their_pose(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS, release_speed=2.0)
     peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
@@ -139,6 +140,7 @@ def test_rocks_are_thrown_along_the_x_axis_of_their_pose(stage):
     assert [column(first, name)[0] for name in "xy"] == pytest.approx([2.0, 10.4 + flown], rel=FLOAT32)
 
 
+@pytest.mark.long
 def test_who_joins_late_gets_the_last_results(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
     peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
@@ -150,6 +152,7 @@ def test_who_joins_late_gets_the_last_results(stage):
     assert answers(stage.peer(subscribes=RESULTS), sent)
 
 
+@pytest.mark.long
 def test_rocks_that_leave_make_an_empty_cloud_of_deposits(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS, release_speed=50.0)
     peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
@@ -286,6 +289,7 @@ def test_bad_input_is_refused_with_a_diagnostic_and_the_node_lives_on(running, c
     assert answers(running, good)
 
 
+@pytest.mark.long
 def test_a_survey_that_is_no_terrain_is_refused_as_terrain_and_the_last_good_one_stays(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
     peer = stage.peer(publishes=("terrain/points", "terrain/mesh", "sources"), subscribes=RESULTS)
@@ -305,6 +309,7 @@ def test_a_survey_that_is_no_terrain_is_refused_as_terrain_and_the_last_good_one
     assert peer.wait_for_health(f"{NODE}: terrain", "received").level == OK
 
 
+@pytest.mark.long
 def test_a_refused_mesh_does_not_hide_the_last_one_from_its_repetition(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
     peer = stage.peer(publishes=("terrain/mesh",))
@@ -317,6 +322,7 @@ def test_a_refused_mesh_does_not_hide_the_last_one_from_its_repetition(stage):
     assert peer.wait_for_health(f"{NODE}: terrain", "received").level == OK
 
 
+@pytest.mark.long
 def test_each_reason_of_refusal_is_logged_once_in_a_while(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
     peer = stage.peer(publishes=("sources",))
@@ -343,6 +349,7 @@ def test_a_node_with_a_wrong_parameter_ends_with_exit_code_2_and_a_sentence(stag
     assert "Traceback" not in stage.output("simulator_node")
 
 
+@pytest.mark.long
 def test_no_sources_are_an_answer_that_clears_what_was_shown(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
     peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
@@ -358,6 +365,7 @@ def test_no_sources_are_an_answer_that_clears_what_was_shown(stage):
     assert peer.wait_for_health(f"{NODE}: sources", "nothing seen").level == OK
 
 
+@pytest.mark.long
 def test_a_scattered_cloud_is_terrain_too(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
     peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)

@@ -196,6 +196,7 @@ def test_what_was_received_before_the_clock_began_is_played_first_and_at_once():
     assert [raw.stamp_ns for raw in messages] == stamps and begin == 70
 
 
+@pytest.mark.long
 def test_a_player_without_a_subscriber_gives_up_and_one_that_is_stopped_ends(bag, stage):
     command = [sys.executable, "-m", "rpf3d_ros.nodes.play_bag", str(bag)]
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))

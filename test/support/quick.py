@@ -1,0 +1,11 @@
+"""Parameters of a test of which `make test` runs some, and `make test-long` the others."""
+
+from collections.abc import Collection, Iterable
+from typing import Any
+
+import pytest
+
+
+def long_except(quick: Collection[str], names: Iterable[str]) -> list[Any]:
+    """Return the names as parameters of a test; those not in `quick` are marked long."""
+    return [pytest.param(name, marks=[] if name in quick else pytest.mark.long) for name in names]
