@@ -31,6 +31,7 @@ FALLEN = [
     ("overhangs", 401, "coulomb_limited", 137),
     ("seams", 30, "constant", 15),  # along a T-junction, down the dip
     ("seams", 32, "coulomb_limited", 37),
+    ("scattered", 35, "coulomb_limited", 206),  # over a vertex where facets of all sizes meet
     ("ridges", 250, "constant", 136),  # along a sharp gully, at 1e-9 of its speed towards the other side
 ]
 """Family, seed, rebound and row of rocks that fell."""
