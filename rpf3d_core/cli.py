@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def _say_version(wanted: bool) -> None:
-    """If `wanted` is true, print the version and exit."""
+    """Print the version and exit if the user gave `--version` (`wanted` is true)."""
     if wanted:
         try:
             screen.print(f"rpf3d {importlib.metadata.version('rpf3d')}", highlight=False)

@@ -14,11 +14,11 @@ STANDARD_GRAVITY = 9.81
 
 
 SPHERE_INERTIA_RATIO = 0.4
-"""I / (m R^2) of a solid sphere (-)."""
+"""Moment of inertia of a solid sphere, I / (m R^2) (-)."""
 
 
 class Motion(NamedTuple):
-    """The place and movement of a rock: time t (s), position x (3,) m, velocity v (3,) m/s, spin w (3,) rad/s."""
+    """The place and movement of a rock at a time: t (s), position x (3,) m, velocity v (3,) m/s, spin w (3,) rad/s."""
 
     t: float
     x: Vec
@@ -49,7 +49,7 @@ class Outcome(IntEnum):
 
 
 MOVING = -1
-"""Value used instead of an outcome while a rock is still moving."""
+"""Value in place of an outcome while a rock is still moving."""
 
 OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.STOPPED: "came to rest on the ground",
@@ -84,7 +84,7 @@ DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
 
 
 class Mode(IntEnum):
-    """Kind of motion of a rock between two events of its path."""
+    """Kind of motion of a rock between two events of its path; each row of a path stores this number."""
 
     FLIGHT = 0
     SETTLING = 1

@@ -1,4 +1,4 @@
-"""Find the first time when a quartic polynomial falls through zero, without missing a root.
+"""Find when a polynomial of degree four first falls through zero: when a sphere touches an edge or a corner.
 
 The squared distance of a parabola from a line or a point is a quartic in time. The second derivative is a quadratic.
 Between the roots of the second derivative the first derivative is monotone, and between the roots of the first
@@ -27,19 +27,21 @@ class Quartic(NamedTuple):
 
 @kernel
 def value_at(q: Quartic, t: float) -> float:
-    """Return q(t)."""
+    """Return the value of the polynomial q at t."""
     return q.c0 + t * (q.c1 + t * (q.c2 + t * (q.c3 + t * q.c4)))
 
 
 @kernel
 def slope_of(q: Quartic) -> Quartic:
-    """Return the derivative of q."""
+    """Return the derivative of the polynomial q."""
     return Quartic(c0=q.c1, c1=2.0 * q.c2, c2=3.0 * q.c3, c3=4.0 * q.c4, c4=0.0)
 
 
 @kernel
 def first_fall(q: Quartic, begin: float, end: float) -> float:
     """Return the first t in (begin, end] where q falls from above zero to zero or below; inf if there is none.
+
+    q is a squared distance minus a squared radius, so a fall is a contact.
 
     begin, end : finite; if q is zero at `begin`, this is not a fall
     """
@@ -63,7 +65,7 @@ def first_fall(q: Quartic, begin: float, end: float) -> float:
 
 @kernel
 def _bends(q: Quartic) -> tuple[float, float]:
-    """Return the two roots of a quadratic in ascending order; inf in place of a missing root."""
+    """Return the two roots of a quadratic in ascending order, which bracket other roots; inf for a missing root."""
     a, b, c = q.c2, q.c1, q.c0
     discriminant = b * b - 4.0 * a * c
     if not discriminant > 0.0:

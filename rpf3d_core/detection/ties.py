@@ -1,4 +1,4 @@
-"""Select one facet if an arc meets several facets at the same time.
+"""Select one facet if a rock meets several facets at the same time.
 
 Speeds, normals and positions decide, so that the result does not depend on the order of the facets in the file.
 """
@@ -48,7 +48,7 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
 
 @kernel
 def _reach(facets: Facets, f: int, p: Vec, axis: Vec) -> Vec:
-    """Return the offsets of the corners of facet f from p (m) along an axis, largest first, times the axis length."""
+    """Return how far the corners of facet f lie from p (m) along an axis, largest first, times the axis length."""
     a, b, c = (dot(subtract(corner(facets, f, 0), p), axis), dot(subtract(corner(facets, f, 1), p), axis),
                dot(subtract(corner(facets, f, 2), p), axis))  # fmt: skip
     return max(a, b, c), max(min(a, b), min(max(a, b), c)), min(a, b, c)
