@@ -118,7 +118,7 @@ def notices_them(locator: BucketLocator) -> bool:
 def _pace(v: float) -> float:
     """Return the time that an arc needs per metre along an axis (s/m).
 
-    Inf if its speed v (m/s) is too low to leave a cell.
+    The result is inf if the speed v (m/s) is too low to leave a cell.
     """
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 

@@ -33,7 +33,7 @@ SAMPLE = 100_000
 class VtkLocator:
     """The locator of the reference engine: VTK's locator over F facets, and a list for its results.
 
-    For one thread only.
+    Only one thread may use it.
     """
 
     def __init__(self, facets: Facets) -> None:

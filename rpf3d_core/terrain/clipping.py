@@ -1,4 +1,4 @@
-"""Cut facets exactly along an outline in plan: vertical planes clip each facet in space.
+"""Cut facets exactly along an outline in plan, for areas of interest: vertical planes clip each facet in space.
 
 Clipping in space, not in plan, works for vertical and overhanging faces alike (Sutherland and Hodgman 1974,
 Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
@@ -15,14 +15,14 @@ from rpf3d_core.terrain.frame import FloatArray
 MOST_CORNERS = 9
 """Largest number of corners of a triangle clipped by three planes: 6, and 9 if rounding bends its straight edges."""
 FACETS_A_TILE = 32
-"""Mean number of facets in a tile.
+"""Mean number of facets in a tile, a cell of a coarse grid in plan that limits the search for overlaps.
 
 Each prism is tested against every tile, and then against the facets of the tiles that the prism may overlap.
 """
 
 
 class _Tiles(NamedTuple):
-    """Facets grouped into tiles of the plan.
+    """Facets grouped into tiles (cells of a coarse grid in plan), to find quickly the facets near a prism.
 
     order : (F,) facets, sorted by tile; start : (N,) first index of each tile in `order`
     facets : (N,) number of facets of each tile; low, high : (N, 2) m, the box in plan around the facets of each tile
@@ -36,7 +36,9 @@ class _Tiles(NamedTuple):
 
 
 def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
-    """Return the parts (P, 3, 3) m of facets that lie inside an area in plan, given as triangles without overlap.
+    """Return the parts (P, 3, 3) m of facets that lie inside an area in plan, such as an area of interest.
+
+    The area is given as triangles without overlap.
 
     corners : (F, 3, 3) m, F >= 1, of the facets
     prisms : (T, 3, 2) m, triangles in plan, with either winding; each triangle stands for a vertical prism
@@ -67,7 +69,7 @@ def normals_of(triangles: FloatArray) -> FloatArray:
 
 
 def _tiles_of(corners: FloatArray) -> _Tiles:
-    """Group facets (F, 3, 3) into tiles."""
+    """Group facets (F, 3, 3) into tiles: cells of a coarse grid in plan."""
     low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
     side = max(int((len(corners) / FACETS_A_TILE) ** 0.5), 1)
     origin = low.min(axis=0)
@@ -81,7 +83,7 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for each edge of a prism where vertical facets on the edge belong to the neighbouring prism.
+    """Return (T, 3) true for each edge of a prism whose vertical facets belong to the neighbouring prism.
 
     At an edge between two prisms, exactly one prism gets such facets.
     """
@@ -92,7 +94,7 @@ def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
 
 
 def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
-    """Return the facets (N,) of all tiles that may overlap a prism.
+    """Return the facets (N,) of all tiles that may overlap a prism, to test only these facets.
 
     A tile cannot overlap the prism if it lies outside the prism's box, or entirely outside one edge of the prism.
     """
@@ -120,7 +122,7 @@ def _counter_clockwise(prisms: FloatArray) -> FloatArray:
 
 
 def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
-    """Return the parts (P, 3, 3) of triangles (N, 3, 3) inside a prism (3, 2), as triangles."""
+    """Return the parts (P, 3, 3) of triangles (N, 3, 3) inside a vertical prism over a triangle (3, 2)."""
     points = np.zeros((len(triangles), MOST_CORNERS, 3))
     points[:, :3] = triangles
     count = np.full(len(triangles), 3)

@@ -14,9 +14,11 @@ TALLER = 16.0
 
 
 def outer_walls(border: FloatArray, crack: float) -> FloatArray:
-    """Return the walls as triangles (T, 3, 3) m that face inwards; sides of the hull on its box get no wall.
+    """Return the walls around a terrain as triangles (T, 3, 3) m that face inwards.
 
     border : (B, 3, 3) m, as `border.border_of` gives it; crack : m, within which a side lies on a side of the box
+
+    Sides of the convex hull that lie on the sides of its box get no wall.
     """
     points = border[:, 0]
     hull = shapely.convex_hull(shapely.multipoints(points[:, :2]))

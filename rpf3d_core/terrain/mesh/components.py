@@ -1,4 +1,4 @@
-"""Connected components of a graph given as pairs of nodes."""
+"""Connected components of a graph given as pairs of nodes: finds the separate parts of a mesh and chains of points."""
 
 from typing import Any
 

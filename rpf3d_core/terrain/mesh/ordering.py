@@ -1,4 +1,4 @@
-"""Sort integers together with their original positions."""
+"""Sort integers together with their original positions, as the search for edges and the welding need it."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ LARGEST_BITS = 63
 
 
 def bits_left(count: int) -> int:
-    """Return the number of bits that each of `count` keys may have for the fast sort."""
+    """Return the number of bits that each of `count` keys may have, so that `sort_keys` can use its fast way."""
     return LARGEST_BITS - count.bit_length()
 
 
@@ -37,14 +37,14 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
 
 @loop
 def _pack(keys: Any, shift: int) -> None:
-    """Append the position of each key to the key, in its low bits."""
+    """Append to each key its position, in the low bits, so that sorting the keys moves the positions too."""
     for i in range(len(keys)):
         keys[i] = (keys[i] << shift) + i
 
 
 @loop
 def _unpack(keys: Any, shift: int, place: Any) -> None:
-    """Split packed integers into keys and positions."""
+    """Split packed integers into keys and positions again."""
     for i in range(len(keys)):
         place[i] = keys[i] & ((1 << shift) - 1)
         keys[i] >>= shift

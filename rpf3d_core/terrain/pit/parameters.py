@@ -79,7 +79,7 @@ class Pit:
     crest_altitude: float = 1688.0
 
     def __post_init__(self) -> None:
-        """Refuse values out of range, with the name of the parameter."""
+        """Raise `TerrainError` for values out of range, with the name of the parameter."""
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:
