@@ -1,4 +1,4 @@
-"""Give the processor the hint to load a cache line early, because the cache line will soon be written."""
+"""Ask the processor to load data early that a loop will soon write, which makes counting in large grids faster."""
 
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +16,10 @@ except ImportError:
 
 
 def _ask_for(array, row, column):  # type: ignore[no-untyped-def]  # numba needs equal parameters in all overloads
-    """Ask the processor to load the cache line of the element (row, column) for writing; only a hint."""
+    """Ask the processor to load the element (row, column) of an array before it is written.
+
+    This is only a hint: the content does not change.
+    """
 
 
 prefetch: Callable[[Any, Any, Any], None] = _ask_for

@@ -29,11 +29,11 @@ class Physics(NamedTuple):
 
 @kernel
 def rock_at(rock: RockContext, state: State) -> RockContext:
-    """Return the rock's data, with the number of impacts updated from its state."""
+    """Return the rock's data for the models, with the number of impacts that the rock has had so far."""
     return RockContext(rock=rock.rock, key=rock.key, impacts=state.tally.impacts)
 
 
 @kernel
 def ground_of(physics: Physics, facet: int, rock: RockContext, state: State) -> Surface:
-    """Return the surface properties of a facet for this rock at its present impact (they may be drawn at random)."""
+    """Return the surface properties of a facet for this rock at its present impact (some are drawn at random)."""
     return surface_of(physics.materials, physics.facets.zone[facet], rock_at(rock, state))  # type: ignore[no-any-return]
