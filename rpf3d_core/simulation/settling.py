@@ -30,7 +30,9 @@ SETTLING = int(Mode.SETTLING)
 def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
     """Return the state of a rock at the start of sliding or rolling on the ground, with velocity v.
 
-    The rock is moved exactly onto the plane of its facet, or onto the line of its gully. held : these facets
+    The rock is moved exactly onto the plane of its facet, or onto the line of its gully.
+
+    held : these facets
     """
     x = on_plane(facets, held.facet, state.motion.x)
     if held.other >= 0:

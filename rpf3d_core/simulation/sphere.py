@@ -116,8 +116,10 @@ def roll_on(
 def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
     """Return True if a sphere that slips only slightly rolls from now on: the slip must be set to zero at once.
 
-    slip : m/s, velocity of the sphere's surface at the contact. The result is True if gravity turns the direction of
-        the slip: as the slip fades, its direction would turn ever faster.
+    slip : m/s, velocity of the sphere's surface at the contact
+
+    The result is True if gravity turns the direction of the slip: as the slip fades, its direction would turn ever
+    faster.
     """
     slips = norm(slip)
     if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:

@@ -1,4 +1,4 @@
-"""The velocity transform of the thesis for an impact, exactly as printed; only for the reproduction of its results."""
+"""Rebound by the velocity transform of the thesis, exactly as printed; only for the reproduction of its results."""
 
 import math
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from rpf3d_core.vectors import add, dot, scale
 
 
 class ThesisLiteral(NamedTuple):
-    """The thesis' equations 2-3 to 2-8 as printed, for reproduction only."""
+    """Rebound model with the thesis' equations 2-3 to 2-8 as printed, for reproduction only."""
 
 
 @rebound.rule(ThesisLiteral)
@@ -37,5 +37,5 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 def thesis_rest(
     model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a `Rest` of zero duration, below `smallest_bounce`: no closed form is known for the printed transform."""
+    """Report no further bounces below `smallest_bounce`: the printed transform has no closed form for their sum."""
     return at_once(motion, n)
