@@ -1,4 +1,4 @@
-"""Test whether the shares of two independent ensembles differ: interval, p value, and Holm's correction.
+"""Test whether the shares of two independent ensembles differ: confidence interval, p value, and Holm's correction.
 
 A share is a count out of a total, as in `statistics.share_of`.
 """
@@ -9,10 +9,13 @@ from collections.abc import Sequence
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 LEAST_EXPECTED = 5.0
-"""Expected count below which the normal approximation is not trusted (Cochran 1954, Biometrics 10:417-451)."""
+"""Expected count below which an exact test replaces the normal approximation (Cochran 1954, Biometrics 10:417-451)."""
 AS_LIKELY = 1.0 + 1e-7
-"""Tolerance factor for rounding, as in R's fisher.test: a table counts as no more likely than the observed table if its
-chance is at most this factor times the chance of the observed table."""
+"""Tolerance factor for rounding in Fisher's exact test, as in R's fisher.test.
+
+A table counts as no more likely than the observed table if its chance is at most this factor times the chance of the
+observed table.
+"""
 
 
 def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]:
@@ -29,7 +32,7 @@ def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]
 
 
 def p_value(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the two-sided p value of the hypothesis that the shares a / n_a and b / n_b are equal.
+    """Return the two-sided p value of the hypothesis that two shares, a / n_a and b / n_b, are equal.
 
     The test is the pooled z test, or Fisher's exact test for small counts.
     """

@@ -28,7 +28,7 @@ RADIANS = math.pi / 180.0
 
 
 class DrawnSurface(NamedTuple):
-    """The ground of a zone with the distributions of its coefficients.
+    """The ground of a zone whose coefficients are drawn at random, with their distributions.
 
     R_n, R_t : distributions (-) within [0, 1]; friction_angle : distribution, degrees, within [0, 90)
     stop_speed : m/s; per_impact : True for a new draw at each impact, False for one draw per rock
@@ -49,7 +49,7 @@ class DrawnSurface(NamedTuple):
 
 
 class DrawnMaterials(NamedTuple):
-    """`DrawnSurface` for each of Z zones.
+    """The ground of all Z zones with distributions, as arrays that compiled code can read (`DrawnSurface`).
 
     kind : (Z, 4) kinds of distribution; numbers : (Z, 4, 6) their other fields, by coefficient
     stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
@@ -62,7 +62,7 @@ class DrawnMaterials(NamedTuple):
 
 
 def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
-    """Return the materials of Z surfaces, in order of zone; plain `Materials` if all coefficients are fixed."""
+    """Return the materials of Z zones as the simulation reads them; plain `Materials` if all coefficients are fixed."""
     draws = [surface.coefficients for surface in surfaces]
     if all(draw.kind == FIXED for row in draws for draw in row):
         return materials_of([_certain(surface) for surface in surfaces])
@@ -87,7 +87,10 @@ def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Su
 
 @kernel
 def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number: int, k: int) -> float:
-    """Return coefficient number k of a zone: the fixed value, or a drawn value."""
+    """Return coefficient number k of a zone for a rock: the fixed value, or a drawn value.
+
+    number : of the impact, or 0 for one draw per rock
+    """
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:
         return numbers[zone, k, 2]  # type: ignore[no-any-return]
@@ -105,7 +108,7 @@ def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number
 
 
 def _certain(surface: DrawnSurface) -> Surface:
-    """Return a surface of fixed coefficients; the tangent of the angle is taken here, as in `drawn_surface`."""
+    """Return the ground of a zone whose coefficients are all fixed, without distributions."""
     mu = math.tan(surface.friction_angle.location * RADIANS)
     R_n, R_t, mu_r = surface.R_n.location, surface.R_t.location, surface.rolling_friction.location
     return Surface(R_n=R_n, R_t=R_t, mu=mu, stop_speed=surface.stop_speed, mu_r=mu_r)
