@@ -33,7 +33,7 @@ def velocity(arc: Arc, t: float) -> Vec:
 
 @kernel
 def advance(motion: Motion, gravity: float, t: float) -> Motion:
-    """Return time, place and velocity of a rock after t seconds of free flight; the spin does not change."""
+    """Return the motion of a rock after t more seconds of free flight; the spin does not change."""
     arc = Arc(motion.x, motion.v, gravity)
     return Motion(motion.t + t, position(arc, t), velocity(arc, t), motion.w)
 
@@ -48,7 +48,7 @@ def arc_length(arc: Arc, t: float) -> float:
 
 @kernel
 def _length_term(h: float, u: float) -> float:
-    """Return the antiderivative of sqrt(h + u^2) with respect to u, from which `arc_length` gets the length of an arc.
+    """Return the antiderivative of sqrt(h + u^2) with respect to u; `arc_length` takes the difference of two values.
 
     h : squared horizontal speed (m^2/s^2); u : vertical speed (m/s)
 

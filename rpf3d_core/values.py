@@ -1,4 +1,4 @@
-"""The immutable values that all layers share: motion, rock, outcome.
+"""The immutable values that the whole package shares: motion, rock, outcome.
 
 SI units, z up, right-handed, in the terrain's local frame (`terrain/frame.py`).
 """
@@ -80,7 +80,7 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
 }
 
 DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
-"""The only outcomes that leave a rock lying on the terrain."""
+"""The outcomes after which a rock lies on the terrain; after every other outcome it does not."""
 
 
 class Mode(IntEnum):

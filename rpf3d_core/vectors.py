@@ -43,8 +43,10 @@ def norm(a: Vec) -> float:
 
 
 NOISE = 1e-12
-"""Share of a vector's length (-): a component along a plane that is smaller than this share counts as rounding error.
-The limit is a thousand times the largest possible rounding error."""
+"""Share of a vector's length (-) below which its component along a plane counts as rounding error.
+
+The limit is a thousand times the largest possible rounding error.
+"""
 
 
 @kernel

@@ -23,7 +23,7 @@ BUCKETS_PER_FACET = 2.0
 FEWEST_BUCKETS = 64
 """Number of buckets that a grid may always have, even for very few facets."""
 ENTRIES_PER_FACET = 16
-"""Largest mean number of entries per facet; 4 is usual. A few wide facets over narrow cells have many entries."""
+"""Largest mean number of buckets that a facet is in; 4 is usual. A few wide facets over narrow cells are in many."""
 SAMPLE = 100_000
 """Least number of facets in the sample from which the cell size and the extent of the grid are estimated."""
 FAR = 0.005
@@ -92,7 +92,7 @@ def bands(grid: Grid) -> list[Block]:
 
 
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
-    """Return the grid for some facets, and an array that holds the number of entries of bucket k at index k + 1.
+    """Return the grid for a terrain, and the number of facets in each bucket, at index k + 1 for bucket k.
 
     Cells are as wide as the median facet. The grid covers the whole terrain or, if that takes too many cells, most
     facets. Distant single facets are then in the outermost buckets, and the cells under the other facets stay small.
@@ -118,7 +118,7 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the entries of bucket k into starts[k + 1]; return False if the grid would have too many entries."""
+    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together hold too many facets."""
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
     counts = share([lambda band=band: _count(facets.corners, slack, grid, band, most, starts) for band in bands(grid)])  # type: ignore[misc]
     return sum(counts) <= most
@@ -138,7 +138,7 @@ def _cells(low: FloatArray, high: FloatArray, cell: float) -> Grid:
 
 
 def _buckets(grid: Grid) -> int:
-    """Return the number of cells of a grid."""
+    """Return the number of cells of a grid, each of which gets one bucket."""
     return grid.nx * grid.ny
 
 
@@ -186,7 +186,7 @@ def common(a: Block, b: Block) -> Block:
 
 @loop
 def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, starts: Any) -> int:
-    """Count the entries of bucket k into starts[k + 1], for the rows of a band; return the number of entries.
+    """Count the facets in bucket k into starts[k + 1], for the rows of a band; return the sum of the counts.
 
     The count stops if it exceeds `most`.
     """
@@ -206,7 +206,7 @@ def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, start
 
 @loop
 def _fill(corners: Any, slack: float, grid: Grid, band: Block, cursor: Any, ids: Any, boxes: Any) -> None:
-    """Write the entries of the rows of a band, in ascending order of facets.
+    """Write the facets in each bucket of a band of rows, in ascending order.
 
     cursor : the next free index in `ids` of each bucket
     """

@@ -45,7 +45,7 @@ class BucketLocator(NamedTuple):
 
 
 class Crossing(NamedTuple):
-    """The part of an arc over one bucket (column i, row j): from time `begin` to time `leave` (s)."""
+    """The part of an arc over one cell of the grid (column i, row j): from time `begin` to time `leave` (s)."""
 
     i: int
     j: int
@@ -177,7 +177,9 @@ def _earliest_in_bucket(
 
 @kernel
 def _next_overlapping(boxes: Any, entry: int, stop: int, probe: int) -> int:
-    """Return the next entry of a bucket, from `entry` on, whose facet may lie under the arc; `stop` if there is none.
+    """Return the next facet in a bucket that may lie under the arc, as an index from `entry` on.
+
+    `stop` if there is none.
 
     probe : box of the arc over the bucket, packed for the comparison (`plan_boxes.overlap`)
 

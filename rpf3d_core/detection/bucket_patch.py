@@ -37,7 +37,7 @@ Plan = tuple[float, float]
 
 
 class Entries(NamedTuple):
-    """Entries of S new facets in a rectangle of cells, row by row: cell k holds ids[starts[k] : starts[k + 1]].
+    """The S new facets of a patch by the cells they are in, row by row: cell k holds ids[starts[k] : starts[k + 1]].
 
     starts : (cells + 1,); ids : (E,) numbers of facets, below S
     """
@@ -84,7 +84,7 @@ def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
 
 
 def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:
-    """Return the entries of new facets, corners (S, 9) m, in a rectangle of cells.
+    """Return the new facets of a patch, corners (S, 9) m, by the cells of a rectangle that they are in.
 
     slack : m by which the box of a facet is widened; most : largest number of entries
     Raises TerrainError if the facets have more than `most` entries.
@@ -128,13 +128,16 @@ def patched_locator(
 
 
 def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
-    """Move the elements from `begin` to `end` by `shift` places within the array; NumPy copies as `memmove` does."""
+    """Move elements within an array by `shift` places, to make room for the new facets of a patch."""
     if shift:
         array[begin + shift : end + shift] = array[begin:end]
 
 
 def most_entries(facets: int) -> int:
-    """Return the largest number of entries allowed for a number of facets: the same limit as for a full sort."""
+    """Return how many entries (a facet in a bucket) a terrain of `facets` facets may have.
+
+    A patch must not exceed it.
+    """
     return ENTRIES_PER_FACET * facets
 
 
@@ -175,7 +178,7 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 @loop
 def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int, starts: Any) -> bool:
-    """Count the entries of cell k of a rectangle into starts[k + 1]; stop and return False if they exceed `most`."""
+    """Count the facets in cell k of a rectangle into starts[k + 1]; stop and return False if they exceed `most`."""
     entries = 0
     for f in range(corners.shape[0]):
         cells = cells_under(corners, f, slack, grid)
@@ -191,7 +194,7 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int,
 
 @loop
 def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any, ids: Any) -> None:
-    """Write the facet of each entry in a rectangle of cells into `ids`; `cursor` holds each cell's next free index."""
+    """Write the facets in each cell of a rectangle into `ids`; `cursor` holds the next free index of each cell."""
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), block)
         for j in range(cells.bottom, cells.top):
@@ -203,7 +206,7 @@ def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any
 
 @loop
 def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None:
-    """Count the future entries of each bucket in the rows of a patch, to place them; bucket n is counted at n + 1."""
+    """Count the facets that each bucket in the rows of a patch will have; bucket n is counted at index n + 1."""
     block, come = patch.block, patch.entries.starts
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):
@@ -222,7 +225,7 @@ def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None
 def _lay_band(
     locator: BucketLocator, corners: Any, slack: float, patch: BucketPatch, new_ids: Any, new_boxes: Any
 ) -> None:
-    """Write the new entries of all buckets in the rows of a patch: first the facets that stay, then the new facets."""
+    """Write the facets of all buckets in the rows of a patch: first those that stay, then the new facets."""
     at, block, come = 0, patch.block, patch.entries
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):
@@ -251,7 +254,7 @@ def _add_to(array: Any, begin: int, amount: int) -> None:
 def _renew_slabs(
     corners: Any, normals: Any, slack: float, locator: BucketLocator, block: Block, table: SlabTable
 ) -> None:
-    """Compute the slabs over a rectangle of whole cells again, from the entries of its buckets."""
+    """Compute the slabs over a rectangle of whole cells again, from the facets in its buckets."""
     clear_block(table, block)
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):

@@ -18,11 +18,11 @@ from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
 ON_GROUND = REACH / CRACK
-"""Largest path from a cap to ground behind the cap, in tolerances of caps, for a rock that is still on the ground."""
+"""Longest path behind a cap on which the ground still carries a rock at the edge of a hole, in tolerances of caps."""
 
 
 class CapFacets(NamedTuple):
-    """Caps over the gaps of a terrain.
+    """The caps that close the gaps of a terrain, as facets whose passage ends a rock.
 
     facets : `zone` holds the outcome of a rock that passes through; the tolerance is CRACK times the tolerance of the
         terrain, so that no rock passes between a cap and the ground
@@ -65,7 +65,7 @@ def is_not_known(contact: object) -> bool:
 
 @is_on_free_side.rule(Contact)
 def is_on_free_side_of_facet(contact: Contact) -> bool:
-    """True if a lumped mass meets the free side of the facet."""
+    """True if a lumped mass meets the free side of the facet, the side that faces the air."""
     return contact.side > 0.0
 
 

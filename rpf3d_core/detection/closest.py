@@ -1,4 +1,4 @@
-"""Find the facet closest to a point, for the comparison with fixed time steps; one rule per locator."""
+"""Find the facet closest to a point, for the methods with fixed time steps and for spheres; one rule per locator."""
 
 import math
 from typing import Any, NamedTuple

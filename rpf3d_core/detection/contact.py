@@ -9,7 +9,7 @@ from rpf3d_core.terrain.facets import Facets
 
 
 class Contact(NamedTuple):
-    """Contact of an arc with a facet.
+    """The contact of a rock (lumped mass) on an arc with a facet: when, where and from which side.
 
     t : s along the arc, inf if there is no contact; facet : number of the facet, -1 for none
     side : +1.0 if the arc meets the free side of the facet, -1.0 if it meets the back

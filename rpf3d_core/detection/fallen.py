@@ -1,4 +1,4 @@
-"""Check whether a rock that is about to leave the terrain has fallen through the ground by rounding.
+"""Check whether a rock that would leave the terrain has fallen through the ground by rounding errors.
 
 Contacts are exact except for rounding, and no list of the effects of rounding is complete. If a rock lies under the
 ground although the search found no contact, the rock has fallen through the ground. The rock then does not count as a
@@ -19,13 +19,13 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facets import Facets
 
 ALONG = 3
-"""Number of places along a flight that the check tests, until one of them is under the ground."""
+"""Number of places along a flight at which the check for falls looks for ground, until one of them is below it."""
 FIRST = 64.0
 """Path to the first tested place, in crack widths: far more than the depth (4) at which a rock still meets a facet."""
 FURTHER = 256.0
-"""Ratio of the path to one place to the path to the previous place (-)."""
+"""Factor by which the path to each tested place is longer than the path to the previous place (-)."""
 HALVES = 40
-"""Number of times that the interval in which a rock passed below the ground is halved."""
+"""Number of times that an interval of time is halved, to find when a rock passed below the ground."""
 WIDTH = 1.0 / 16.0
 """Distance from a tested place to the vertical lines around it, over the path of the rock to the place (-)."""
 COLUMNS = ((0.0, 0.0), (1.0, 0.4), (-0.4, 1.0), (-1.0, -0.4), (0.4, -1.0))
@@ -41,7 +41,7 @@ A higher facet is not the ground it left.
 STRAIGHT = 1e-100
 """Gravity (m/s^2) of an arc that is a straight line; not 0, because the reference engine divides by gravity."""
 OVER, UNDER, OFF = 0, 1, 2
-"""Result for a tested place: above the ground, below the ground, or outside the terrain."""
+"""Result of the check at one place: above the ground, below the ground, or outside the terrain."""
 
 
 class Inquiry(NamedTuple):
@@ -68,7 +68,7 @@ class Inquiry(NamedTuple):
 
 @kernel
 def inquiry(facets: Facets, open_: bool) -> Inquiry:
-    """Return the check for a fall through the ground at its start: at the first place, without results.
+    """Return the check for a fall through the ground at its start, before any place is tested.
 
     open_ : True to start the check; False for a check that is not needed
     """
@@ -104,7 +104,7 @@ def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
 
 @kernel
 def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -> Inquiry:
-    """Return the state of the check after the search along one line of sight.
+    """Return the state of the check for a fall through the ground after the search along one line of sight.
 
     A place counts as under the ground if no column, at the place or around the place, has ground below. One column is
     not enough: next to a vertical wall, rounding may put the underside of the wall's top above the place, and in a
@@ -143,7 +143,7 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
 
 @kernel
 def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
-    """Return the state of the check after a tested place is classified: finished, or at the next place.
+    """Return the state of the check for a fall after a tested place is classified: finished, or at the next place.
 
     where : OVER, UNDER or OFF
 

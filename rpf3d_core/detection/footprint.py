@@ -69,7 +69,7 @@ def used_by_what_stays(
 
 
 def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -> NDArray[np.bool_]:
-    """Return (N,) True for each triangle that touches the area of a patch in plan.
+    """Return (N,) True for each triangle that touches the area of a patch in plan, such as a triangle without area.
 
     thin : (N, 9) m, corners of the triangles; a triangle may be as thin as a line or a point
     """
@@ -107,7 +107,7 @@ def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any
 
 @loop
 def _collect(locator: BucketLocator, block: Block, marks: Any, found: Any) -> None:
-    """Write the facets marked _SEEN into `found`, and mark them GOES."""
+    """Write the facets marked _SEEN into `found`, and mark them GOES: the patch removes them."""
     count = 0
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):
@@ -221,7 +221,7 @@ def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
 
 @kernel
 def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """True if one side of triangle f separates triangle g from triangle f, by more than the slack (m)."""
+    """True if one side of triangle f separates the triangles f and g in plan, by more than the slack (m)."""
     for k in range(3):
         ax, ay = one[f, 3 * k], one[f, 3 * k + 1]
         ux, uy = one[f, 3 * ((k + 1) % 3)] - ax, one[f, 3 * ((k + 1) % 3) + 1] - ay

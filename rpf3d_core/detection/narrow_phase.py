@@ -1,4 +1,4 @@
-"""Exact contact of an arc with a facet, without a time step: the narrow phase of both engines.
+"""Exact contact of an arc with one facet, without a time step, for both engines (the narrow phase of the search).
 
 The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
 zero inside the facet, the rock hits the free side. Where d rises through zero, the rock hits the back.
@@ -40,7 +40,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 GLANCING = 1.0 / 128.0
-"""Sine of the angle between an arc and a facet, below which the arc counts as glancing.
+"""Sine of the angle between an arc and a facet below which rounding may move the contact along the facet.
 
 Above this sine, the rounding of a height (tolerance / 200) moves a contact along the facet by less than the tolerance.
 """
@@ -50,7 +50,7 @@ UPRIGHT = 1e-6
 
 @kernel
 def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, best: Contact) -> Contact:
-    """Return the earlier of `best` and the arc's first contact with facet f.
+    """Return the earlier of two contacts of an arc: `best`, found so far, or the first contact with facet f.
 
     Across a crack the next facet may lie higher than the start of the arc. So a rock at most NEAR crack widths below a
     facet counts as on its free side. Otherwise the rock would meet the facet from behind and be sent into the ground.
@@ -194,7 +194,7 @@ def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
 
 @kernel
 def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if, in the second search, a rock moves along an edge of facet f, at most a crack's width outside facet f.
+    """True if, in the search with wider facets, a rock moves along an edge of facet f, a crack's width outside at most.
 
     A rock that moves along the edge between two facets may leave both facets by rounding, at a T-junction or at the
     foot of a wall. One of the facets must still carry the rock.
@@ -222,7 +222,7 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
-    """Return the contact at time t with facet f if the contact is inside the facet and before `best`; else `best`.
+    """Return the contact with facet f at time t if it is inside the facet and earlier than `best`; else `best`.
 
     A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal.
     """
@@ -257,7 +257,7 @@ def _glances(arc: Arc, approach: float) -> bool:
 
 @kernel
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return the time when an arc that crossed the plane of facet f just outside the facet, at time t, meets facet f.
+    """Return the time when an arc that crossed the plane of facet f outside the facet, at time t, enters facet f.
 
     Return inf if the arc is too far below the plane when it crosses the facet's edge.
 

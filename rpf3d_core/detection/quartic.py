@@ -12,11 +12,11 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 ROOT_STEPS = 120
-"""Largest number of steps within a bracket; usually about ten are enough, and bisection alone takes 64."""
+"""Largest number of steps of the search for one root; about ten are usual, and bisection alone takes 64."""
 
 
 class Quartic(NamedTuple):
-    """The polynomial c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4."""
+    """A polynomial of degree four in time, c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4, such as a squared distance."""
 
     c0: float
     c1: float
@@ -65,7 +65,10 @@ def first_fall(q: Quartic, begin: float, end: float) -> float:
 
 @kernel
 def _bends(q: Quartic) -> tuple[float, float]:
-    """Return the two roots of a quadratic in ascending order, which bracket other roots; inf for a missing root."""
+    """Return the two roots of a quadratic in ascending order, between which each root of a quartic lies.
+
+    Inf for none.
+    """
     a, b, c = q.c2, q.c1, q.c0
     discriminant = b * b - 4.0 * a * c
     if not discriminant > 0.0:

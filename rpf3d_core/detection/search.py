@@ -16,7 +16,10 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.terrain.facets import CRACK, Facets
 
 LAST_LOOK = 1.0 + 2.0**-40
-"""Tolerance of the last search, in crack widths; above 1 only to distinguish the last search from the second search."""
+"""Tolerance of the last search, for a rock that fell through the ground, in crack widths; just above 1.
+
+The value is above 1 only to distinguish the last search from the second search.
+"""
 FALLEN = -2
 """Facet number that marks a contact as a fall through the ground."""
 
@@ -34,7 +37,7 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """True if the side of the contact differs from the side of the last contact."""
+    """True if a rock meets the other side of the ground than at its last contact; without holes, it fell through."""
     return left.facet >= 0 and contact.side != left.side
 
 
@@ -65,7 +68,7 @@ def sees_nothing(contact: object) -> tuple[float, float]:
 
 @sight.rule(Contact)
 def seen(contact: Contact) -> tuple[float, float]:
-    """Return the contact's time as the share, because a line of sight takes one second, and the contact's side."""
+    """Return the time of the contact as the share, because a line of sight takes one second, and the contact's side."""
     return (contact.t if contact.t <= 1.0 else math.inf), contact.side
 
 
@@ -107,7 +110,7 @@ def is_marked(contact: Contact) -> bool:
 def contact_or_crack(
     locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float, longest: float
 ) -> Contact:
-    """Return the earliest contact of an arc; if there is none, search again with slightly wider facets.
+    """Return the earliest contact of an arc; if there is none, search again for a contact with slightly wider facets.
 
     A gap wider than the tolerance may still be a crack and not a hole. Examples: the thin gap between an edge and a
     vertex that lies on the edge except for rounding (a T-junction), or the distance of a few tolerances that a rock has

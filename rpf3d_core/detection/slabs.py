@@ -29,7 +29,7 @@ LEVELS = 4
 
 
 class Slabs(NamedTuple):
-    """The slabs of all cells at all levels (cell sizes).
+    """The slabs of all cells of a grid, for all cell sizes (levels).
 
     planes : (4 C,) n_x, n_y, n_z (-), h (m, -inf for a cell without facets), cells row by row, one level after another
     first : (LEVELS,) row of the first cell of each level
@@ -68,7 +68,7 @@ def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = 
 
 
 def slab_table(slabs: Slabs, columns: int) -> SlabTable:
-    """Return the slabs as a table with a row per cell, in the same memory.
+    """Return the slabs as a table with a row per cell, in the same memory, to compute or update them.
 
     columns : number of columns of buckets
     """
@@ -77,7 +77,7 @@ def slab_table(slabs: Slabs, columns: int) -> SlabTable:
 
 @kernel
 def width_of(count: int, level: int) -> int:
-    """Return the number of cells of a level (cell size) along a side of `count` buckets."""
+    """Return how many cells of a level (cell size) lie along a side of the grid that is `count` buckets long."""
     return ((count - 1) >> (SHIFT * level)) + 1
 
 
@@ -190,7 +190,7 @@ def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, tabl
 
 @kernel
 def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
-    """Raise one slab so that no corner of facet f lies above the slab."""
+    """Raise one slab so that facet f lies below it: none of the facet's corners is above the slab."""
     x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
     for c in range(3):
         high = max(high, x * corners[f, 3 * c] + y * corners[f, 3 * c + 1] + z * corners[f, 3 * c + 2])

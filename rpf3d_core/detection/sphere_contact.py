@@ -45,7 +45,7 @@ class Course(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """Contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
+    """The contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
 
     n : (3,) unit, from the point of contact to the centre; along : (3,) unit, along the touched edge, else zero
     face : True if the sphere touches the interior of the facet, False for an edge or a corner
@@ -73,7 +73,7 @@ ON_RIM = 0.75 * RIM
 The rest of RIM is for rounding.
 """
 POLISHED = 1e3
-"""Tolerances by which the last Newton step may move a contact; only contacts at a very small angle would need more."""
+"""Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
 
 
 @kernel
@@ -90,7 +90,7 @@ def course_velocity(course: Course, t: float) -> Vec:
 
 @kernel
 def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
-    """Return the earlier of `best` and the first contact of a moving sphere with facet f.
+    """Return the earlier of two contacts of a moving sphere: `best`, found so far, or its first contact with facet f.
 
     end : s, finite, end of the whole motion; roots are searched up to this time, so their bits do not depend on the
         facets tested before
@@ -116,7 +116,7 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
 
 @kernel
 def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, best: Touch) -> Touch:
-    """Return the earlier of `best` and the contact of a moving sphere with the interior of facet f.
+    """Return the earlier of two contacts of a moving sphere: `best`, or its contact with the interior of facet f.
 
     n : normal of the facet towards the tested side; c : m, height of the centre above the facet's plane at the start
     """
@@ -137,7 +137,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
 
 @kernel
 def _time_from_touch(b: float, a: float, course: Course) -> float:
-    """Return the time when a sphere that touches a plane hits the plane: 0 for at once, a return time, or inf.
+    """Return the time when a sphere that already touches a plane hits it: 0 for at once, a later time, or inf.
 
     b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
     """
@@ -172,7 +172,7 @@ def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
 
 @kernel
 def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, before: float, best: Touch) -> Touch:
-    """Return the earlier of `best` and the contact of a moving sphere with one edge or corner of facet f.
+    """Return the earlier of two contacts of a moving sphere: `best`, or its contact with one edge or corner of facet f.
 
     k : 0, 1, 2 for an edge; 3, 4, 5 for corner k - 3
     """
@@ -212,7 +212,7 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 @kernel
 def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Quartic, until: float) -> float:
-    """Return the time when a sphere that touches an edge or a corner hits it: 0 for at once, a return time, or inf.
+    """Return the time when a sphere that already touches an edge or a corner hits it: 0 for at once, later, or inf.
 
     p, v, a : offset of the centre from the line or corner (m) and its derivatives (m/s, m/s^2); distance : |p| (m)
     q : squared distance minus squared radius, as a polynomial of time; until : s, end of the search

@@ -18,7 +18,7 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.vectors import dot
 
 LOOK = 2.0
-"""Search radius for facets minus the contact threshold, over the size of a facet (-).
+"""Distance beyond the contact threshold within which facets are searched, over the size of a facet (-).
 
 If no facet is within the search radius, steps are skipped.
 """

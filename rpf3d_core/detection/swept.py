@@ -50,7 +50,7 @@ def swept_radius(locator: Swept) -> float:
 
 @plain_locator.rule(Swept)
 def swept_locator(locator: Swept) -> Any:
-    """Return the locator for lumped masses that the sphere's locator uses."""
+    """Return the locator for lumped masses that the sphere's locator uses inside."""
     return locator.locator
 
 
@@ -164,9 +164,9 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 @kernel
 def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
-    """True if the cell in column i and row j is the first of a rectangle of cells that facet f's box touches.
+    """True if a cell (column i, row j) is the first of a rectangle of cells that facet f's box touches.
 
-    So a facet in several cells is tested only once.
+    A facet in several cells is tested only in this cell.
     """
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)

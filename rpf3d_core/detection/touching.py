@@ -63,7 +63,10 @@ def looked_at(quest: object, facets: Facets, f: int, best: Touch) -> Touch:
 
 @model_function
 def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, best: Touch) -> Touch:
-    """Return the best result of a search among the facets in a box between two corners (3,) m; one rule per locator."""
+    """Return the best result of a search among the facets in a box around a sphere; one rule per locator.
+
+    low, high : (3,) m, corners of the box
+    """
 
 
 @looked_at.rule(Sweep)
@@ -132,7 +135,7 @@ def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: floa
 
 @kernel
 def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
-    """True if p (m) lies in the interior of facet f, and the sphere does not leave the facet across an edge."""
+    """True if a sphere touches the interior of facet f at p (m) and does not leave the facet across an edge."""
     off = without(subtract(quest.x, p), stored_normal(facets, f))
     return norm(off) <= 2.0 * facets.tolerance and stays_on(facets, f, p, quest.v, quest.down)
 
@@ -154,7 +157,10 @@ def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
 
 @kernel
 def lesser(best: Touch, other: Touch) -> Touch:
-    """Return the search result with the smaller `t`; ties go to the larger normal, then to the smaller facet number."""
+    """Return the better of two search results: the smaller `t`.
+
+    Ties go to the larger normal, then the smaller facet number.
+    """
     if best.facet < 0 or other.t != best.t:
         return other if best.facet < 0 or other.t < best.t else best
     for k in range(3):

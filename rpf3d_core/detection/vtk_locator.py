@@ -21,7 +21,7 @@ from rpf3d_core.terrain.facets import Facets
 FIRST_BOX = 2.0
 """Length of the first box to search along an arc, in median facet sizes; each next box is twice as long."""
 CELLS_PER_BUCKET = 1
-"""Facets per bucket of VTK. VTK returns whole buckets: its default of 10 gives four times as many facets to test."""
+"""Facets per bucket of VTK's locator, which returns whole buckets: its default of 10 gives four times as many."""
 LONGEST_BOX = 16.0
 """Length of the longest box to search along an arc, in median facet sizes."""
 MOST_SIZES = 1e5
@@ -65,7 +65,10 @@ def _triangle_cells(count: int) -> np.ndarray:
 
 
 def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
-    """Return the facets as VTK polygons that share memory with the corners `points` (3 F, 3) m."""
+    """Return the facets in the form that VTK's locator needs.
+
+    They share memory with the corners `points` (3 F, 3) m.
+    """
     vtk_points = vtkPoints()
     vtk_points.SetData(numpy_to_vtk(points))
     triangles = vtkCellArray()

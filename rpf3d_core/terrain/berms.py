@@ -20,7 +20,7 @@ from rpf3d_core.terrain.mesh.welding import weld
 from rpf3d_core.terrain.ridge import Ridge, height_at, left_of
 
 Polygon = list[FloatArray]
-"""Corners (3,) m of a convex polygon in space, in order."""
+"""A convex polygon in space, as its corners (3,) m in order."""
 
 ON_LINE = 1e-9
 """Distance (m) from a line within which a corner counts as lying on the line."""
@@ -108,7 +108,7 @@ def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
 
 
 def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
-    """Return the part of a polygon inside a convex polygon in plan (empty for none), and the parts outside."""
+    """Return the part of a polygon inside a convex polygon of a ridge in plan (or nothing), and the parts outside."""
     within, beyond = polygon, []
     for k in range(len(piece)):
         within, right = _halves(within, piece[k], piece[(k + 1) % len(piece)])
@@ -154,16 +154,17 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a ring of points without points that are equal to the previous one."""
+    """Return a ring of points without points that are equal to the previous point."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 
 def _triangles(
     places: FloatArray, rings: Sequence[NDArray[np.int64]], owners: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-    """Return facets (F, 3) that fill rings of points, the original facet (F,) of each, and the points with new centres.
+    """Return facets (F, 3) that fill rings of points, with the original facet (F,) that each is a part of.
 
-    Points that lie on an edge of a ring become corners of the ring, so that neighbours share whole edges.
+    The third result is the points, extended by the centres of rings. Points that lie on an edge of a ring become
+    corners of the ring, so that neighbours share whole edges.
 
     owners : the facet of the original terrain that each ring is a part of
     """

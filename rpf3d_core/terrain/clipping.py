@@ -64,7 +64,7 @@ def areas_of(triangles: FloatArray) -> FloatArray:
 
 
 def normals_of(triangles: FloatArray) -> FloatArray:
-    """Return the area of each triangle (P, 3, 3) m times its unit normal, (P, 3) m^2."""
+    """Return the normals (P, 3) m^2 of triangles (P, 3, 3) m in space, with their areas as lengths."""
     return area_vectors(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
 
 
@@ -110,13 +110,13 @@ def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
 
 
 def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distance of points (..., 3) to the left of a line in plan, times the line's length, (...) m^2."""
+    """Return how far points (..., 3) lie to the left of a line in plan, times the line's length, (...) m^2."""
     along = end - begin
     return np.asarray(along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0]))
 
 
 def _counter_clockwise(prisms: FloatArray) -> FloatArray:
-    """Return triangles (T, 3, 2) in plan with the interior on the left of their edges."""
+    """Return triangles (T, 3, 2) in plan with their corners counter-clockwise: the interior is left of each edge."""
     u, w = prisms[:, 1] - prisms[:, 0], prisms[:, 2] - prisms[:, 0]
     return np.where((u[:, 0] * w[:, 1] < u[:, 1] * w[:, 0])[:, None, None], prisms[:, ::-1], prisms)
 
@@ -135,7 +135,7 @@ def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
 def _cut(
     points: FloatArray, count: NDArray[np.int64], begin: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return convex polygons (N, 9, 3) without the parts to the right of a line in plan, and their corner counts (N,).
+    """Return convex polygons (N, 9, 3) without their parts to the right of a line in plan, and the corner counts (N,).
 
     points : (N, 9, 3) m, corners of the polygons; count : (N,) number of corners of each polygon
     """

@@ -1,4 +1,4 @@
-"""Make a mesh from a cloud of unordered points, by Delaunay triangulation in plan.
+"""Make a mesh from a survey given as unordered points (a cloud), by Delaunay triangulation in plan.
 
 A triangle with a side longer than a given length spans a gap of the survey and is omitted: large gaps are holes. If
 two points have the same place in plan, the first point counts.
@@ -22,7 +22,7 @@ GAP = 10.0
 Longer triangles span a gap of the survey.
 """
 SLOTS = 2
-"""Least number of slots in the hash table of points, over the number of points (-)."""
+"""Least number of slots in the hash table that finds points by their coordinates, over the number of points (-)."""
 
 
 def cloud_mesh(

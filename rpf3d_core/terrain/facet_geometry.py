@@ -8,9 +8,9 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without
 
 ALONG_EDGE = 1e-14
-"""Sine below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
+"""Sine of the angle below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
 ALONG_GULLY = 1e-10
-"""Sine below which a direction counts as parallel to the line between two facets.
+"""Sine of the angle below which a direction counts as parallel to the line between two facets.
 
 The direction of this line is known to 1e-16 over the sine of the angle between the facets.
 """
@@ -20,7 +20,7 @@ PARALLEL = 1e-5
 Above this sine, the normals give the line between the facets to better than 1e-10.
 """
 ALONGSIDE = 16.0
-"""Least length of a path along an edge, in crack widths, for a facet to carry the rock along the edge.
+"""Least length of a path along an edge, in crack widths, for a facet to carry the rock just outside the edge.
 
 On this length the path must stay at most a crack's width outside the facet.
 """
@@ -36,7 +36,7 @@ The distance is more than one tolerance. A rock may be one tolerance outside the
 tolerance away from the neighbouring facet. Such distances must not add up to a fall.
 """
 TIP = 2.0
-"""Distance outside a facet's box, in slacks, up to which a point beyond a corner may count as in the facet.
+"""Distance outside a facet's box, in slacks, within which a point beyond a sharp corner may count as in the facet.
 
 Beyond the tip of a needle-shaped facet, a point can be near both edges and still far from the corner: by the slack over
 the sine of half the angle. Without this limit the result would depend on which facets the locator tests.
@@ -51,7 +51,7 @@ corners: 768 tolerances in total.
 
 @kernel
 def corner(facets: Facets, f: int, k: int) -> Vec:
-    """Return corner k (0, 1, 2) of facet f (m)."""
+    """Return corner k (0, 1, 2) of facet f (m), from the terrain's arrays."""
     first = 12 * f + 3 * k
     return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
@@ -131,7 +131,7 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 
 @kernel
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
-    """Return the distance (m) along a direction in the plane of facet f after which a rock at x leaves the facet.
+    """Return the distance (m) that a rock at x can move in a direction over facet f until it leaves the facet.
 
     parallel : sine of the angle to an edge below which the direction counts as parallel and does not cross the edge
     slack : m, distance beyond an edge at which the rock leaves, if it crosses the edge at a sine below `FLAT`
@@ -150,7 +150,7 @@ def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, s
 
 @kernel
 def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> float:
-    """Return the distance (m) along a direction after which a rock at x leaves the box of facet f.
+    """Return the distance (m) that a rock at x can move in a direction until it leaves the box of facet f.
 
     slack : m by which the box is widened
 

@@ -19,7 +19,7 @@ from rpf3d_core.vectors import cross, norm, scale, subtract
 IntArray = NDArray[np.int32]
 
 RELATIVE_TOLERANCE = 2.0**-40
-"""Contact tolerance over the terrain's diagonal (-).
+"""Contact tolerance as a share of the terrain's diagonal (-).
 
 A contact point is computed from coordinates up to the diagonal L with a few dozen roundings, each at most 2^-53 L. The
 tolerance 2^-40 L is 200 times larger; on a pit of 1 km it is 1 nm.
@@ -27,13 +27,13 @@ tolerance 2^-40 L is 200 times larger; on a pit of 1 km it is 1 nm.
 
 
 CRACK = 64.0
-"""Width, in tolerances, up to which a crack between facets is ignored.
+"""Width, in tolerances, up to which a gap between facets counts as a crack and is ignored.
 
 The width is 2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH covers this width,
 so the locators test all facets that may count.
 """
 SURVEYED = 2.0**-57
-"""Contact tolerance over the largest coordinate of the input (-); counts if it exceeds the tolerance from the diagonal.
+"""Contact tolerance as a share of the largest coordinate of the input (-), for small scenes with large coordinates.
 
 The input's coordinates are rounded by up to 2^-53 of their size before the origin is subtracted. A vertex on an
 edge (T-junction) may then lie off the edge by 2^-51. CRACK = 64 tolerances cover that. Only scenes smaller than
@@ -64,12 +64,12 @@ class Facets(NamedTuple):
 
 
 WORLD = Frame()
-"""The frame of a terrain that is already local: origin 0, z up."""
+"""The frame of a terrain whose input is already local: origin 0, z up."""
 
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """A welded triangle mesh with consistent winding, each facet in one zone.
+    """The terrain as a welded triangle mesh with consistent winding, each facet in one zone.
 
     vertices : (V, 3) m, local frame, z up
     triangles : (F, 3) indices into vertices, counter-clockwise seen from the free side
@@ -135,14 +135,14 @@ def unit_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return the area of each facet times its unit normal (F, 3), m^2, from vertices (V, 3) m and triangles (F, 3)."""
+    """Return the normals (F, 3) m^2 of facets, with areas as lengths, from vertices (V, 3) m and triangles (F, 3)."""
     areas = np.empty((len(triangles), 3))
     _measure(*_as_the_loops_want(vertices, triangles), areas)
     return areas
 
 
 def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tuple[Vec, Vec]]:
-    """Return `Facets.geometry` as rows (F, 12), and the corners of the bounding box."""
+    """Return the corners and unit normal of each facet as rows (F, 12), and the corners of the bounding box."""
     geometry, box = np.empty((len(triangles), 12)), np.array([[np.inf] * 3, [-np.inf] * 3])
     lay_out(*_as_the_loops_want(vertices, triangles), 0, len(triangles), geometry, box)
     (x, y, z), (u, v, w) = box.tolist()
@@ -159,13 +159,13 @@ def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[Float
 
 @kernel
 def area_vector(a: Vec, b: Vec, c: Vec) -> Vec:
-    """Return the area of the triangle a b c times its unit normal (m^2)."""
+    """Return the normal (m^2) of the triangle a b c, with the triangle's area as its length."""
     return scale(0.5, cross(subtract(b, a), subtract(c, a)))
 
 
 @kernel
 def _unit_normal(area: Vec) -> Vec:
-    """Return the unit normal of a triangle from its area times normal (3,) m^2; zero if it has no area."""
+    """Return the unit normal of a triangle from its normal `area` (3,) m^2; zero if the triangle has no area."""
     length = norm(area)
     if length > 0.0:
         return area[0] / length, area[1] / length, area[2] / length
@@ -180,7 +180,7 @@ def vertex(vertices: Any, v: int) -> Vec:
 
 @loop
 def _measure(vertices: Any, triangles: Any, areas: Any) -> None:
-    """Write the area times the unit normal of each facet (m^2) into `areas`."""
+    """Write the normal of each facet, with its area as length (m^2), into `areas`."""
     for f in range(len(triangles)):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
                    vertex(vertices, triangles[f, 2]))  # fmt: skip

@@ -180,7 +180,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
 
 
 def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
-    """Return each edge around the regions: the region (N,) that it belongs to, and its ends (N, 2, 2) m."""
+    """Return each edge around the gaps: the gap (N,) that it belongs to, and its ends (N, 2, 2) m."""
     rings, of_ring = shapely.get_rings(faces, return_index=True)
     points, of_point = shapely.get_coordinates(rings, return_index=True)
     same = of_point[1:] == of_point[:-1]

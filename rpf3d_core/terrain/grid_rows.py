@@ -85,7 +85,7 @@ def _in_halves(share: Share, count: int, work: Callable[[int, int, int], Any]) -
 
 @loop
 def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> None:
-    """Write the number of points in each of some rows, and the box (2, 3) around them."""
+    """Write the number of points in each row from `begin` to `end` of the grid, and the box (2, 3) around them."""
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for r in range(begin, end):
@@ -100,7 +100,7 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 
 @loop
 def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices: Any, number: Any) -> None:
-    """Write the points of some rows, minus the origin, as vertices, and the vertex number of each point.
+    """Write the points of some rows of the grid, relative to the origin, as vertices, and the number of each vertex.
 
     The number of a hole is -1.
     """

@@ -32,7 +32,9 @@ def outer_walls(border: FloatArray, crack: float) -> FloatArray:
 
 
 def _walls(sides: FloatArray, points: FloatArray) -> FloatArray:
-    """Return two wall triangles for each side (N, 2, 2) m; walls reach far above and below the points (P, 3) m.
+    """Return a vertical wall of two triangles for each side (N, 2, 2) m of the hull.
+
+    The walls reach far above and below the points (P, 3) m.
 
     The hull lies to the left of each side.
     """

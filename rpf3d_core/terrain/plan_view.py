@@ -14,11 +14,11 @@ CANDIDATES_AT_ONCE = 500_000
 """Number of pairs of facet and pixel that are processed together: limits the memory to about 50 MB, and is fast."""
 
 EDGE = 1e-9
-"""Barycentric slack (-): a pixel centre on an edge belongs to both facets, so it is never lost."""
+"""Slack (-) of the test whether a pixel centre lies in a facet: a centre on an edge counts for both facets."""
 
 
 class Window(NamedTuple):
-    """A rectangle in plan, local frame, m."""
+    """A rectangle in plan that an image shows, local frame, m."""
 
     left: float
     right: float
@@ -76,7 +76,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Yield facet, pixel and height of the facet, in chunks, for every pixel centre that a facet covers."""
+    """Yield each pixel centre that a facet covers, with the facet and its height there, in chunks."""
     some, first, counts = _pixel_boxes(vertices, triangles, shape)
     pairs = counts[:, 0] * counts[:, 1]
     ends = np.cumsum(pairs)
@@ -111,7 +111,7 @@ def _pixel_boxes(
 
 
 def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Return the first pixel (F,) in the box of each facet, and the number of pixels (F,), along one axis of the image.
+    """Return the first pixel (F,) in the box of each facet, and the number of pixels (F,) in it, along one axis.
 
     places : (V,) coordinates of the vertices along the axis, in pixels; count : number of pixels of the image
     """
@@ -124,7 +124,7 @@ def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArr
 
 
 def _planes(corners: FloatArray) -> FloatArray:
-    """Return coefficients (9, F) from which the position of a pixel in a facet, and the facet's height there, follow.
+    """Return coefficients (9, F) that give, for any pixel, its position in a facet and the facet's height there.
 
     The facets have corners (F, 3, 3). The coefficients belong to three linear functions of column and row: the weights
     of the second and third corner, and the height. The coefficients of a vertical facet are not finite.
@@ -142,7 +142,7 @@ def _planes(corners: FloatArray) -> FloatArray:
 def _heights(
     planes: FloatArray, repeats: NDArray[np.int64], column: NDArray[np.int64], row: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return the numbers of the pixel centres (of N) that lie in their facet, and the heights of the facets there.
+    """Return which of N pixel centres lie in their facet, as indices, and the heights of the facets there.
 
     repeats : number of consecutive pixels of each facet
     """

@@ -21,7 +21,7 @@ Edge = tuple[int, int]
 Place = tuple[float, float]
 
 AROUND = 4.0
-"""Distance of four extra points around the ring, over the width of the ring (-): all edges of the ring lie inside."""
+"""Distance of four extra points around the ring, over its width (-): all edges of the ring lie inside them."""
 SURE = 4e-16
 """Largest rounding error of the orientation of three points, over the sum of its two products (-).
 
@@ -33,7 +33,7 @@ CROSSING = "edges of the ground and of the patch cross or lie upon each other in
 
 
 def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
-    """Return triangles (T, 3) over points (N, 2) m in plan that join a patch and the ground along given edges (E, 2).
+    """Return triangles (T, 3) over points (N, 2) m in plan that have all given edges (E, 2): the seam of a patch.
 
     The triangles are counter-clockwise and cover the whole convex hull of the points; the caller selects the triangles
     of the ring. Raises TerrainError if two points coincide in plan, or two edges cross.
@@ -102,7 +102,7 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def _swap(self, a: int, b: int, c: int, d: int) -> None:
-        """Replace the edge a b between two triangles by the other diagonal of their quadrilateral, c d."""
+        """Replace the edge a b between two triangles by the other diagonal c d of their quadrilateral."""
         del self._left[a, b], self._left[b, a]
         self._beside[a].discard(b)
         self._beside[b].discard(a)
@@ -142,7 +142,7 @@ class _Mesh:
 
 
 def _counter_clockwise(points: FloatArray, triangles: IntArray) -> IntArray:
-    """Return triangles (T, 3) all counter-clockwise: the last two corners of clockwise triangles are exchanged."""
+    """Return triangles (T, 3) with their corners counter-clockwise; clockwise triangles get two corners exchanged."""
     (ax, ay), (bx, by), (cx, cy) = (points[corner].T for corner in triangles.T)
     left, right = (ax - cx) * (by - cy), (ay - cy) * (bx - cx)
     backwards = left < right

@@ -100,14 +100,17 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
 
 
 def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return each value repeated by its count, and the index 0, 1, ... of each repetition: pairs from counts."""
+    """Return each value repeated by its count, and the index 0, 1, ...
+
+    Of each repetition, to make pairs from counts.
+    """
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
     return np.repeat(values, counts), np.arange(total) - np.repeat(ends - counts, counts)
 
 
 def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section | None:
-    """Return the ground along a straight line in plan from begin (2,) to end (2,) m; None if the line meets a hole."""
+    """Return the ground along a straight line in plan from `begin` to `end` (2,) m; None if the line meets a hole."""
     length = float(np.hypot(*(end - begin)))
     facets = _facets_near(terrain, begin, end)
     corners = terrain.vertices[terrain.triangles[facets]]

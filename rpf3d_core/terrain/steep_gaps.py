@@ -15,7 +15,9 @@ The plane of such a ring is steeper than 78 degrees.
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
-    """Return the border sides around other gaps, and the triangles (T, 3, 3) m that close the holes in steep faces.
+    """Return triangles (T, 3, 3) m that close the holes in steep faces, and the border sides around other gaps.
+
+    The border sides are the first result.
 
     A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
     component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed
@@ -50,7 +52,7 @@ def _ring_of(border: FloatArray) -> Corners:
 
 
 def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
-    """Return the area vector (R, 3) m^2 of each ring and the direction (R, 3) of its facets: do they belong to a hole?
+    """Return the area vector (R, 3) m^2 of each ring and the direction (R, 3) of its facets, which identify holes.
 
     The direction is the sum of the facets' normals times side length.
     """
@@ -67,7 +69,7 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
 
 
 def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray | None:
-    """Return triangles (T, 3, 3) m that close the hole inside one ring of sides (N, 2, 3) m.
+    """Return triangles (T, 3, 3) m that close a hole in a steep face, inside one ring of sides (N, 2, 3) m.
 
     Return None if the sides are not one ring, or if the ring crosses itself in the plane perpendicular to `towards`.
 

@@ -40,7 +40,7 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
 
 
 def net_sides(gone: Corners, came: Corners) -> Corners:
-    """Return the sides (N, 3) that a border gains if a patch removes triangles (G, 3) and adds triangles (C, 3).
+    """Return the change (N, 3) of a border if a patch removes triangles (G, 3) and adds triangles (C, 3).
 
     gone, came : corners of the removed and of the added triangles
 
@@ -53,7 +53,7 @@ def net_sides(gone: Corners, came: Corners) -> Corners:
 
 
 def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
-    """Return the border (B, 3, 3) m of a terrain after a patch: with the gained sides, without pairs of opposite sides.
+    """Return the border (B, 3, 3) m of a terrain after a patch: the old sides and the change, opposite sides cancelled.
 
     gained : (N, 3, 3) m, from `net_sides`
 
@@ -67,7 +67,7 @@ def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
 
 
 def left_over(number: Corners) -> NDArray[np.bool_]:
-    """Return (N,) true for each side that remains after opposite sides cancel out: the sides on the border.
+    """Return (N,) true for each side of a facet that no opposite side cancels: these sides are the border.
 
     number : (N, 2) vertex numbers of the ends of each side
     """
@@ -87,7 +87,7 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
 
 def _marks(vertices: int) -> NDArray[np.int64]:
-    """Return a pseudo-random number of 43 bits for each vertex; different sums of these numbers are almost never equal.
+    """Return a pseudo-random number of 43 bits for each vertex, so that different sets of vertices have different sums.
 
     The function is the finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of these numbers add up to
     less than 2^63.

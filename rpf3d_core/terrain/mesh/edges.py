@@ -77,10 +77,10 @@ def _reach(triangles: Any) -> int:
 
 @loop
 def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> None:
-    """Write a sorting key for each side into keys (3 F,), at k F + f for side k of facet f.
+    """Write a key for each side of a facet into keys (3 F,); sorting the keys brings the sides of an edge together.
 
-    A key packs the lower vertex, the difference to the higher vertex (`reach` bits) and the direction. After sorting,
-    the uses of an edge are therefore consecutive. Sides of collapsed facets are last.
+    The key of side k of facet f is at index k F + f. A key packs the lower vertex, the difference to the higher vertex
+    (`reach` bits) and the direction. Sides of collapsed facets are last.
     """
     count = len(triangles)
     for f in range(count):

@@ -19,7 +19,7 @@ from rpf3d_core.values import Vec
 
 @dataclass(frozen=True)
 class FaultReport:
-    """Contents and faults of a terrain's mesh; lengths in m, areas in m^2.
+    """The contents and faults of a terrain's mesh, as reported to the user; lengths in m, areas in m^2.
 
     files : names of the mesh files
     triangles, vertices, edges : counts, after welding
@@ -162,7 +162,7 @@ def _duplicates(triangles: Index, vertices: int) -> int:
 
 
 def _marks(vertices: int) -> NDArray[np.uint64]:
-    """Return a pseudo-random 64-bit number for each vertex, so that facets with the same corners have equal sums.
+    """Return a pseudo-random 64-bit number for each vertex; equal sums then show facets with the same corners.
 
     Sums of different triples are almost never equal. The function is the finaliser of SplitMix64 (Steele, Lea & Flood
     2014, OOPSLA).
@@ -180,7 +180,7 @@ def _steepest(areas: FloatArray, area: FloatArray, flat: Flags) -> float:
 
 
 def _median_edge(vertices: FloatArray, edges: Edges) -> float:
-    """Return the median length of the edges (m), 0 if there are no edges."""
+    """Return the median length of the edges (m), which shows the resolution of a mesh; 0 if there are no edges."""
     if len(edges.low) == 0:
         return 0.0
     squared = np.empty(len(edges.low))
@@ -190,7 +190,7 @@ def _median_edge(vertices: FloatArray, edges: Edges) -> float:
 
 @loop
 def _squared_lengths(vertices: Any, low: Any, high: Any, squared: Any) -> None:
-    """Write the squared length of each edge (m^2)."""
+    """Write the squared length of each edge (m^2), for the median length."""
     for e in range(len(low)):
         x, y, z = (vertices[high[e], 0] - vertices[low[e], 0], vertices[high[e], 1] - vertices[low[e], 1],
                    vertices[high[e], 2] - vertices[low[e], 2])  # fmt: skip

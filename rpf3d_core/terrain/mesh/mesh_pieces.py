@@ -39,7 +39,7 @@ def turn_wrong_pieces(
 
 @loop
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
-    """Write the facet of each side that starts at a vertex from `begin` to `end`, in the same order as in `to`."""
+    """Write the facet of each side that starts at a vertex from `begin` to `end`, in the order of the sides in `to`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -92,7 +92,7 @@ def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -
 
 @loop
 def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Turn over the facets of components with a negative area in plan, or a negative volume if they are closed."""
+    """Turn over the facets of components that face the wrong side: with a negative area in plan or negative volume."""
     for f in range(len(above)):
         piece = above[f]
         if sums[piece, 0 if border[piece] else 1] < 0.0:

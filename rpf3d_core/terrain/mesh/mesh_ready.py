@@ -120,7 +120,7 @@ def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: f
 
 @loop
 def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
-    """Write the box (2, 3) around some vertices; NaN if a vertex has a NaN."""
+    """Write the bounding box (2, 3) of some vertices; NaN if a vertex has a NaN."""
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for v in range(begin, end):
@@ -170,7 +170,7 @@ def _turn(triangles: Any) -> None:
 
 @loop
 def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
-    """Count the sides that start at vertex v into starts[v + 1], for vertices from `begin` to `end`."""
+    """Count the sides of facets that start at vertex v into starts[v + 1], for vertices from `begin` to `end`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -181,7 +181,7 @@ def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
 
 @loop
 def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> None:
-    """Write the end vertex of each side that starts at a vertex from `begin` to `end`."""
+    """Write the end vertex of each side of a facet that starts at a vertex from `begin` to `end`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:

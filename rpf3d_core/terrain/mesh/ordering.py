@@ -10,11 +10,11 @@ from rpf3d_core.jit.dispatch import loop
 Keys = NDArray[np.int64]
 
 LARGEST_BITS = 63
-"""Number of bits of a non-negative int64."""
+"""Number of bits that a non-negative int64 can use."""
 
 
 def bits_left(count: int) -> int:
-    """Return the number of bits that each of `count` keys may have, so that `sort_keys` can use its fast way."""
+    """Return the number of bits that each of `count` keys may have for the fast way of `sort_keys`."""
     return LARGEST_BITS - count.bit_length()
 
 

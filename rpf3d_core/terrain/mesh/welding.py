@@ -18,7 +18,7 @@ from rpf3d_core.terrain.mesh.ordering import bits_left, sort_keys
 Index = NDArray[np.int32]
 
 OBLIQUE = (0.6180339887498949, 0.4142135623730951, 0.6681786379192989)
-"""Sorting direction, unit length: golden ratio - 1, sqrt(2) - 1 and the remaining component.
+"""Direction along which points are sorted, unit length: golden ratio - 1, sqrt(2) - 1 and the remaining component.
 
 Any direction gives the right result. This direction is not perpendicular to the rows of usual survey grids, so few
 points have equal places along the direction.
@@ -29,7 +29,7 @@ ROUNDING = 8 * np.finfo(float).eps
 
 
 SMALLER_THAN_ONE = 1.0 - 2.0**-40
-"""Factor that keeps the number of the last step within the available bits, for any rounding."""
+"""Factor that keeps the number of sorting steps within the available bits, for any rounding."""
 
 
 def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
@@ -65,7 +65,10 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
 
 
 def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
-    """Return selected points (N, 3); columns : x, y and z of all points; some : (N,) numbers of the selected points."""
+    """Return selected points (N, 3) from columns of coordinates.
+
+    columns : x, y and z of all points; some : (N,) numbers of the selected points
+    """
     return np.stack([column[some] for column in columns], axis=1)
 
 
@@ -126,7 +129,10 @@ def _first_of_near(places: FloatArray, along: FloatArray, first: Index, toleranc
 
 
 def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window: float) -> tuple[Index, Index]:
-    """Return all pairs of points (a < b) at most the tolerance apart; window : largest distance along OBLIQUE (m)."""
+    """Return all pairs of points (a < b) that are at most the tolerance apart and are therefore welded.
+
+    window : largest distance along OBLIQUE (m)
+    """
     found_a, found_b = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
     for step in range(1, len(places)):
         a = np.flatnonzero(along[step:] - along[:-step] <= window)

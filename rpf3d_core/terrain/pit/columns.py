@@ -23,7 +23,7 @@ SECTION = 1.0e6
 The difference is far above any row number or offset.
 """
 GROUND_KEY, FLOOR_KEY = 5.0e5, -2.0e4
-"""First keys of points on the ground outside the pit and on the floor.
+"""Sorting keys of points on the ground outside the pit and on the floor, at offset 0.
 
 A point's key is this value plus its offset in m.
 """
@@ -43,7 +43,7 @@ class Spacing(NamedTuple):
 
     @property
     def row_gap(self) -> float:
-        """Distance (m) to the ramp's edge within which all other rows merge with the edge."""
+        """Distance (m) to the ramp's edge within which all other rows of points are merged with the edge."""
         return 0.4 * self.edge
 
 
@@ -103,7 +103,7 @@ class Points(NamedTuple):
 
 
 def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
-    """Return the points of a pit in `count` columns, the first at the foot of the ramp."""
+    """Return the points of a pit in `count` columns (profiles from floor to ground), from the foot of the ramp on."""
     last = round(design.turns * count) if design.turns > 0.0 else -1
     crossings = [crossing_of(design, count, last, turn) for turn in range(last // count + 1)]
     rows = rows_of(design, spacing.edge)
@@ -114,7 +114,7 @@ def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
 
 
 def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
-    """Return the places where a turn of the ramp crosses the columns; the ramp is stretched to end at a column."""
+    """Return where one turn of the ramp crosses the columns: its height and the offsets of its edges in each column."""
     step = np.arange(count) + turn * count
     height = design.ramp_height(np.minimum(step, last) * (design.turns / last))
     coordinate = design.bench_coordinate(height)
@@ -188,7 +188,7 @@ def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing)
 
 
 def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing) -> Points:
-    """Return the points across one turn of the ramp, level from its inner to its outer edge."""
+    """Return the points of the haul ramp along one of its turns: lines across the ramp, level from edge to edge."""
     parts = max(1, round(design.strip / spacing.edge))
     across = np.arange(parts + 1)[:, None]
     offset = crossing.inner + across * (design.strip / parts)
@@ -206,7 +206,7 @@ def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing)
 
 
 def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
-    """Return the points of the floor's outer part, up to the toe of the lowest face."""
+    """Return the points of the pit floor's outer part, up to the toe of the lowest bench face."""
     reach = wall.offset[0] - design.inner
     parts = max(1, round(float(reach.mean()) / spacing.edge))
     offset = design.inner + np.arange(parts)[:, None] / parts * reach
@@ -231,7 +231,7 @@ def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
 
 
 def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
-    """Return the valid points of all groups as columns, sorted by column and key."""
+    """Return the valid points of all groups (floor, wall, ramp, ground) in one `Columns`, sorted by column and key."""
     count = blocks[0].offset.shape[1]
     valid = np.concatenate([block.valid for block in blocks])
     column = np.broadcast_to(np.arange(count), valid.shape)[valid]
@@ -262,7 +262,7 @@ def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
 def key_at_top(
     column: IndexArray, offset: FloatArray, key: FloatArray, at_top: Mask, rows: int, last: int
 ) -> FloatArray:
-    """Return the keys of the points that connect a column to the next column, corrected at the top of the ramp.
+    """Return the sorting keys of points for the triangles to the next column, corrected at the top of the ramp.
 
     The last line across the ramp counts there as natural ground, with the crest at its inner edge.
     """
@@ -277,7 +277,7 @@ def key_at_top(
 
 
 def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot: Mask) -> FloatArray:
-    """Return the keys of the points that connect a column to the previous column, corrected at the foot of the ramp.
+    """Return the sorting keys of points for the triangles to the previous column, corrected at the foot of the ramp.
 
     The first line across the ramp counts there as floor, with the toe at its outer edge.
     """

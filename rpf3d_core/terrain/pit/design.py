@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.pit.parameters import Pit
 
 SAMPLES = 4096
-"""Samples of the plan in one turn: about 1 m apart on a pit of the thesis' size."""
+"""Number of places in one turn around the pit at which the plan is computed: about 1 m apart in the thesis' pit."""
 LOBES = ((3, 0.058, 3.13), (4, 0.022, 4.13), (5, 0.011, 3.47))
 """Waves of the outline: number of waves around the pit, amplitude over the radius (-), phase (rad); chosen by eye."""
 WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
@@ -59,13 +59,13 @@ class Design:
 
     @property
     def zones(self) -> tuple[str, ...]:
-        """Names of the zones: the benches from the top, then the other zones."""
+        """Names of the pit's zones: the benches from the top, then the other zones."""
         benches = tuple(f"bench_{number}" for number in range(1, self.benches + 1))
         return (*benches, "face", "ramp", "floor", "spill", "ground")
 
     @property
     def benches(self) -> int:
-        """Number of catch benches."""
+        """Number of catch benches of the pit."""
         return len(self.pit.levels) - 2 if self.pit.bench_widths[1] > 0.0 else 0
 
     @property
@@ -120,14 +120,14 @@ class Design:
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
-        """Return the height as a bench coordinate, which counts benches: i at the top of face i, linear in between."""
+        """Return the height as a number of benches: i at the top of bench face i, linear in between."""
         benches: FloatArray = np.interp(height, self.pit.levels, np.arange(len(self.pit.levels), dtype=float))
         return benches
 
     def wall_offset(
         self, p: FloatArray, height: FloatArray, berms: FloatArray, ramps_below: FloatArray | float
     ) -> FloatArray:
-        """Return the offset, m, of the wall at p and a height (m): its horizontal distance from the floor outline.
+        """Return the horizontal distance (offset, m) of the wall from the floor outline, at p and a height (m).
 
         berms : number of bench widths below the place; ramps_below : number of turns of the ramp below the place
 
@@ -139,7 +139,10 @@ class Design:
 
 
 def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
-    """Return interpolated values at places from 0 to `end`; samples : values at evenly spaced places in this range."""
+    """Return interpolated values of a function at places from 0 to `end`, from its values at evenly spaced places.
+
+    samples : the values at the evenly spaced places
+    """
     values: FloatArray = np.interp(place, np.linspace(0.0, end, len(samples)), samples)
     return values
 
@@ -161,7 +164,9 @@ def design_of(pit: Pit) -> Design:
 
 
 def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the floor outline at polar angles in rad: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
+    """Return the floor outline of the pit at polar angles in rad: x, y (m) and its direction, speed and curvature.
+
+    Results: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
 
     An ellipse of the given elongation with a few waves; closed forms of a polar curve r(angle).
     """
@@ -173,7 +178,7 @@ def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the outline's radius (m) at polar angles in rad, and its first and second derivative."""
+    """Return the radius (m) of the floor outline at polar angles in rad, and its first and second derivative."""
     a2, turned = pit.elongation, angle - math.radians(pit.long_axis_deg)
     g = 0.5 * (1.0 / a2 + a2) + 0.5 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
     g1, g2 = -(1.0 / a2 - a2) * np.sin(2.0 * turned), -2.0 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
@@ -187,7 +192,7 @@ def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def evenly_round(pit: Pit, offset: float) -> FloatArray:
-    """Return polar angles (SAMPLES + 1,) around the pit from the foot of the ramp that divide a line evenly.
+    """Return polar angles (SAMPLES + 1,) around the pit, from the foot of the ramp, at equal distances on a line.
 
     The line lies at a constant offset from the floor outline; the columns of the mesh start at such angles.
 
@@ -224,7 +229,7 @@ def obliqueness(pit: Pit, cot: float) -> float:
 
 
 def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip: float) -> tuple[FloatArray, float]:
-    """Return the heights of the ramp (L,) at evenly spaced p from the foot to the crest, m, and its number of turns.
+    """Return the height of the ramp (L,) at evenly spaced p from the foot to the crest, m, and its number of turns.
 
     The rise per step is the grade times the distance along the ramp's middle line (explicit Euler, steps of about 1 m).
     """
@@ -250,7 +255,7 @@ def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip
 
 
 def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
-    """Raise `TerrainError` if lines at the innermost or outermost offset would fold over themselves."""
+    """Raise `TerrainError` if the plan of the pit folds over itself at the innermost or outermost offset."""
     curvature = outline(pit, np.linspace(0.0, 2.0 * math.pi, SAMPLES))[5]
     stretch = min(float(np.min(1.0 + curvature * inner)), float(np.min(1.0 + curvature * outer)))
     if stretch < LEAST_STRETCH:
@@ -258,7 +263,7 @@ def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
 
 
 def refuse_close_turns(pit: Pit, climb: FloatArray, turns: float) -> None:
-    """Raise `TerrainError` if two turns of the ramp have less than FACES_BETWEEN_TURNS faces between them."""
+    """Raise `TerrainError` if the ramp runs too close above itself: less than FACES_BETWEEN_TURNS faces apart."""
     place = np.linspace(0.0, turns, len(climb))
     between = np.diff(pit.levels).max() * FACES_BETWEEN_TURNS
     if turns > 1.0 and np.any((sampled(place + 1.0, turns, climb) - climb)[place <= turns - 1.0] < between):

@@ -17,19 +17,19 @@ from rpf3d_core.terrain.pit.rows import BENCH, CREST, FACE, TOE
 OCTAVES = (24.0, 12.0, 6.0, 3.0)
 """Wavelengths of the roughness, m; facets of 1 m^2 are too large to show shorter waves."""
 HURST = 0.8
-"""Exponent of the amplitude as a power of the wavelength (-): a common value for rough rock surfaces."""
+"""Exponent by which the roughness grows with its wavelength (-): a common value for rough rock surfaces."""
 WAVES = 6
-"""Number of plane waves of random direction per wavelength."""
+"""Number of plane waves of random direction for each wavelength of the roughness."""
 SMOOTH_SHARE = 1.0 / 3.0
 """Roughness of the graded surfaces, ramp and floor, over the roughness of faces and benches (-)."""
 HILLS = (900.0, 420.0)
-"""Wavelengths of the natural ground, m."""
+"""Wavelengths of the hills on the natural ground, m."""
 HILL_HEIGHT = 8.0
 """Standard deviation of the natural ground at the outer edge, m; it increases from zero at the crest."""
 LEAST_SPILL, MOST_SPILL = 0.6, 0.95
 """Limits of the reach of a spill over the width of its bench (-), after figure 5-9 of the thesis."""
 LONGEST_SPILL = 3.0
-"""Largest reach of a spill along the bench over its reach across (-)."""
+"""Largest reach of a spill along its bench, over its reach across the bench (-)."""
 HIGHEST_SPILL = 0.8
 """Largest height of a spill over the height of the bench face behind the spill (-)."""
 SLACK = 1.3
@@ -73,7 +73,7 @@ def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -
 
 
 def roughness(design: Design, points: FloatArray) -> FloatArray:
-    """Return the height (P,), m, of the small-scale relief at points (P, 3), with the standard deviation of the pit."""
+    """Return the height (P,), m, of the small-scale relief (roughness) at points (P, 3), from the pit's parameters."""
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=1))
     return design.pit.roughness * height_of_waves(drawn_waves(random, OCTAVES, plan=False), *points.T)
 
@@ -106,7 +106,7 @@ def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
 
 
 class Spill(NamedTuple):
-    """A cone of loose rock at the toe above bench `level`.
+    """A cone of loose rock (spill) that lies on bench `level`, against the bench face behind it.
 
     p : fraction of a turn around the pit ; level : number of the level, counted from the floor
     across, along : reach of the spill across and along the bench, m ; height : m
@@ -180,7 +180,7 @@ def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tup
 
 
 def toe_row(columns: Columns, spill: Spill) -> int:
-    """Return the row of the toe of the bench face behind a spill."""
+    """Return the row number of the toe of the bench face behind a spill."""
     return int(np.flatnonzero((columns.rows.kind == TOE) & (columns.rows.face == spill.level + 1))[0])
 
 

@@ -14,7 +14,7 @@ TOE, FACE, CREST, BENCH = range(4)
 
 
 class Rows(NamedTuple):
-    """The W rows of a wall (lines of points around the pit), in order from the floor up.
+    """The W rows of the pit's wall (lines of points around the pit), in order from the floor up.
 
     kind : (W,) TOE, FACE, CREST or BENCH (FACE and BENCH: on a face or bench; TOE and CREST: where a face begins or
         ends)

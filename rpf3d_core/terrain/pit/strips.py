@@ -26,7 +26,7 @@ class StripLines(NamedTuple):
 
 
 def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, IndexArray]:
-    """Return triangles that fill the strips between right and left lines, in the order of the keys.
+    """Return triangles that fill the strips between neighbouring lines of points, a right and a left line each.
 
     Each point except the first of a line makes one triangle: with the previous point on its line and with the point
     last passed on the other line. Points of equal key are passed together, so an edge joins them. The two lines of a

@@ -23,7 +23,7 @@ FEWEST_ROUND = 6
 
 
 def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,) of a pit."""
+    """Return the mesh of a pit: vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,)."""
     points, spilled = wall_vertices(design, columns)
     triangles, zone = wall_triangles(design, columns)
     zone[spilled[triangles].sum(axis=1) >= 2] = design.zones.index("spill")
@@ -35,7 +35,7 @@ def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[Floa
 
 
 def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the points (P, 3) m of the columns with all their relief, z above the floor, and true (P,) for spills."""
+    """Return the points (P, 3) m of the columns with all relief, z above the floor, and true (P,) for spills."""
     x, y = design.plan(columns.column / columns.around, columns.offset)
     points = np.stack([x, y, columns.height], axis=1)
     spilled = pile_spills(design, columns, points)
@@ -71,7 +71,7 @@ def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArra
 
 
 def flat_zone(design: Design, level: int) -> int:
-    """Return the zone of level ground, such as a bench, at a level of the pit counted from the floor (0)."""
+    """Return the zone of level ground (floor, bench or natural ground) at a level counted from the floor (0)."""
     top = len(design.pit.levels) - 1
     if level in (0, top):
         return design.zones.index("floor" if level == 0 else "ground")
