@@ -67,7 +67,7 @@ def first_fall(q: Quartic, begin: float, end: float) -> float:
 def _bends(q: Quartic) -> tuple[float, float]:
     """Return the two roots of a quadratic in ascending order, between which each root of a quartic lies.
 
-    Inf for none.
+    A missing root is replaced by inf.
     """
     a, b, c = q.c2, q.c1, q.c0
     discriminant = b * b - 4.0 * a * c

@@ -20,8 +20,10 @@ import math
 from rpf3d_core.jit.dispatch import kernel
 
 FLIGHT = 5.0
-"""Duration (s) of the flight for which the accuracy is guaranteed; this is a fall of 120 m. In a longer flight, the
-error grows at most with the square of the duration."""
+"""Duration (s) of a flight for which the accuracy is guaranteed; this is a fall of 120 m.
+
+In a longer flight, the error grows at most with the square of the duration.
+"""
 
 
 @kernel

@@ -28,10 +28,12 @@ from rpf3d_core.vectors import dot, scale
 
 CAUGHT = int(Outcome.CAUGHT)
 BELOW = 1e-3
-"""Distance (m) below the foot of a panel at which a rock still meets the panel. It is needed because the chord of a
-curved slide replaces the true path."""
+"""Distance (m) below the foot of a panel at which a rock still meets the panel.
+
+It is needed because the chord of a curved slide replaces the true path.
+"""
 CORNER = 1e-6
-"""Distance (m) at a corner within which a rock that has broken through one side does not also meet the other side."""
+"""Distance (m) at a corner of a barrier within which a rock that broke through one side has passed both sides."""
 
 
 class Panel(NamedTuple):

@@ -45,9 +45,9 @@ NEAREST = 1e-9
 
 
 class Stems(NamedTuple):
-    """The T trees of a scene.
+    """The T trees of a scene as the simulation reads them, in arrays (T,).
 
-    Every array is (T,): foot x, y, z (m), radius (m), height (m), and the energy E_max (J).
+    The arrays are foot x, y, z (m), radius (m), height (m), and the energy E_max (J).
     """
 
     x: Any
@@ -59,7 +59,7 @@ class Stems(NamedTuple):
 
 
 class Deflection(NamedTuple):
-    """The parameters by which stems turn rocks away from their path.
+    """The parameters that decide by which angle a tree turns a rock away from its path.
 
     frontal, lateral : largest offset x (-) of a frontal and of a lateral blow; a larger offset is a scratching blow
     chances : (9,) chances of the three angle classes for frontal, for lateral and for scratching blows; each three
@@ -101,7 +101,9 @@ class Forest(NamedTuple):
 
 
 def most_energy(dbh_cm: Any, factor: Any) -> Any:
-    """Return the largest energy (J) that a stem can take from a rock; dbh_cm : DBH (cm).
+    """Return the largest energy (J) that the stem of a tree can take from a rock.
+
+    dbh_cm : DBH (cm), the stem's diameter at breast height
 
     factor : FE of the species (-)
     """

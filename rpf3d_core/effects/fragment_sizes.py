@@ -25,7 +25,7 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 LOGS = tuple(math.log(k) for k in range(2, 12))
-"""Logarithms of k for the terms of a zeta function that are added one by one."""
+"""Logarithms of k = 2 to 11, for the terms of a zeta function that are added one by one."""
 LAST = 12.0
 """First term of a zeta function that is not added one by one.
 
@@ -33,15 +33,15 @@ The Euler-Maclaurin formula gives the sum from this term on, with a relative err
 """
 LOG_LAST = math.log(LAST)
 MOST = 60.0
-"""Largest value of 2 p / 3 - 1 (-): the second fragment then has 2^-91 of the rock's volume."""
+"""Largest value of 2 p / 3 - 1 (-) in the search; the second fragment then has only 2^-91 of the rock's volume."""
 EXACT = 1e-14
-"""Relative error of the surface (-) at which the search ends: a few rounding errors."""
+"""Relative error of the surface (-) at which the search for the size law ends: a few rounding errors."""
 TRIES = 100
-"""Largest number of steps of the search; 12 are usual."""
+"""Largest number of steps of the search for the size law; 12 are usual."""
 
 
 class Cascade(NamedTuple):
-    """The size law of a rock's fragments.
+    """The size law of a rock's fragments, from which the size of each fragment follows.
 
     exponent : p; largest : share of the volume in the largest fragment (-)
     """
@@ -52,7 +52,7 @@ class Cascade(NamedTuple):
 
 @kernel
 def zeta_less_one(excess: float) -> float:
-    """Return Riemann's zeta(1 + excess) - 1, for excess > 0: the sum in both balances of the fragments.
+    """Return Riemann's zeta(1 + excess) - 1, for excess > 0, which the balances of volume and surface need.
 
     Sources
     -------
@@ -80,13 +80,13 @@ def zeta_less_one(excess: float) -> float:
 
 @kernel
 def log_surface(excess: float) -> float:
-    """Return the surface of all fragments over the surface of the rock, as a logarithm; excess : 2 p / 3 - 1 > 0."""
+    """Return the logarithm of the fragments' total surface over the rock's surface; excess : 2 p / 3 - 1 > 0."""
     return math.log1p(zeta_less_one(excess)) - 2.0 / 3.0 * math.log1p(zeta_less_one(0.5 + 1.5 * excess))
 
 
 @kernel
 def cascade_of(created: float) -> Cascade:
-    """Return the size law of the fragments of an impact.
+    """Return the size law of the fragments of a rock, from the surface that the impact creates.
 
     created : A_new / A_0 (-), new surface / surface of the rock
     """
@@ -96,7 +96,7 @@ def cascade_of(created: float) -> Cascade:
 
 @kernel
 def _excess_of(created: float) -> float:
-    """Return 2 p / 3 - 1, which gives the size law: the value at which the fragments have the wanted surface.
+    """Return the exponent of the size law, as 2 p / 3 - 1, for which the fragments have the wanted surface.
 
     The search is by false position (Illinois) between a lower and an upper bound. Bounds: 1 / t < zeta(1 + t) < 1 + 1 /
     t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.

@@ -49,7 +49,10 @@ NO_MEETING = Meeting(math.inf, -1)
 
 
 def chain_of(effects: Sequence[Any]) -> Chain | None:
-    """Return the effects of a scene as a chain, in the given order; None if there are no effects."""
+    """Return the effects of a scene as a chain, in the given order, for the simulation.
+
+    The result is None if there are no effects.
+    """
     chain = None
     for effect in reversed(effects):
         chain = Chain(effect, chain)
@@ -57,7 +60,7 @@ def chain_of(effects: Sequence[Any]) -> Chain | None:
 
 
 def links_of(chain: Chain | None) -> list[Any]:
-    """Return the effects of a chain, in order."""
+    """Return the effects of a chain as a list, in order."""
     return [] if chain is None else [chain.head, *links_of(chain.tail)]
 
 
@@ -260,7 +263,4 @@ def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: Roc
 
 
 HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)
-"""The hooks in which an effect may have a rule.
-
-It needs a rule in at least one of them, and the other hooks depend on these.
-"""
+"""The hooks of which an effect must have a rule in at least one; the other hooks depend on these."""

@@ -16,7 +16,7 @@ from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""Largest number of cells per obstacle (-)."""
+"""Largest number of cells per obstacle (-), which limits the memory of the grid."""
 FEWEST_CELLS = 16
 """Number of cells that a grid may always have, even with few obstacles."""
 SLOWEST = 1e-9
@@ -24,7 +24,9 @@ SLOWEST = 1e-9
 
 
 class ObstacleCells(NamedTuple):
-    """The obstacles of one kind in a grid of nx by ny square cells of side `cell` (m), with its corner at x, y (m).
+    """The obstacles of one kind (trees or panels) sorted into a grid of nx by ny square cells of side `cell` (m).
+
+    x, y : m, corner of the grid
 
     The obstacles of cell k are ids[starts[k] : starts[k + 1]].
     starts : (nx ny + 1,); ids : (M,) index of an obstacle, once for each cell that the obstacle touches

@@ -34,7 +34,7 @@ from rpf3d_core.vectors import add, along, cross, norm, scale, without
 TILT, SHARE, SIDE = int(Purpose.ROUGHNESS), int(Purpose.ROUGHNESS_SHARE), int(Purpose.ROUGHNESS_SIDE)
 LATERAL = int(Purpose.ROUGHNESS_LATERAL)
 STEEPEST = math.radians(89.0)
-"""Largest tilt (rad) of a normal.
+"""Largest tilt (rad) of the normal of an impact.
 
 A normally distributed tilt has no bounds, but a tilt of 90 degrees or more is not possible.
 """
@@ -123,5 +123,5 @@ def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
 
 @kernel
 def turned(n: Vec, towards: Vec, angle: float) -> Vec:
-    """Return the unit vector n turned by an angle (rad) towards a unit vector that is perpendicular to n."""
+    """Return the unit vector n turned by an angle (rad) towards another unit vector, which is perpendicular to n."""
     return add(scale(math.cos(angle), n), scale(math.sin(angle), towards))

@@ -38,9 +38,9 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 KILO = 1e-3
 SHALLOW = 1e-5
-"""Ratio (-) of depth to radius at which the closed form and its first term are equally accurate, to 2e-6.
+"""Ratio (-) of depth to radius below which the first term of a series replaces the closed form of a soil volume.
 
-At smaller depths, the closed form loses digits by cancellation.
+At this ratio both are equally accurate, to 2e-6. At smaller depths, the closed form loses digits by cancellation.
 """
 
 
@@ -68,9 +68,9 @@ class Scarring(NamedTuple):
 
 @kernel
 def penetration(mass: float, stiffness: float, speed: float) -> float:
-    """Return how deep (m) a rock penetrates the soil: 0.1 M^(1/3) M_E^(-0.4) v^0.8, M_E in kN/m2 (Gerber 2019).
+    """Return how deep (m) a rock penetrates the soil in an impact: 0.1 M^(1/3) M_E^(-0.4) v^0.8 (Gerber 2019).
 
-    mass : kg; stiffness : Pa; speed : m/s into the ground
+    mass : kg; stiffness : M_E, Pa (in the formula kN/m2); speed : m/s into the ground
     """
     return float(0.1 * mass ** (1.0 / 3.0) * (KILO * stiffness) ** -0.4 * speed**0.8)
 
@@ -89,7 +89,7 @@ def volume_from_above(depth: float, radius: float) -> float:
 
 @kernel
 def volume_from_ahead(depth: float, radius: float) -> float:
-    """Return the integral (m3) over depth of a sphere's area seen along the ground: the soil ahead of the sphere.
+    """Return the integral (m3) over depth of a sphere's area seen along the ground: the soil that it pushes ahead.
 
     With cos(phi) = 1 - depth / R the segment is R^2 (phi - sin(phi) cos(phi)); integrated, R^3 (sin(phi) - phi cos(phi)
     - sin(phi)^3 / 3). At depths where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.

@@ -12,12 +12,12 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.values import Outcome
 
 Rocks = NDArray[np.bool_]
-"""Flags (N,) of N rocks: True for each rock that is selected."""
+"""Flags (N,) that select some of N rocks: True for a selected rock."""
 
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """The recorded impacts and paths of N rocks, grouped by rock.
+    """The recorded impacts and paths of N rocks, grouped by rock, without the rocks' final results.
 
     rows : (N,) row of each rock in the releases
     impacts : (I, 9), facets : (I,), pieces : (S, 10) path segments, modes : (S,), all as in `simulation.record.Record`;
@@ -86,7 +86,7 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """Return a batch of N rocks from their records and their results: finals (N, 8) and counts (N, 4)."""
+    """Return a batch of N rocks from their records and their final results: finals (N, 8) and counts (N, 4)."""
     return Batch(**vars(written), finals=finals, counts=counts)
 
 
@@ -105,7 +105,10 @@ def in_order(parts: Sequence[Written]) -> Written:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return the arrays stacked by row. Empty arrays are left out, because they lack the columns of spin."""
+    """Return arrays of recorded rows, stacked by row.
+
+    Empty arrays are left out, because they lack the columns of spin.
+    """
     return np.concatenate([array for array in arrays if len(array)] or arrays[:1])
 
 

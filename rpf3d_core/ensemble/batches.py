@@ -41,7 +41,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome
 
 LARGEST_BATCH = 4096
-"""Largest number of rocks in a batch of the compiled engine."""
+"""Largest number of rocks that one thread of the compiled engine flies at once (a batch)."""
 BATCHES_A_GROUP = 2
 """Number of batches in a group, if all have the largest size.
 
@@ -115,7 +115,7 @@ class BatchControl:
 
 
 UNCONTROLLED = BatchControl()
-"""Default control of a run: one thread per core; never stopped; progress is not reported."""
+"""Settings of flights by default: one thread per core; never stopped; progress is not reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +176,7 @@ def fly_batches(
 
 
 def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
-    """Return arrays for the results of R rocks: finals and counts.
+    """Return empty arrays for the final results of R rocks: finals and counts.
 
     Energy columns of spin hold NaN until they are computed.
     """
@@ -253,10 +253,12 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[
 
 
 def _golden_step(rocks: int) -> int:
-    """Return the step from one rock's row to the next in flight order: it reaches each of R rows once, modulo R.
+    """Return the step from one rock's row to the next in a group, which spreads the rows of each group evenly.
 
-    The rows reached so far are always spread evenly. A step of n rows is not suitable: if a source assigns its rocks to
-    n points in turn, a group would hold the rocks of one point only.
+    The step reaches each of R rows once, modulo R.
+
+    A step of n rows is not suitable: if a source assigns its rocks to n points in turn, a group would hold the rocks of
+    one point only.
     """
     step = max(round(GOLDEN * rocks), 1)
     while math.gcd(step, rocks) > 1:
@@ -328,7 +330,7 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
 
 
 def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record, first: IntArray) -> Batch:
-    """Return flown rocks as a batch whose arrays are views of the engine's record, without copies."""
+    """Return flown rocks as a batch that shares the memory of the engine's record, without copies."""
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, *written, first, finals, counts)

@@ -8,7 +8,7 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 
 SOURCES = 65_536
-"""Factor of a fragment's number in the key of its random numbers: source + SOURCES * number.
+"""Factor of a fragment's number in the key of its random numbers, source + SOURCES * number, so that keys differ.
 
 There are at most 65,536 sources, and 65,536 fragments of a rock.
 """
@@ -19,7 +19,7 @@ DUST_UNITS = 2**40
 
 @dataclass(frozen=True, eq=False)
 class Broken:
-    """N rocks that broke, with their state when they broke.
+    """The rocks of a batch that broke, N of them, with their state when they broke.
 
     rows : (N,) rows in the releases; t : (N,) s; x : (N, 3) m; v : (N, 3) m/s after the impact; n : (N, 3) unit normal
     """

@@ -40,12 +40,12 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     Outcome.LOST_TO_HOLE: (0, 190, 190),
     Outcome.FELL_THROUGH: (150, 0, 60),
 }
-"""sRGB colour of each outcome."""
+"""The sRGB colour of each outcome in pictures."""
 
 SPEED_COLOURS = np.array(
     [(44, 90, 182), (0, 166, 202), (120, 205, 120), (249, 208, 87), (242, 140, 46), (200, 20, 28)], dtype=float
 )
-"""Colours of evenly spaced speeds, from zero (blue) to the fastest (red)."""
+"""Colours of evenly spaced speeds in pictures, from zero (blue) to the fastest (red)."""
 
 
 def zone_groups(zones: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:

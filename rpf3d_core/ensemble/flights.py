@@ -1,4 +1,4 @@
-"""The result of flying an ensemble: one row per rock, one row per impact, one row per event of a path.
+"""The result of flying an ensemble, as tables: one row per rock, one row per impact, one row per event of a path.
 
 All positions are in the terrain's local frame; `io` converts them to the input's coordinates.
 """
@@ -24,7 +24,7 @@ def no_spins() -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Deposits:
-    """End position and results of each of R rocks: the table `deposits` of the outputs.
+    """End position and results of each of R rocks, the table behind `deposits.csv`.
 
     Every array has R rows, one block of rocks after another, by source, then by rock.
 

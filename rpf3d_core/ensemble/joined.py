@@ -12,7 +12,7 @@ Rows = TypeVar("Rows", Impacts, Paths)
 
 
 def joined(parts: Sequence[Flights]) -> Flights:
-    """Return the flights of several parts joined into one.
+    """Return the flights of several parts of an ensemble as one result, the same for any order of the parts.
 
     The rocks are sorted by source, then rock, for any order of parts.
 

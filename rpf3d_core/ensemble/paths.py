@@ -19,12 +19,12 @@ FINEST_STEP, COARSEST_STEP = 0.01, 1.0
 """Bounds of the step at which paths are drawn (m): a laboratory ramp is 2 m long, a pit wall 300 m."""
 
 STEPS_ACROSS = 400
-"""Number of drawing steps over the widest extent of all paths: about the resolution of a picture on a screen."""
+"""Number of drawing steps over the largest extent of all paths: about the resolution of a picture on a screen."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathSamples:
-    """S points along paths, grouped by rock in order of time.
+    """Points along the paths of rocks, S of them, grouped by rock in order of time: for drawing.
 
     row : (S,) row of the rock in `Deposits`; t : (S,) s; x : (S, 3) m; v : (S, 3) m/s; mode : (S,) `values.Mode`
     An impact is two points of the same t and x: the first has the velocity before the impact, the second after it.
@@ -67,7 +67,7 @@ def sample_paths(
     max_step: float | None = None,
     gravity: float = STANDARD_GRAVITY,
 ) -> PathSamples:
-    """Return points along the paths of some rocks, at most `max_step` apart along each segment.
+    """Return points along the paths of some rocks, at most `max_step` apart, to draw the paths.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def sample_paths(
 
 
 def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STANDARD_GRAVITY) -> FloatArray:
-    """Return positions (T, 3) m of one rock at times (T,) s.
+    """Return the positions (T, 3) m of one rock at given times (T,) s, as for an animation.
 
     Times before the release give the release position; times after the end give the end position.
 
@@ -168,7 +168,7 @@ def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
 
 
 def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return 1 for each path segment at whose end the velocity jumps, so that an additional point must be drawn.
+    """Return 1 for each path segment at whose end the velocity jumps, so that one more point must be drawn.
 
     For all other segments the result is 0.
     """
@@ -177,7 +177,7 @@ def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
 
 
 def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tuple[FloatArray, FloatArray]:
-    """Return places and velocities on flights after t (S,) s: x + v t + g t^2/2 and v + g t; x, v (S, 3)."""
+    """Return places and velocities of flying rocks after t (S,) s: x + v t + g t^2/2 and v + g t; x, v (S, 3)."""
     later, faster = x + v * t[:, None], v.copy()
     later[:, 2] -= 0.5 * gravity * (t * t)
     faster[:, 2] -= gravity * t

@@ -1,4 +1,4 @@
-"""Make the fragments of rocks that broke, as new releases.
+"""Make the fragments of rocks that broke, as new releases that fly like rocks.
 
 All fragments of a rock form a family. A fragment has the source and the rock number of this rock, and a number within
 the family. Numbers count from 1 in the order in which fragments are made: by generation, then by parent, then by size.
@@ -25,15 +25,15 @@ from rpf3d_core.values import Rock, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 TILT, TURN = int(Purpose.PIECE_TILT), int(Purpose.PIECE_TURN)
-"""Purposes of the random numbers for a fragment's direction: angle from its parent's direction, and angle around it."""
+"""Purposes of the two random numbers for a fragment's direction: its angle from the rock's direction, and around it."""
 PIECES = 65_536
 """Approximate number of fragments in memory at a time; one rock may have more."""
 
 
 class Breaking:
-    """Makes the fragments of the rocks of one block, generation by generation: of rocks, then of their fragments.
+    """Makes the fragments of rocks that broke, generation by generation, for the rocks of one block.
 
-    flight : physics for the fragments made last; the last generation cannot break again
+    flight : physics of the fragments made last; the last generation cannot break again
     compiled : True if compiled code makes the fragments
     """
 
@@ -155,7 +155,7 @@ def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cas
 
 @loop
 def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: Any, v: Any, shares: Any) -> None:
-    """Write the velocities v (P, 3) m/s and the mass shares (P,) of P fragments.
+    """Write the velocities v (P, 3) m/s of P fragments, and their shares (P,) of the rock's mass.
 
     which : row of the parent, and rank by size; key : counter words of the random numbers
     parents : cascades, velocities and normals
@@ -196,5 +196,5 @@ def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> V
 
 @kernel
 def _unit(a: Vec) -> Vec:
-    """Return the unit vector along a, whose length is above 0."""
+    """Return the unit vector along vector a, whose length is above 0."""
     return scale(1.0 / norm(a), a)

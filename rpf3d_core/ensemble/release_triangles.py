@@ -1,4 +1,4 @@
-"""Release places spread evenly over the true area of a surface. With the area in plan, steep slopes would get too few.
+"""Release places on a surface, spread evenly over its true area; evenly in plan, steep slopes would get too few.
 
 Three uniform numbers select the place of a rock. The first selects the triangle, through the running sum of all areas.
 The others select the place in the triangle, with a square root that makes the places even (Turk 1990, Graphics Gems,

@@ -1,4 +1,4 @@
-"""Draw the releases of all sources: start position, velocity and mass of each rock."""
+"""Draw the releases of all sources at random: start position, velocity and mass of each rock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -191,7 +191,7 @@ def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray
 
 
 def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rocks: IntArray) -> FloatArray:
-    """Return random deviations (R, 3) with given half-widths (3,), for positions or velocities.
+    """Return random deviations (R, 3) of positions or velocities, within given half-widths (3,).
 
     No number is drawn for a half-width of 0.
     """

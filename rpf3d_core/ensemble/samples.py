@@ -15,9 +15,9 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 
 EXACT = 100_000
-"""Largest number of values that are kept without rounding."""
+"""Largest number of values of a sample that are kept without rounding."""
 BITS = 11
-"""Significant bits of a rounded value; the relative error is at most 2^-BITS."""
+"""Number of significant bits of a rounded value; the relative error is at most 2^-BITS."""
 
 
 class Sample:
@@ -37,7 +37,7 @@ class Sample:
         self.add(values)
 
     def add(self, values: ArrayLike) -> None:
-        """Add values (N,) to the sample."""
+        """Add more values (N,) to the sample."""
         some = np.asarray(values, dtype=float)
         some = some[np.isfinite(some)]
         self._waiting.append(some)
@@ -88,7 +88,10 @@ class Sample:
         return self._ranked(low), self._ranked(high)
 
     def _ranked(self, rank: int) -> float | None:
-        """Return the value of a rank in ascending order, counted from 1; None if there is no such rank."""
+        """Return the value of a rank in the sample, counted from 1 in ascending order.
+
+        The result is None if there is no such rank.
+        """
         if not 1 <= rank <= self.count:
             return None
         values, counts = self.sorted()

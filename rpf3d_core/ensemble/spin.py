@@ -1,4 +1,4 @@
-"""Rotational and total kinetic energy of spinning rocks, computed from their records. Rocks count as solid spheres."""
+"""Rotational and total kinetic energy of spinning rocks (as solid spheres), computed from their records."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""Shares with their 95 % intervals, as plain values that can be written to JSON."""
+"""Shares of rocks with their 95 % intervals, as plain values that can be written to JSON."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ NORMAL_QUANTILE_95 = 1.959963984540054
 """Two-sided 95 % quantile of the normal distribution, for confidence intervals."""
 
 PERCENTILES = (5, 25, 50, 75, 95)
-"""Percentiles that the summary reports."""
+"""Percentiles that the summary of a run reports."""
 
 
 def wilson_interval(count: int, total: int) -> tuple[float, float]:

@@ -16,10 +16,13 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Compiled, Engine
 
 BLOCK = 16_384
-"""Largest number of rocks in a block. With 200 impacts per rock, sorting a block needs some hundreds of megabytes."""
+"""Largest number of rocks that are drawn and flown together (a block), which limits the memory.
+
+With 200 impacts per rock, sorting a block needs some hundreds of megabytes.
+"""
 
 NO_RELEASES = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
-"""Releases without rocks."""
+"""Releases without rocks, as a start for joining releases."""
 
 Sink = Callable[[Deposits, Impacts], None]
 """Callback that receives the deposits and impacts of each block of rocks, in order, such as to write them to a file.
@@ -187,12 +190,12 @@ class Stream:
 
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
-    """Return the releases in some rows (N,)."""
+    """Return some of the releases, in the given rows (N,)."""
     return Releases(*(column[rows] for column in _columns(releases)))
 
 
 def _joined(parts: Sequence[Releases]) -> Releases:
-    """Return several releases joined into one, in sequence."""
+    """Return several releases joined into one, one after another."""
     return Releases(*(np.concatenate(columns) for columns in zip(*map(_columns, parts), strict=True)))
 
 

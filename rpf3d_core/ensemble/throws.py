@@ -12,7 +12,7 @@ from rpf3d_core.values import Vec
 
 
 class Throw(NamedTuple):
-    """Speed and direction of thrown rocks.
+    """Speed and direction of the rocks that a source throws.
 
     speed : distribution (m/s); azimuth : radians clockwise from +y of the local frame (north)
     elevation : radians above the horizontal

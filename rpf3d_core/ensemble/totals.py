@@ -79,7 +79,7 @@ class Totals:
             self.stops.add(self.position(deposits.x[at_rest]))
 
     def join(self, other: "Totals") -> None:
-        """Add the totals of another part of the same ensemble."""
+        """Add the totals of another part of the same ensemble, such as from another process."""
         self.outcomes.update(other.outcomes)
         self.impacts += other.impacts
         self.path += other.path

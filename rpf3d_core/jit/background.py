@@ -27,12 +27,15 @@ PATIENCE = 60.0
 """Longest time (s) that the main process waits for the background process; an idle machine needs 15 s for all loops."""
 FEWEST_CORES = 2
 HOME = Path(__file__).parents[2]
-"""Folder that contains the package `rpf3d_core`, for any current folder of the caller."""
+"""Folder that contains the package `rpf3d_core`, so that the background process finds it from any folder."""
 
 Call = tuple[Any, tuple[Any, ...]]
 """A loop (a function to compile) with example arguments, which have exactly the types of the later arguments."""
 Work = tuple[str, str, tuple[Any, ...] | None]
-"""Module and name of a loop, and the argument types to compile; None instead of types means: call the function."""
+"""A request to the background process: module and name of a loop, and the argument types to compile.
+
+None instead of types means: call the function.
+"""
 
 
 class BackgroundCompiler:
@@ -79,7 +82,7 @@ class BackgroundCompiler:
             self.end()
 
     def has_done(self, part: Any) -> bool:
-        """True if the process has finished a loop or function, or if there was no such request, or no process."""
+        """True if a loop or function needs no waiting: it is done, was not requested, or there is no process."""
         with suppress(queue.Empty):
             while True:
                 self._note(self._answers.get_nowait())
@@ -121,7 +124,9 @@ NO_BACKGROUND = BackgroundCompiler(None)
 
 @contextmanager
 def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
-    """Yield a background compiler for some loops; the process starts at once, because its imports take a second.
+    """Yield a background compiler for some loops, which ends with the `with` block.
+
+    The process starts at once, because its imports take a second.
 
     No process starts if no core is free, if the loops are already compiled, or if they cannot be kept on disk.
     """
@@ -133,7 +138,7 @@ def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
 
 
 def has_spare_core() -> bool:
-    """True if a core is free for the background process: two processes need a sixth more computing time than one."""
+    """True if a processor core is free for the background process; two processes need a sixth more computing time."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)
 
@@ -144,7 +149,7 @@ def _are_missing(loops: Sequence[Any]) -> bool:
 
 
 def _address(part: Any) -> tuple[str, str]:
-    """Return the module and name with which another process imports a loop or function."""
+    """Return the module and name with which another process can import a loop or function."""
     return part.__module__, part.__name__
 
 
@@ -158,7 +163,7 @@ def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]
 
 
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
-    """Start the background process with the modules of the loops; return None if the process cannot be started."""
+    """Return the started background process, with the modules of the loops; None if the process cannot be started."""
     modules = {loop.__module__ for loop in loops}
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])}
     with suppress(OSError):
@@ -185,7 +190,7 @@ def main(modules: Sequence[str]) -> None:
 
 
 def _take(orders: "queue.SimpleQueue[bytes]") -> None:
-    """Put each arriving request into a queue, still pickled."""
+    """Put each request that arrives into a queue, still pickled, for the main loop of the background process."""
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:

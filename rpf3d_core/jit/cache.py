@@ -26,13 +26,13 @@ RULE = re.compile(r"^@(\w+)\.(?:rule|otherwise)\b", re.MULTILINE)
 IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|([^#\n]*))", re.MULTILINE)
 
 LOOPS: list[Any] = []
-"""All loops, so that `compile_apart` can change the cache folder of each."""
+"""All compiled loops, so that `compile_apart` can change the cache folder of each."""
 _foreign: set[str] = set()
 """Digests of the user's own code that compiled code calls."""
 
 
 def compile_apart(digest: str) -> None:
-    """Store all code compiled after this call in a separate cache folder, because kernels call user-defined code.
+    """Store all code compiled from now on in a separate cache folder, because it calls the user's own code.
 
     digest : of the user-defined code. In a common folder, numba would not notice an edit of the user's code, and a
     process without the user's code could not read the index of the cache.
@@ -45,7 +45,7 @@ def compile_apart(digest: str) -> None:
 
 
 def compiled_apart() -> list[str]:
-    """Return all digests given to `compile_apart`, for another process that must use the same folder."""
+    """Return all digests given to `compile_apart`, so that another process can use the same cache folder."""
     return sorted(_foreign)
 
 
@@ -73,7 +73,7 @@ def keeps_compiled(loop: Any) -> bool:
 
 @contextmanager
 def in_cache_folder(module: str) -> Iterator[bool]:
-    """Point numba's cache at the folder for the loops of a module; yield whether the folder is usable.
+    """Make numba use our cache folder for the loops of a module; yield true if the folder is usable.
 
     numba checks only the file of the decorated function. In numba's own folder, stale code would therefore run after an
     edit in another file whose functions are called. If the folder is not writable, each process compiles again.
@@ -117,7 +117,7 @@ def _package(root: Path) -> "PackageSources":
 
 
 class PackageSources:
-    """The source files of a package, to find the files that the compiled code of one file depends on.
+    """The source files of the package, to find out which files the compiled code of one file depends on.
 
     texts : mapping from a file of the package, without its suffix (`terrain/facets`), to its text
     """
@@ -131,7 +131,7 @@ class PackageSources:
         self._always = {name for name, rules in self._rules.items() if rules - known}
 
     def kernel_sources(self, file: str) -> set[str]:
-        """Return all files that the compiled loops of a file may depend on, including the file itself.
+        """Return all source files that the compiled loops of a file may depend on, including the file itself.
 
         The result contains all files that are imported, directly or indirectly: compiled code contains the values of
         globals. For each model function in these files, the result contains the files that register its rules. A file

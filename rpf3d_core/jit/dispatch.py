@@ -1,4 +1,4 @@
-"""The interface of the package to numba, with a fallback without numba: physics written once for both engines.
+"""The use of numba in the package: the physics is written once, and runs compiled or, without numba, in plain Python.
 
 `kernel` marks a function that both engines call. `model_function` marks a function with one rule for each model. `loop`
 marks a loop that is compiled if numba is installed. Without numba, all three leave plain Python functions, and only the
@@ -29,8 +29,11 @@ HAS_NUMBA = numba is not None
 F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS = {"error_model": "numpy", "_nrt": False}
-"""Options of all compiled code. Compiled code allocates no memory, so reference counts are switched off (`_nrt`): the
-code is then three times as fast, because an access to an array in a NamedTuple would change a count twice."""
+"""Options of all compiled code.
+
+Compiled code allocates no memory, so reference counts are switched off (`_nrt`): the code is then three times as fast,
+because an access to an array in a NamedTuple would change a count twice.
+"""
 
 INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Options of functions that only compiled code calls: they are copied into their callers."""
@@ -128,11 +131,11 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
 
 
 OTHERWISE = "otherwise"
-"""Key of the rule for all classes without a rule of their own."""
+"""Key of the rule for all classes without a rule of their own, among the rules of a model function."""
 
 
 def _class_of(kind: Any) -> type:
-    """Return the Python class of the values of a numba type, which selects the rule.
+    """Return the Python class that belongs to a numba type, which selects the rule of a model function.
 
     NamedTuples and None have one; other types have no rules.
     """

@@ -15,8 +15,11 @@ NEEDLESS = frozenset((
     "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "InlineInlinables", "FindLiterallyCalls",
     "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites", "AnnotateTypes",
 ))  # fmt: skip
-"""Compilation steps that kernels do not need: `with`, functions within functions, loops over mixed tuples, arithmetic
-of whole arrays, and listings. A kernel with such code does not compile."""
+"""Compilation steps of numba that kernels do not need, and that are left out to save time.
+
+These are the steps for `with`, functions within functions, loops over mixed tuples, arithmetic of whole arrays, and
+listings. A kernel with such code does not compile.
+"""
 
 for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_finalize_final_module", "_finalized"):
     if not hasattr(JITCodeLibrary, _name):
@@ -50,7 +53,7 @@ class _Copied(JITCodeLibrary):
 
 
 class Inlined(Compiler):
-    """The compiler that numba uses for kernels (`pipeline_class` of numba's options)."""
+    """The compiler of kernels, which leaves out needless steps (`pipeline_class` of numba's options)."""
 
     def define_pipelines(self) -> list[PassManager]:
         """Return the compilation steps of a kernel: numba's usual steps without those that kernels do not need."""

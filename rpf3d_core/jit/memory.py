@@ -31,7 +31,7 @@ def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
 
 
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
-    """Return the array (N,) if it is long enough, else a longer array with spare elements, filled up with `rest`."""
+    """Return the array (N,) if it is long enough, else a longer copy with spare elements, filled up with `rest`."""
     if len(array) >= length:
         return array
     return np.concatenate([array, np.full(length + length // SPARE - len(array), rest, dtype=array.dtype)])
@@ -54,7 +54,10 @@ class Kept:
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the first `length` elements (N,) of the array of a name; a new, longer array keeps the content."""
+        """Return the first `length` elements (N,) of the array of a name.
+
+        If it is too short, a longer copy replaces it.
+        """
         array = self._arrays[name]
         if len(array) < length:
             self._arrays[name] = np.empty(length + length // SPARE, array.dtype)
@@ -63,7 +66,7 @@ class Kept:
 
     @property
     def size(self) -> int:
-        """Number of bytes of all arrays."""
+        """Number of bytes of all arrays that are kept."""
         return sum(array.nbytes for array in self._arrays.values())
 
 

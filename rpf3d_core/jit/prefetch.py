@@ -35,7 +35,7 @@ if numba is not None and ir is not None:
 
     @numba.extending.intrinsic
     def _prefetch(typing_context, array, row, column):  # type: ignore[no-untyped-def]
-        """Call LLVM's intrinsic: https://llvm.org/docs/LangRef.html#llvm-prefetch-intrinsic."""
+        """Call LLVM's prefetch instruction, https://llvm.org/docs/LangRef.html#llvm-prefetch-intrinsic."""
 
         def build(context, builder, signature, args):  # type: ignore[no-untyped-def]
             word, kind = cgutils.int32_t, signature.args[0]

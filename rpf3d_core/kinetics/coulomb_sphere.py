@@ -1,4 +1,4 @@
-"""Impact of a spinning rigid sphere: normal restitution, with Coulomb friction and rolling moment along the ground.
+"""Impact of a spinning rigid sphere on the ground, with restitution, Coulomb friction and a rolling moment.
 
 Let v_c = v_t + w x (-R n) be the slip of the contact point and v_n the speed into the ground. Per unit of mass:
     normal impulse      P = (1 + e) v_n

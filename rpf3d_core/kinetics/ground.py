@@ -12,7 +12,7 @@ from rpf3d_core.materials.library import Surface
 
 
 class NoGround(NamedTuple):
-    """No ground model, the thesis' rule: a rock slower than stop_speed has stopped.
+    """The rule of the thesis in place of a ground model: a rock slower than stop_speed has stopped.
 
     A faster rock is left unresolved.
     """
@@ -23,7 +23,7 @@ class Sliding(NamedTuple):
 
 
 class Law(NamedTuple):
-    """The numbers of a ground model's law of motion along the ground, at the rock's position.
+    """The numbers of a law of motion along the ground, which a ground model gives for the rock's position.
 
     share : A, share of the gravity along the ground that accelerates the rock (-); friction : k (m/s^2)
     stop_speed : m/s below which the rock has stopped
@@ -51,7 +51,7 @@ def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[
 
 @law_on_facet.rule(Sliding)
 def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion with Coulomb friction on a facet: k = mu g_n."""
+    """Return the law of motion of a rock that slides on a facet with Coulomb friction: k = mu g_n."""
     return Law(share=1.0, friction=surface.mu * gravity * n_z, stop_speed=surface.stop_speed, anywhere=False)
 
 
@@ -59,7 +59,7 @@ def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: flo
 def coulomb_in_gully(
     ground: Sliding, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of motion with Coulomb friction in a gully: each facet brakes with its own friction and push."""
+    """Return the law of motion of a rock that slides in a gully: each facet brakes with its own friction and push."""
     friction = first.mu * pushes[0] + second.mu * pushes[1]
     return Law(share=1.0, friction=friction, stop_speed=max(first.stop_speed, second.stop_speed), anywhere=False)
 

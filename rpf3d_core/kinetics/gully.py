@@ -18,7 +18,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract
 
 WEAKEST = 1e-9
-"""Share of gravity (-) below which a facet counts as level across a gully.
+"""Least share of gravity (-) across a gully that counts: below it, a facet counts as level in that direction.
 
 Gravity then pulls the rock neither back to the gully nor away from it.
 """

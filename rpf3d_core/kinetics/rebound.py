@@ -67,7 +67,7 @@ def constant_restitution(
 
 @kernel
 def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """Return the motion of a lumped mass after an impact with restitution R_n and R_t (-); the spin is unchanged."""
+    """Return the motion of a lumped mass after an impact, from restitution R_n and R_t (-); the spin is unchanged."""
     v_n = dot(motion.v, n)
     v = add(scale(-R_n * v_n, n), scale(R_t, without(motion.v, n)))
     return Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
@@ -77,7 +77,7 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def constant_rest(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces on a plane summed up: a geometric series."""
+    """Return all remaining bounces on a plane summed up, for the constant model."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
 
 

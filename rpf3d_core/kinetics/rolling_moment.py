@@ -26,15 +26,18 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, norm, scale, subtract
 
 STICKS = 2.0 / 7.0
-"""Impulse that stops the slip of a solid sphere, per unit of mass and slip: 1 / (1 + m R^2 / I), I = 2/5 m R^2."""
+"""Impulse that stops the slip of a solid sphere, per unit of mass and slip (-): 1 / (1 + m R^2 / I), I = 2/5 m R^2."""
 ROUNDS = 64
-"""Largest number of steps to find the length L; usually 12 suffice. Every second step at least halves the bracket."""
+"""Largest number of steps to solve for the length L (see above); usually 12 suffice.
+
+Every second step at least halves the bracket.
+"""
 ROUNDING = 4e-16
 """Relative difference (-) between the two sides of the equation for L, below which the difference is rounding error."""
 
 
 class Impulses(NamedTuple):
-    """Impulses of the ground on a sphere at an impact, per unit of mass, along the ground.
+    """The impulses along the ground that the ground gives a sphere in an impact, per unit of mass.
 
     push : (3,) m/s, p; moment : (3,) m/s, m: the angular impulse M x n / R
     """
@@ -115,13 +118,13 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
 @kernel
 def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
-    """Return the direction of the spin's remaining surface velocity, as the vector k (u + y q) (3,), for a length L."""
+    """Return a vector (3,) along the surface velocity that spin leaves after an impact: k (u + y q), for a length L."""
     return add(scale(friction, u), scale(length - 2.5 * friction, q))
 
 
 @kernel
 def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> float:
-    """Return the difference (5/2 + y) |p| - L, whose zero is the length L = k (5/2 + y) where |p| = k."""
+    """Return the error of a trial value of the length L, (5/2 + y) |p| - L; it is zero where |p| = k."""
     left, share = _spin_left(u, q, friction, length), length - 2.5 * friction
     size = norm(left)
     if size <= share * moment:
@@ -131,7 +134,7 @@ def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: floa
 
 @kernel
 def _at_length(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> Impulses:
-    """Return the impulses of an impact for a given length L."""
+    """Return the impulses of an impact for a given length L, the unknown of the equations above."""
     left = _spin_left(u, q, friction, length)
     size = norm(left)
     against = scale(-moment / size, left) if size > 0.0 else ZERO

@@ -23,9 +23,9 @@ STRAIGHT = 1e-9
 Such a path bends by less than 1e-9 of its length.
 """
 STEEPEST = 1e9
-"""Value of m above which friction stops the rock before gravity turns its velocity by 1e-9."""
+"""Value of m above which friction stops the rock before gravity can turn its velocity by 1e-9."""
 BEND = 0.0625
-"""Tangent of half the largest angle by which one segment turns; this angle is 7 degrees."""
+"""Tangent of half the largest angle by which one segment of a sliding path turns; this angle is 7 degrees."""
 HALVING = math.log(2.0)
 SLIGHT = 5e-4
 """Value of tan(phi / 2) below which the rest of a path is one segment: it bends by less than 1e-3 of its length."""
@@ -35,9 +35,9 @@ FARTHEST = 1e40
 At m = 1, where a path grows slowest with y, it is 1e20 m long at this value.
 """
 LARGEST_EXPONENT = 700.0
-"""Largest argument of exp. A larger one overflows float64: Python then raises, compiled code gives inf."""
+"""Largest argument of exp that is allowed; a larger one overflows: Python then raises, compiled code gives inf."""
 ROOT_STEPS = 200
-"""Largest number of steps of a search for a root.
+"""Largest number of steps in the search for the parameter y of an event.
 
 Bisection needs 64 steps in float64 if both ends of the bracket are of similar size, and more if their sizes differ
 much.
@@ -141,7 +141,7 @@ def slide_velocity(path: SlidePath, y: float) -> Vec:
 
 @kernel
 def _power(q: float, y: float) -> float:
-    """Return the integral of s^(q-1) over s from exp(-y) to 1, from which times and lengths of a sliding path follow.
+    """Return the integral of s^(q-1) over s from exp(-y) to 1; times and lengths of a sliding path consist of these.
 
     It is (1 - exp(-q y)) / q, and y at q = 0.
     """

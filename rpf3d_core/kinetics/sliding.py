@@ -36,13 +36,13 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 HOLDS = 1.0 - 1e-9
-"""Share (-) of the gravity along the ground that friction must reach to hold a rock.
+"""Share (-) of the gravity along the ground that friction must reach to keep a rock in place.
 
 Because the share is below 1, a slope at exactly the friction angle holds the rock despite rounding. The neglected part
 of gravity would move a rock less than 0.1 m in an hour.
 """
 CREEP = 1e-9
-"""Speed (m/s, 4 um per hour) below which a rock held by friction has stopped, even if stop_speed is lower."""
+"""Speed (m/s, 4 um per hour) below which a rock that friction can hold has stopped, even if stop_speed is lower."""
 
 
 class SlideSegment(NamedTuple):

@@ -23,17 +23,19 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TURN = 1.0 / 16.0
-"""Tangent of the largest angle by which friction may turn in one segment: 3.6 degrees."""
+"""Tangent of the largest angle by which the direction of friction may turn in one segment: 3.6 degrees."""
 CRAWL = 1e-2
 """Speed (m/s) below which a turning slip, or the turning motion of a sphere not held by friction, counts as zero.
 
 At this speed the kinetic energy corresponds to a height of 5 um.
 """
 STRAIGHT = 1e-9
-"""Ratio (-) of the gravity across the motion to the sum of gravity and friction along the ground, below which the
-motion counts as straight."""
+"""Share (-) of the gravity across the motion in all forces along the ground, below which the motion counts as straight.
+
+The forces are gravity and friction along the ground.
+"""
 ROLLS = 1e-9
-"""Ratio (-) of slip to speed below which a sphere rolls; also the share of the stop speed that counts as rounding.
+"""Ratio (-) of slip to speed below which a sphere counts as rolling, and rounding share of the stop speed.
 
 Both limits are a million times the rounding error.
 """
@@ -106,7 +108,7 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return a segment on which a sphere skids; it ends when the slip is zero or its direction has turned."""
+    """Return the segment on which a sphere skids, which ends when the slip is zero or its direction has turned."""
     slips = norm(slip)
     direction = scale(1.0 / slips, slip)
     across = norm(without(g_t, direction))
@@ -130,7 +132,7 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> RollingSegment:
-    """Return a segment on which a sphere rolls.
+    """Return the segment on which a sphere rolls.
 
     It ends at the stop speed, at speed zero, or when the direction has turned.
     """

@@ -17,7 +17,7 @@ FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW = range(5)
 """Kinds of distribution, as numbers that compiled code can compare."""
 
 RAREST = 2.0**-54
-"""Replaces a uniform number 0 where 0 would give an infinite result: half the smallest uniform number above 0."""
+"""Number that replaces the uniform number 0 where 0 would give an infinite result: half the next larger one."""
 FEW = 5_000
 """Largest number of draws for which plain Python is used: it ends before the loop is compiled.
 
@@ -83,7 +83,7 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
 
 
 def truncated_power_law(exponent: float, low: float, high: float) -> Distribution:
-    """Return the power law N(> x) ~ x^-exponent between two bounds (physics reference 6.4).
+    """Return the power law of rock sizes, N(> x) ~ x^-exponent, between two bounds (physics reference 6.4).
 
     exponent > 0, 0 < low < high"""
     return Distribution(
@@ -135,7 +135,7 @@ def quantiles(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.
 
 @loop
 def _quantile_all(distribution: Distribution, u: NDArray[np.float64], x: NDArray[np.float64]) -> None:
-    """Write the random number that belongs to each uniform number u (N,) into x (N,)."""
+    """Write the random number that belongs to each uniform number u (N,) into x (N,): the loop of `quantiles`."""
     for i in range(len(x)):
         x[i] = quantile(distribution, u[i])
 

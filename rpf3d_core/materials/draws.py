@@ -21,9 +21,9 @@ PURPOSES = (
     int(Purpose.NORMAL_RESTITUTION), int(Purpose.TANGENTIAL_RESTITUTION), int(Purpose.FRICTION_ANGLE),
     int(Purpose.ROLLING_FRICTION),
 )  # fmt: skip
-"""Purpose of each coefficient, in the order of COEFFICIENTS."""
+"""Purpose of the random number of each coefficient, in the order of COEFFICIENTS."""
 COEFFICIENTS = ("R_n", "R_t", "friction_angle", "rolling_friction")
-"""The coefficients that may be drawn, in the order of the columns."""
+"""Names of the ground coefficients that may be drawn at random, in the order of the columns."""
 RADIANS = math.pi / 180.0
 
 
@@ -44,7 +44,7 @@ class DrawnSurface(NamedTuple):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """The distributions in the order of COEFFICIENTS."""
+        """The distributions of the coefficients, in the order of COEFFICIENTS."""
         return self.R_n, self.R_t, self.friction_angle, self.rolling_friction
 
 

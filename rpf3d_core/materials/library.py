@@ -1,4 +1,4 @@
-"""The mechanical properties of the ground in each zone, as arrays with one element per zone."""
+"""The mechanical properties of the ground in each zone, as the simulation reads them."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from rpf3d_core.materials.rock_context import RockContext
 
 
 class Surface(NamedTuple):
-    """The mechanical properties of the ground at a contact.
+    """The mechanical properties of the ground at one contact of a rock.
 
     R_n, R_t : normal and tangential restitution (-), in [0, 1]; mu : Coulomb friction, tan of the friction angle (-)
     stop_speed : m/s below which a rock in sustained contact has stopped; mu_r : rolling friction (-), tan(beta)

@@ -1,4 +1,4 @@
-"""The inverse of the standard normal distribution, as a kernel that gives the same bits in both engines.
+"""The inverse of the standard normal distribution, for random numbers: the same bits in both engines.
 
 Wichura 1988, Algorithm AS 241, Applied Statistics 37(3):477-484, doi 10.2307/2347330: PPND16, relative error about
 1e-16.

@@ -1,4 +1,4 @@
-"""The data of a rock that a model may need in addition to the motion, and columns with these data for many rocks.
+"""The data of a rock, besides its motion, that a model may need, for one rock and as columns for many rocks.
 
 A column that no model of a scene needs is None; it is neither filled nor compiled.
 """
@@ -18,7 +18,7 @@ class RockKey(NamedTuple):
 
 
 class RockContext(NamedTuple):
-    """The data of one moving rock that models may need.
+    """The data of one moving rock that models may need: its size, its random numbers and its impacts so far.
 
     rock : mass and radius; None if no model of the scene needs them
     key : key of the random numbers; None if nothing is drawn; impacts : number of impacts on the ground so far

@@ -21,13 +21,13 @@ ROUNDS = 10
 MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
 WEYL = (0x9E3779B9, 0xBB67AE85)
 WORD = 0xFFFFFFFF
-"""Mask of the low 32 bits.
+"""Mask of the low 32 bits of an integer, for arithmetic with 32-bit words.
 
 Kernels compute with signed 64-bit integers. A product may overflow, but its bits are the same as in the unsigned
 product. The mask removes the sign bits that a right shift of a negative number adds.
 """
 MANY = 50_000
-"""Smallest number of draws for which a compiled loop is used: it needs a tenth of the time and gives the same bits."""
+"""Least number of draws for which a compiled loop is used: it needs a tenth of the time and gives the same bits."""
 ZONES = 256
 """Factor of the zone number in the stream number, so that there may be up to 256 purposes and 2^24 zones."""
 
@@ -100,7 +100,7 @@ def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> f
 
 @kernel
 def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: int) -> float:
-    """Return the random number in [0, 1) that belongs to four counter words and two key words."""
+    """Return the random number in [0, 1) that belongs to four counter words and two key words of the generator."""
     high, low, _, _ = philox_words(rock, source, stream, number, k0, k1)
     return ((high >> 5) * 2.0**26 + (low >> 6)) * 2.0**-53  # type: ignore[no-any-return]
 
@@ -113,7 +113,7 @@ def _uniform_all(k0: int, k1: int, sources: Any, rocks: Any, stream: int, draws:
 
 
 def philox(counter: NDArray[np.uint64], key: tuple[int, int]) -> NDArray[np.uint64]:
-    """Return (4, N) random words of 32 bits from a counter (4, N) and a key (2,): Philox4x32-10 on arrays.
+    """Return random words (4, N) of 32 bits from a counter (4, N) and a key (2,): Philox4x32-10 on arrays.
 
     Tests compare it with published values.
     """

@@ -1,4 +1,4 @@
-"""Build an engine over a whole terrain, with caps: facets that close its gaps and end the rocks that fall through."""
+"""Build an engine over a whole terrain, with caps over its gaps: facets that end the rocks that fall through."""
 
 import numpy as np
 

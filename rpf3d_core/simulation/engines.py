@@ -24,9 +24,9 @@ from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
-"""Columns with the results of a rock at the end of its flight; max_height is NaN until the paths are evaluated."""
+"""Columns with the results of a rock at the end of its flight; max_height is NaN until the path is evaluated."""
 SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
-"""Additional result columns (J) if rocks spin, computed from the recorded paths; NaN if no path was recorded."""
+"""Additional result columns (J) for rocks that spin, computed from the recorded paths; NaN without a recorded path."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
 
 SAMPLE = 100_000
@@ -140,7 +140,7 @@ Engine = Reference | Compiled
 
 
 def _parts(models: Models) -> tuple[Any, ...]:
-    """Return the parameters of all models and effects of a scene in one tuple."""
+    """Return the parameters of all models and effects of a scene in one tuple, to see which data they need."""
     return models.rebound, models.ground, *links_of(models.effects)
 
 
@@ -176,9 +176,9 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engin
 
 
 def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False, every_step: bool = False) -> Engine:
-    """Return a copy of the engine that finds contacts in fixed time steps, to compare with (`detection.stepped`).
+    """Return a copy of the engine that finds contacts in fixed time steps, to show the errors of that method.
 
-    Heights above the ground are still exact.
+    The method is `detection.stepped`. Heights above the ground are still exact.
 
     dt : s; threshold : m, or m2 if the squared distance is compared with the threshold
     squared, every_step : as in `stepped`
@@ -191,7 +191,7 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
 
 
 def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there: Any, dt: float) -> Engine:
-    """Return a copy of the engine that finds contacts in fixed time steps on a raster, to compare with.
+    """Return a copy of the engine that finds contacts in fixed time steps on a raster, to show the errors of rasters.
 
     engine : engine over the raster's facets, row by row; two facets for each
     square that is flagged in `there`
@@ -257,7 +257,7 @@ def precompile_ground_below(engine: Engine | None = None) -> None:
 
 @loop
 def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int) -> int:
-    """Fly all rocks from number `begin` on: rock i starts at x[i], v[i] of the launches and fills row i of the logbook.
+    """Fly all rocks from number `begin` on; rock i starts with row i of the launches and fills row i of the logbook.
 
     The loop ends at the first rock that does not fit into the record. Returns the number of this rock, or the number of
     rocks if all fitted.
@@ -283,7 +283,7 @@ def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Log
 
 @loop
 def _ground_below_all(locator: Any, facets: Facets, x: Any, out: Any) -> None:
-    """Write the height above the ground (m), the facet there and its side for each point into `out`."""
+    """Write the height of each point above the ground (m), the facet there and its side into `out`."""
     for i in range(len(out)):
         height, contact = ground_below(locator, facets, (x[i][0], x[i][1], x[i][2]))
         out[i, 0], out[i, 1], out[i, 2] = height, contact.facet, contact.side

@@ -40,7 +40,7 @@ class Launches(NamedTuple):
 
 
 def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts) -> Launches:
-    """Return the rocks as the flight loop reads them.
+    """Return the rocks of an ensemble at their release, as the flight loop reads them.
 
     Sizes or keys are None if no model or material of the scene needs them.
 

@@ -102,7 +102,7 @@ def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, 
 
 @kernel
 def checked(before: State, after: State) -> State:
-    """Return the state after an event; if a number in it is not finite, the state before the event with outcome FAILED.
+    """Return the state after an event; if a number in it is not finite, return the state before, with outcome FAILED.
 
     The record rows of the failed event are overwritten by the end of the path and by the following rocks.
     """
@@ -224,7 +224,7 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
 
 @kernel
 def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact, by the rebound model and the effects.
+    """Return the motion of a rock after an impact on a facet, by the rebound model and the effects.
 
     n : (3,) normal of the facet, turned towards the rock
 
@@ -251,7 +251,7 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockCo
 
 @kernel
 def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after the rebound from a surface of normal n.
+    """Return the motion of a rock after its rebound from a surface of normal n, without the safeguards of `rebounded`.
 
     An effect may let the rock enter the ground first.
     """

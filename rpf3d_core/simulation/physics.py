@@ -1,4 +1,4 @@
-"""The models, ground properties and settings that all rocks of an ensemble share, as one value."""
+"""The models, ground properties and settings that all rocks of an ensemble share, as one value for the flight loop."""
 
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from rpf3d_core.terrain.facets import Facets
 
 
 class Physics(NamedTuple):
-    """The models, ground properties and settings of a simulation.
+    """The models, ground properties and settings of a simulation, in one record that compiled code can read.
 
     rebound, ground : parameters of a rebound model and of a ground model; effects : a `Chain`, or None
     materials : `Materials` or `DrawnMaterials`; facets : the terrain

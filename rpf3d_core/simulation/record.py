@@ -18,7 +18,7 @@ FIRST_OBSTACLE = -2
 """Number used instead of a facet number where a rock meets obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
 
 IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
-"""Number of columns of an impact row and of a path segment row, and of additional columns in both if rocks spin."""
+"""Number of columns of an impact row, of a path segment row, and of additional columns in both if rocks spin."""
 
 
 class Record(NamedTuple):
@@ -58,7 +58,7 @@ class Logbook(NamedTuple):
 
 
 def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
-    """Return a record with room for a number of impacts and of path segments, and for spins if rocks spin."""
+    """Return a record with room for given numbers of impacts and path segments, and for spins if rocks spin."""
     more = SPIN_COLUMNS if spins else 0
     return Record(
         impacts=np.empty((impacts, IMPACT_COLUMNS + more)),
@@ -73,7 +73,7 @@ def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
 
 @kernel
 def writes(record: Record) -> bool:
-    """Return True if the record has rows, so that impacts and path segments are written."""
+    """Return True if the record has rows, so that impacts and path segments are written at all."""
     return len(record.modes) > 0
 
 
@@ -93,7 +93,7 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 
 @kernel
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
-    """Set the first rows of the rock after rock i; return False if the flight of rock i did not fit into the record.
+    """Set the first rows of the next rock in the record; return False if the flight of rock i did not fit into it.
 
     A path has one row for each segment, and one more row for its end.
     """

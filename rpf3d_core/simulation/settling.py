@@ -74,7 +74,7 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
 
 @kernel
 def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
-    """Return the largest squared speed (m^2/s^2) with which this or a later bounce may rise from a facet of normal n.
+    """Return the largest squared speed (m^2/s^2) with which a rock may rise from a facet in this or a later bounce.
 
     It decides whether the bounces are small.
 
@@ -91,7 +91,7 @@ def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float
 
 @kernel
 def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
-    """Return True if no obstacle lies on the straight path `way` (3,) m from x (3,) m that the small bounces follow.
+    """Return True if no obstacle lies on the straight path `way` (3,) m from x (3,) m of a rock's small bounces.
 
     passed : the obstacle that does not count, because the rock has just passed it
     """
@@ -100,7 +100,7 @@ def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContex
 
 @kernel
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
-    """Return True if all remaining bounces stay within facet f, so that they can be summed up.
+    """Return True if all remaining bounces of a rock stay within facet f, so that they can be summed up.
 
     along, down : (3,) m, the two displacements that the bounces add up to, along the facet
 

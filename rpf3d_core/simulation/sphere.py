@@ -57,7 +57,7 @@ from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 BENDS = 1e-4
-"""Length of a segment, divided by R (-): a longer segment that ends only because the path bends is not a contact."""
+"""Length of a ground segment, divided by R (-), above which a segment that ends only at a bend is not a new contact."""
 WALL = 0.01
 """Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
 
@@ -114,7 +114,7 @@ def roll_on(
 
 @kernel
 def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
-    """Return True if a sphere that slips only slightly rolls from now on: the slip must be set to zero at once.
+    """Return True if the small slip of a sphere must be set to zero at once, so that the sphere rolls.
 
     slip : m/s, velocity of the sphere's surface at the contact
 
@@ -142,7 +142,7 @@ def _at_rest(state: State, motion: Motion) -> State:
 
 @kernel
 def _lift(held: Held, v: Vec, radius: float) -> float:
-    """Return the centripetal acceleration (m/s^2), v^2 / R, around an edge or a corner, which lightens the sphere.
+    """Return by how much a sphere on an edge or a corner presses less on it: the acceleration v^2 / R (m/s^2).
 
     On a facet, or between two contacts, the result is 0.
     """
@@ -154,7 +154,7 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 @kernel
 def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
-    """Return the surface properties under the sphere.
+    """Return the surface properties of the ground under a sphere.
 
     For two contacts, the friction is their mean, weighted by the pushes.
     """

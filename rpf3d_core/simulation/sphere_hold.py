@@ -26,7 +26,7 @@ This is half of GRAZING, so that contacts that a sweep of the moving sphere meet
 
 
 class Held(NamedTuple):
-    """The contacts that block a sphere along a vector, and the component of the vector that they allow.
+    """The contacts that block a sphere along a vector (gravity or velocity), and the component that they allow.
 
     The vector is a velocity (m/s) or an acceleration (m/s^2).
 
@@ -44,7 +44,10 @@ class Held(NamedTuple):
 
 @kernel
 def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
-    """Return the contact that blocks a sphere most along the vector of the search; facet -1 if no contact blocks it."""
+    """Return the contact that blocks a sphere most along a vector; facet -1 if no contact blocks it.
+
+    against : the search, with the vector
+    """
     x, reach = against.x, against.radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
     low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
@@ -77,13 +80,13 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
-    """Return one contact as the only one that blocks the sphere: it allows the component of `way` along its plane."""
+    """Return `Held` for one contact that blocks the sphere: it allows the component of `way` along its plane."""
     return Held(contacts=1, first=touch, second=NO_TOUCH, pushes=(-dot(way, touch.n), 0.0), way=without(way, touch.n))
 
 
 @kernel
 def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
-    """Return two contacts as those that block the sphere: they allow the component of `way` along their common line.
+    """Return `Held` for two contacts that block the sphere: they allow the component of `way` along their common line.
 
     If one contact does not push, return the other contact alone.
     """
@@ -103,7 +106,7 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
 @kernel
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
-    """Return the contacts that block the sphere when a third contact is added to two: one, two or all three of them.
+    """Return `Held` for two contacts and a third one: one, two or all three of them block the sphere.
 
     The third contact alone, or with one other contact, is enough if the remaining contacts allow the resulting
     direction. Otherwise the three contacts allow no motion.
@@ -122,7 +125,7 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Return three contacts as those that block the sphere: they allow no motion."""
+    """Return `Held` for three contacts that block the sphere: they allow no motion."""
     return Held(contacts=3, first=first, second=second, pushes=(0.0, 0.0), way=ZERO)
 
 

@@ -49,7 +49,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 
 @kernel
 def _lift_off(touch: Touch, radius: float) -> float:
-    """Return the distance (m) to lift a sphere so that it just touches the nearest ground point, `touch`.
+    """Return how far (m) to lift a sphere so that it just touches the nearest ground point, `touch`.
 
     If the nearest point is above the centre, return the overlap of sphere and ground instead.
     """
@@ -95,7 +95,7 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
 
 @kernel
 def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
-    """Return the state of a sphere after an impact.
+    """Return the state of a sphere after an impact on the ground.
 
     If the bounce that follows is small, the sphere stays on the ground.
     """

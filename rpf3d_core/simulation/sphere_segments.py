@@ -105,7 +105,7 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
 
 @kernel
 def turned_to(v: Vec, n: Vec) -> Vec:
-    """Return the velocity v of a sphere turned into the plane with normal n after a curved segment; same speed."""
+    """Return the velocity v after a curved segment: turned into the plane with normal n, with the same speed."""
     flat = without(v, n)
     speed = norm(flat)
     return scale(norm(v) / speed, flat) if speed > 0.0 else flat

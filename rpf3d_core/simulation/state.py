@@ -9,7 +9,7 @@ from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
 
 NONE_PASSED = -1
-"""Value used instead of an obstacle number if the rock has met no obstacle since its last impact."""
+"""Value in place of an obstacle number if the rock has met no obstacle since its last impact."""
 
 
 class RockTally(NamedTuple):
@@ -67,7 +67,7 @@ def released(motion: Motion) -> State:
 
 @kernel
 def ended(state: State, outcome: int) -> State:
-    """Return the state of a rock whose motion ends at its position, with the given outcome."""
+    """Return the state of a rock whose flight ends where it is, with the given outcome."""
     return State(
         motion=state.motion,
         left=state.left,
@@ -80,7 +80,9 @@ def ended(state: State, outcome: int) -> State:
 
 @kernel
 def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float) -> RockTally:
-    """Return the rock's totals after a path segment of the given length (m); `motion` is the motion at its end.
+    """Return the rock's running totals after a path segment of the given length (m).
+
+    motion : the motion at the end of the segment
 
     A segment no longer than the tolerance (m) counts as no progress.
     """
@@ -101,7 +103,10 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
 
 @kernel
 def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
-    """Return the rock's totals after an impact on a facet; `motion` is the motion just after the impact."""
+    """Return the rock's running totals after an impact on a facet.
+
+    motion : the motion just after the impact
+    """
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
         path=tally.path,
@@ -118,7 +123,7 @@ def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
 
 @kernel
 def with_meeting(tally: RockTally, facet: int) -> RockTally:
-    """Return the rock's totals after a meeting with an obstacle.
+    """Return the rock's running totals after a meeting with an obstacle.
 
     The meeting counts as a contact, so max_impacts also ends a rock that bounces between obstacles.
 
@@ -149,7 +154,7 @@ def past(motion: Motion, number: int) -> int:
 
 @kernel
 def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
-    """Return the rock's totals when it begins to slide or roll on a facet at a speed (m/s)."""
+    """Return the rock's running totals when it begins to slide or roll on a facet, at a speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return RockTally(
         path=tally.path,
@@ -166,7 +171,9 @@ def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
 
 @kernel
 def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float, bends: bool) -> RockTally:
-    """Return the rock's totals after a segment of sliding of the given length (m); `motion` is the motion at its end.
+    """Return the rock's running totals after a segment of sliding of the given length (m).
+
+    motion : the motion at the end of the segment
 
     A segment that ends only because the path bends (`bends`) continues the same slide. It counts neither as a contact
     nor as a segment without progress.

@@ -1,4 +1,4 @@
-"""Sustained contact of a rock with the ground: when it begins, and how a ground model moves the rock on."""
+"""Sliding, rolling and stopping of a rock on the ground: when this begins, and how a ground model moves the rock."""
 
 import math
 from typing import Any, NamedTuple
@@ -46,7 +46,7 @@ Two facets may pass a rock to each other endlessly. A stuck rock may therefore s
 outside a facet. A stuck rock slower than STILL has stopped.
 """
 STILL = 1e-12
-"""Speed (m/s) below which a stuck rock has stopped. Without friction, a rock in a gully moves in ever smaller steps."""
+"""Speed (m/s) below which a stuck rock has stopped; without friction, a rock in a gully moves in ever smaller steps."""
 
 
 @model_function
@@ -81,7 +81,7 @@ def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 
 @kernel
 def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record) -> State:
-    """Return the state at the end of a ground segment, or at the first obstacle on it."""
+    """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment."""
     meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
         n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
@@ -166,7 +166,7 @@ def along_line(v: Vec, line: Vec) -> Vec:
 
 @kernel
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
-    """Return the outcome of a rock after a ground segment, or MOVING.
+    """Return the outcome of a rock after a ground segment, or MOVING if the rock continues.
 
     A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
     contact is unresolved.
@@ -206,7 +206,7 @@ def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
 
 @kernel
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
-    """Return the facet that the rock has just slid off, so that the next search for contacts knows it.
+    """Return the facet that the rock has just slid off, as the `PreviousContact` of the next search for contacts.
 
     If the segment has no length, the result also keeps the facet before that facet.
     """

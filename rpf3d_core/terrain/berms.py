@@ -154,7 +154,7 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a ring of points without points that are equal to the previous point."""
+    """Return a ring of points without direct repeats of a point."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 

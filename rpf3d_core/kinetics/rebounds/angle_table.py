@@ -1,4 +1,4 @@
-"""Restitution that depends on the angle of impact, from the user's own table.
+"""Rebound with a restitution that depends on the angle of impact, from the user's own table.
 
 The angle is between velocity and surface: 90 degrees for a rock that falls straight onto the surface. Tests show that
 R_n falls and R_t rises with this angle (Heidenreich 2004, EPFL thesis 3084; Wang et al. 2018, NHESS 18:3045; physics
@@ -63,7 +63,7 @@ def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
 
 @kernel
 def _between(column: Any, i: int, share: float) -> float:
-    """Return a value of a table between row i and the next row, at a share of the way.
+    """Return a value of a table between row i and the next row, at a share of the way between them.
 
     Equal rows give exactly their value.
     """

@@ -44,10 +44,13 @@ The closed form leaves out the square of this share: 1e-12 of the speed.
 """
 
 SPENT = 1e-12
-"""Share (-) of the first bounce's time below which later bounces are left out; their length is the square of this."""
+"""Share (-) of the first bounce's time below which later bounces are left out, because their length is negligible.
+
+Their length is the square of this share.
+"""
 
 MOST_BOUNCES = 2000
-"""Largest number of bounces summed one after the other; enough for R_n up to 0.986."""
+"""Largest number of bounces that are summed one after the other; enough for R_n up to 0.986."""
 
 
 class CoulombLimited(NamedTuple):
@@ -55,7 +58,7 @@ class CoulombLimited(NamedTuple):
 
 
 class SummedBounces(NamedTuple):
-    """The sum of some bounces on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
+    """The sum of some bounces of a rock on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
 
     a (-), b (s), A (s), B (s^2); T : s, time of the next bounce
     """
@@ -84,9 +87,9 @@ class Plane(NamedTuple):
 
 @rebound.rule(CoulombLimited)
 def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a lumped mass after an impact.
+    """Return the motion of a lumped mass after an impact, with a loss along the ground limited by Coulomb friction.
 
-    Along the ground it loses the smaller of two losses: by R_t or friction.
+    The loss along the ground is the smaller of two: by R_t and by friction.
     """
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
@@ -129,7 +132,7 @@ def coulomb_limited_rest(
 
 @kernel
 def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
-    """Return the sum of the bounces up to a regime with a closed form, or of MOST_BOUNCES bounces."""
+    """Return the sum of bounces, added one by one until a closed form can sum the rest, or up to MOST_BOUNCES."""
     state = first
     for _ in range(MOST_BOUNCES):
         if _settled(plane, state) or state.T <= SPENT * first.T:
@@ -147,7 +150,7 @@ def _settled(plane: Plane, state: SummedBounces) -> bool:
 
 @kernel
 def _speed(plane: Plane, state: SummedBounces) -> Vec:
-    """Return the velocity (3,) m/s along the plane after some bounces."""
+    """Return the velocity (3,) m/s of a rock along the plane after some bounces."""
     return add(scale(state.a, plane.u), scale(state.b, plane.g_t))
 
 
@@ -211,7 +214,7 @@ def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _joined(first: SummedBounces, then: SummedBounces) -> SummedBounces:
-    """Return the total of two consecutive sums of bounces: `then` starts with the velocity at the end of `first`."""
+    """Return the total of two consecutive sums of bounces; `then` starts with the velocity at the end of `first`."""
     return SummedBounces(
         a=then.a * first.a,
         b=then.a * first.b + then.b,

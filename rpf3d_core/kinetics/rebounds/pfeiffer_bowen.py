@@ -29,7 +29,7 @@ from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract
 
 AT_REST = 1.2
-"""Constant (-) of the friction function that keeps the function finite at zero slip."""
+"""Constant 1.2 (-) of CRSP's friction function, which keeps the function finite without slip."""
 
 
 class PfeifferBowen(NamedTuple):
@@ -47,7 +47,7 @@ class PfeifferBowen(NamedTuple):
 
 @rebound.rule(PfeifferBowen)
 def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact by the equations at the top of this file.
+    """Return the motion of a rolling sphere after an impact, by the equations at the top of this file.
 
     n : (3,) unit normal that the rock feels, with v . n <= 0
     """

@@ -17,7 +17,7 @@ from rpf3d_core.values import Motion, Vec
 FACTOR = 19.5
 EXPONENT = -1.03
 MOST = 2.0
-"""Largest R_n (-); the law gives this value at 9.1 degrees and below."""
+"""Largest R_n (-) of Wyllie's law, reached at 9.1 degrees and below."""
 FLAT = 1.0
 """Angle (degrees) below which the power is not evaluated; R_n reaches its largest value far above this angle."""
 
