@@ -175,7 +175,7 @@ def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y:
 
 @kernel
 def common(a: Block, b: Block) -> Block:
-    """Return the cells that two rectangles of cells have in common.
+    """Return the cells that two rectangles of cells have in common, to limit work to a band or a patch.
 
     If there are none, a rectangle without rows or columns.
     """

@@ -178,7 +178,10 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 @loop
 def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int, starts: Any) -> bool:
-    """Count the facets in cell k of a rectangle into starts[k + 1]; stop and return False if they exceed `most`."""
+    """Count the new facets in each cell of a rectangle, cell k at starts[k + 1].
+
+    Stop and return False if over `most`.
+    """
     entries = 0
     for f in range(corners.shape[0]):
         cells = cells_under(corners, f, slack, grid)
@@ -194,7 +197,7 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int,
 
 @loop
 def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any, ids: Any) -> None:
-    """Write the facets in each cell of a rectangle into `ids`; `cursor` holds the next free index of each cell."""
+    """Write the new facets in each cell of a rectangle into `ids`; `cursor` holds the next free index of each cell."""
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), block)
         for j in range(cells.bottom, cells.top):

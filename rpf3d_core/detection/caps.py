@@ -86,7 +86,7 @@ def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.otherwise
 def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return NO_LOSS: the terrain has no gap."""
+    """Return NO_LOSS, no passage through a cap: the terrain has no gap."""
     return NO_LOSS
 
 

@@ -27,19 +27,21 @@ class Quartic(NamedTuple):
 
 @kernel
 def value_at(q: Quartic, t: float) -> float:
-    """Return the value of the polynomial q at t."""
+    """Return the value of a quartic polynomial at time t."""
     return q.c0 + t * (q.c1 + t * (q.c2 + t * (q.c3 + t * q.c4)))
 
 
 @kernel
 def slope_of(q: Quartic) -> Quartic:
-    """Return the derivative of the polynomial q."""
+    """Return the derivative of a quartic polynomial, which shows where the polynomial falls."""
     return Quartic(c0=q.c1, c1=2.0 * q.c2, c2=3.0 * q.c3, c3=4.0 * q.c4, c4=0.0)
 
 
 @kernel
 def first_fall(q: Quartic, begin: float, end: float) -> float:
-    """Return the first t in (begin, end] where q falls from above zero to zero or below; inf if there is none.
+    """Return the first time in (begin, end] when a quartic polynomial falls from above zero to zero or below.
+
+    The result is inf if there is none.
 
     q is a squared distance minus a squared radius, so a fall is a contact.
 
@@ -81,7 +83,9 @@ def _bends(q: Quartic) -> tuple[float, float]:
 
 @kernel
 def _sign_change(q: Quartic, low: float, high: float) -> float:
-    """Return the t between low and high where q changes its sign: the upper end of the last bracket (Illinois method).
+    """Return the time between `low` and `high` when a polynomial changes its sign, by the Illinois method.
+
+    The result is the upper end of the last bracket.
 
     q has one sign at low, and the opposite sign or zero at high.
     """

@@ -96,7 +96,9 @@ def cascade_of(created: float) -> Cascade:
 
 @kernel
 def _excess_of(created: float) -> float:
-    """Return the exponent of the size law, as 2 p / 3 - 1, for which the fragments have the wanted surface.
+    """Return 2 p / 3 - 1, where p is the exponent of the size law that gives the fragments the wanted surface.
+
+    created : A_new / A_0 (-), surface created by the impact / surface of the rock
 
     The search is by false position (Illinois) between a lower and an upper bound. Bounds: 1 / t < zeta(1 + t) < 1 + 1 /
     t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.

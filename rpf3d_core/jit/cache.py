@@ -28,7 +28,7 @@ IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|([^#\n]*
 LOOPS: list[Any] = []
 """All compiled loops, so that `compile_apart` can change the cache folder of each."""
 _foreign: set[str] = set()
-"""Digests of the user's own code that compiled code calls."""
+"""Digests of the user's own models that compiled code calls; with them, code is kept in a cache folder of its own."""
 
 
 def compile_apart(digest: str) -> None:

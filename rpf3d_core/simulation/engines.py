@@ -193,8 +193,7 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
 def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there: Any, dt: float) -> Engine:
     """Return a copy of the engine that finds contacts in fixed time steps on a raster, to show the errors of rasters.
 
-    engine : engine over the raster's facets, row by row; two facets for each
-    square that is flagged in `there`
+    engine : engine over the raster's facets, row by row; two facets for each square that is flagged in `there`
     there : (ny, nx) flag of each square that has ground
     x, y : corner of the first square, m; cell : m; dt : s
 

@@ -106,7 +106,7 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
 @kernel
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
-    """Return `Held` for two contacts and a third one: one, two or all three of them block the sphere.
+    """Return `Held` when a third contact is found: one, two or all three contacts block the sphere.
 
     The third contact alone, or with one other contact, is enough if the remaining contacts allow the resulting
     direction. Otherwise the three contacts allow no motion.

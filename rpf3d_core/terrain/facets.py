@@ -150,7 +150,7 @@ def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tu
 
 
 def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return the arrays as contiguous float64 and int32; the compiled loops would be compiled again for others.
+    """Return vertices and triangles in the layout for which loops are compiled: contiguous float64 and int32.
 
     Nearly all arrays have this layout already.
     """

@@ -139,7 +139,7 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
-    """Return how often the terrain covers each point (Q, 2) m in plan: the winding number (Q,) of the border around it.
+    """Return how many layers of terrain lie at each point (Q, 2) m in plan: the winding number (Q,) of the border.
 
     The winding number is the number of sides that cross a ray to the east northwards, minus the number southwards.
 

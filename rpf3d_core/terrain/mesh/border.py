@@ -67,7 +67,7 @@ def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
 
 
 def left_over(number: Corners) -> NDArray[np.bool_]:
-    """Return (N,) true for each side of a facet that no opposite side cancels: these sides are the border.
+    """Return (N,) true for each facet side without an opposite side from a neighbour: these sides are the border.
 
     number : (N, 2) vertex numbers of the ends of each side
     """

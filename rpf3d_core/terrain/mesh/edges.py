@@ -97,7 +97,9 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
 
 @loop
 def _cut_into_edges(keys: Any, side: Any, reach: int, facets: int, edges: Edges) -> int:
-    """Write the edges and their uses from sorted keys (3 F,) and the sides (3 F,) of the keys; return the edge count.
+    """Write the edges of a mesh, and the sides of facets at each edge, from the sorted keys of the sides.
+
+    keys, side : (3 F,), the sorted keys and their sides. Returns the number of edges.
 
     edges : with room for an edge per use
     """

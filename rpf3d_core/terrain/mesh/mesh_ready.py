@@ -134,7 +134,7 @@ def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
 
 @loop
 def _move(vertices: Any, begin: int, end: int, x: float, y: float, z: float, local: Any) -> None:
-    """Write some vertices into `local`, relative to the origin."""
+    """Write the coordinates of some vertices relative to the origin into `local`."""
     for v in range(begin, end):
         local[v, 0], local[v, 1], local[v, 2] = vertices[v, 0] - x, vertices[v, 1] - y, vertices[v, 2] - z
 
@@ -170,7 +170,10 @@ def _turn(triangles: Any) -> None:
 
 @loop
 def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
-    """Count the sides of facets that start at vertex v into starts[v + 1], for vertices from `begin` to `end`."""
+    """Count the sides of facets that start at each vertex, to list the sides by vertex; vertex v is counted at v + 1.
+
+    begin, end : range of the vertices
+    """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -181,7 +184,10 @@ def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
 
 @loop
 def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> None:
-    """Write the end vertex of each side of a facet that starts at a vertex from `begin` to `end`."""
+    """Write the sides of facets by their first vertex, as the list of their end vertices.
+
+    begin, end : range of the first vertices
+    """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:

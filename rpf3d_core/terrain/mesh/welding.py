@@ -80,7 +80,10 @@ def _project(x: Any, y: Any, z: Any, along: Any) -> None:
 
 
 def _sorted_along(along: FloatArray) -> tuple[Index, float]:
-    """Return the points (N,) sorted by their distance along OBLIQUE, to whole steps, and the length of a step (m)."""
+    """Return the points (N,) in the order of their distance along OBLIQUE, and the precision (m) of this order.
+
+    Distances are counted in whole steps; the precision is the length of a step.
+    """
     bits, steps = bits_left(len(along)), np.empty(len(along), np.int64)
     low = float(along.min())
     span = float(along.max()) - low
@@ -90,14 +93,14 @@ def _sorted_along(along: FloatArray) -> tuple[Index, float]:
 
 @loop
 def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
-    """Write the number of whole steps between the lowest point and each point, along OBLIQUE."""
+    """Write the distance of each point along OBLIQUE from the lowest point, as a number of whole steps."""
     for p in range(len(along)):
         steps[p] = np.int64((along[p] - low) * per_metre)
 
 
 @loop
 def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
-    """Number the runs of equal points in the sorted order, so that equal points count once; return the number of runs.
+    """Number the runs of equal points in the sorted order, so that equal points are compared once; return their number.
 
     Writes the first point of each run into `first`, and the run of each sorted point into `run`.
     """
@@ -147,7 +150,9 @@ def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window:
 
 @loop
 def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
-    """Number the vertices: write the vertex of each point into `index`, its point into `kept`; return the vertex count.
+    """Number the vertices of the welded mesh: write the vertex of each point into `index`; return the vertex count.
+
+    kept : receives the point of each vertex
 
     The first point of a chain has the smallest number, so its vertex is known before the other points need the vertex.
     """

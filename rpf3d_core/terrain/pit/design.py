@@ -84,7 +84,7 @@ class Design:
         return float(self.pit.levels[-1]) * self.cot + berms + float(self.push(0.5, 0.5))
 
     def width_at(self, p: FloatArray) -> FloatArray:
-        """Return the bench width, m, at places p around the pit."""
+        """Return the bench width, m, at places around the pit; p : fraction of a turn."""
         return sampled(p % 1.0, 1.0, self.width)
 
     def plan(self, p: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -93,16 +93,21 @@ class Design:
         return x + offset * nx, y + offset * ny
 
     def outward(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y of the unit normal of the floor outline, outwards, at places p around the pit."""
+        """Return x and y of the floor outline's unit normal, outwards, at places around the pit.
+
+        P : fraction of a turn.
+        """
         _, _, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return nx, ny
 
     def angle_at(self, p: FloatArray) -> FloatArray:
-        """Return the polar angle, rad, of the floor outline at places p around the pit."""
+        """Return the polar angle, rad, of the floor outline at places around the pit; p : fraction of a turn."""
         return sampled(p % 1.0, 1.0, self.angle)
 
     def push(self, p: FloatArray | float, ramps_below: FloatArray | float) -> FloatArray:
-        """Return the distance, m, by which the ramp moves the wall at p outwards, because the ramp needs room below.
+        """Return the distance, m, by which the ramp moves the wall outwards, because it needs room below the wall.
+
+        p : fraction of a turn around the pit
 
         ramps_below : number of turns of the ramp below the place
         """
@@ -127,7 +132,9 @@ class Design:
     def wall_offset(
         self, p: FloatArray, height: FloatArray, berms: FloatArray, ramps_below: FloatArray | float
     ) -> FloatArray:
-        """Return the horizontal distance (offset, m) of the wall from the floor outline, at p and a height (m).
+        """Return the horizontal distance (offset, m) of the wall from the floor outline, at a place around the pit.
+
+        p : fraction of a turn around the pit; height : m above the floor
 
         berms : number of bench widths below the place; ramps_below : number of turns of the ramp below the place
 
@@ -229,7 +236,9 @@ def obliqueness(pit: Pit, cot: float) -> float:
 
 
 def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip: float) -> tuple[FloatArray, float]:
-    """Return the height of the ramp (L,) at evenly spaced p from the foot to the crest, m, and its number of turns.
+    """Return the heights of the ramp (L,), m, at even steps around the pit from the foot to the crest, and its turns.
+
+    The second result is the number of turns around the pit.
 
     The rise per step is the grade times the distance along the ramp's middle line (explicit Euler, steps of about 1 m).
     """

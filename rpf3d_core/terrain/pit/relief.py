@@ -141,7 +141,9 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 
 
 def near_ramp(design: Design, p: float, level: int) -> bool:
-    """True if the ramp passes within 1.3 bench heights of a bench at p, so that a spill has no room there.
+    """True if the ramp passes within 1.3 bench heights of a bench, so that a spill has no room on the bench there.
+
+    p : fraction of a turn around the pit
 
     level : number of the bench, counted from the floor
     """
@@ -172,7 +174,7 @@ def cone(design: Design, columns: Columns, spill: Spill, points: FloatArray) -> 
 
 
 def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tuple[float, float]:
-    """Return x and y, m, of the point at p on the toe of the bench face behind a spill, near which the spill lies."""
+    """Return x and y, m, of a point on the toe of the bench face behind a spill; p : fraction of a turn."""
     toe = columns.wall[toe_row(columns, spill)]
     offset = np.interp(p * columns.around, np.arange(columns.around + 1), np.append(toe, toe[0]))
     x, y = design.plan(np.array([p]), np.array([offset]))
