@@ -139,13 +139,13 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
 
 @kernel
 def _beyond(index: int, level: int, pace: float) -> int:
-    """Return the bucket along an axis that the arc enters when it leaves cell `index` of a cell size (`level`)."""
+    """Return the next bucket that the arc enters along an axis, beyond cell `index`; level : cell size."""
     return (index + 1) << (SHIFT * level) if pace > 0.0 else (index << (SHIFT * level)) - 1
 
 
 @kernel
 def _still_in(index: int, level: int, x: float, origin: float, cell: float, count: int) -> int:
-    """Return the bucket along an axis that contains coordinate x (m), within cell `index` of a cell size (`level`)."""
+    """Return the bucket along an axis that contains coordinate x (m), within cell `index`; level : cell size."""
     if level == 0:
         return index
     first, behind = index << (SHIFT * level), (index + 1) << (SHIFT * level)

@@ -255,7 +255,7 @@ def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockCon
 
 @at_obstacle.rule(Chain)
 def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that meets an obstacle, from the effect to which the obstacle's number belongs."""
+    """Return the result for a rock that meets an obstacle, by the effect to which this obstacle belongs."""
     one = at_obstacle(chain.head, motion, number, met, rock)
     if one.outcome != MOVING:
         return one  # type: ignore[no-any-return]

@@ -41,7 +41,7 @@ A normally distributed tilt has no bounds, but a tilt of 90 degrees or more is n
 
 
 class CrspRoughness(NamedTuple):
-    """Rough ground by CRSP's law.
+    """Rough ground by CRSP's law: a random tilt of the normal, larger for small rocks.
 
     amplitude : S (m), >= 0; deviates : true if part of the tilt is to the side
     """
@@ -53,7 +53,10 @@ class CrspRoughness(NamedTuple):
 
 
 class RocfallRoughness(NamedTuple):
-    """Rough ground by RocFall's law; angle_sd : standard deviation of the tilt (rad), >= 0."""
+    """Rough ground by RocFall's law: a random tilt of the normal, equal for rocks of any size.
+
+    angle_sd : standard deviation of the tilt (rad), >= 0
+    """
 
     angle_sd: float
     draws = True  # type: ignore[misc]

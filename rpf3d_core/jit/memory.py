@@ -47,14 +47,14 @@ class Kept:
         self._arrays: dict[str, NDArray[Any]] = {}
 
     def __call__(self, name: str, length: int, dtype: Any) -> NDArray[Any]:
-        """Return the first `length` elements of the array of this name; a new array if it is too short."""
+        """Return the first `length` elements of the array kept under this name; a new array if it is too short."""
         if name not in self._arrays or len(self._arrays[name]) < length:
             self._arrays.pop(name, None)  # frees the old array before the new one is allocated
             self._arrays[name] = np.empty(length + length // SPARE, dtype)
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the first `length` elements (N,) of the array of a name.
+        """Return the first `length` elements (N,) of the array kept under a name.
 
         If it is too short, a longer copy replaces it.
         """

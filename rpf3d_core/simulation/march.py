@@ -67,7 +67,7 @@ def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Mot
 
 @set_down.otherwise
 def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion that the source gives, unchanged."""
+    """Return the motion of a rock at its release as the source gives it, unchanged."""
     return motion
 
 

@@ -16,7 +16,7 @@ from rpf3d_core.vectors import dot
 
 
 class MassScaled(NamedTuple):
-    """Rebound model with R_n scaled by mass and speed.
+    """Rebound model with an R_n that falls with the mass and the speed of the rock.
 
     C : mass (kg) at which R_n is half of the material's R_n
     K : speed into the ground (m/s) at which R_n is half of the material's R_n; inf for no scaling by speed

@@ -16,7 +16,7 @@ from rpf3d_core.vectors import dot
 
 
 class VelocityScaled(NamedTuple):
-    """Rebound model with R_n scaled by the speed into the ground.
+    """Rebound model with an R_n that falls with the speed into the ground.
 
     K : speed into the ground (m/s) at which R_n is half of the material's R_n
     """
