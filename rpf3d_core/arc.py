@@ -1,4 +1,4 @@
-"""The free flight of a lumped mass: an exact parabola.
+"""The free flight of a rock without size (a lumped mass), which both engines use: an exact parabola.
 
 Source: thesis, equations 2-1 and 2-2.
 """
@@ -33,7 +33,7 @@ def velocity(arc: Arc, t: float) -> Vec:
 
 @kernel
 def advance(motion: Motion, gravity: float, t: float) -> Motion:
-    """Return the motion after t seconds of free flight; the spin does not change."""
+    """Return the motion of a rock after t more seconds of free flight; the spin does not change."""
     arc = Arc(motion.x, motion.v, gravity)
     return Motion(motion.t + t, position(arc, t), velocity(arc, t), motion.w)
 
@@ -48,7 +48,9 @@ def arc_length(arc: Arc, t: float) -> float:
 
 @kernel
 def _length_term(h: float, u: float) -> float:
-    """Return the antiderivative of sqrt(h + u^2) with respect to u.
+    """Return the antiderivative of sqrt(h + u^2) with respect to u; `arc_length` takes the difference of two values.
+
+    h : squared horizontal speed (m^2/s^2); u : vertical speed (m/s)
 
     The function asinh is written as a logarithm, so that both engines round the result in the same way.
     """
@@ -61,7 +63,11 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) such that the path on the arc from `begin` (s) to this time is at most `length` (m) long."""
+    """Return a time (s) up to which a rock surely flies at most `length` (m), counted from the time `begin` (s).
+
+    The searches for contacts use this bound to choose their next step: the true path up to this time may be shorter,
+    never longer.
+    """
     vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
     return begin + 2.0 * length / (speed + math.sqrt(speed * speed + 2.0 * arc.gravity * length))
@@ -69,7 +75,7 @@ def time_over(arc: Arc, begin: float, length: float) -> float:
 
 @kernel
 def gravity_along(n: Vec, gravity: float) -> Vec:
-    """Return the part of gravity (3,) (m/s^2) along a plane of unit normal n (3,).
+    """Return the part of gravity (3,) (m/s^2) that pulls a rock down a plane with unit normal n (3,).
 
     The formula avoids the difference g - g n_z^2, because rounding would hide the slope of a nearly level plane.
     """
@@ -78,7 +84,7 @@ def gravity_along(n: Vec, gravity: float) -> Vec:
 
 @kernel
 def fall_time(z_speed: float, height: float, gravity: float) -> float:
-    """Return the time (s) until a rock that rises at z_speed (m/s) is `height` >= 0 (m) below its current height."""
+    """Return the time (s) until a rock with upward speed `z_speed` (m/s) is `height` >= 0 (m) below its start."""
     root = math.sqrt(z_speed * z_speed + 2.0 * gravity * height)
     if z_speed > 0.0:
         return (z_speed + root) / gravity

@@ -1,4 +1,4 @@
-"""The command line: `rpf3d run`, `check`, `cost`, and the other commands that `rpf3d --help` lists.
+"""The command `rpf3d`, with its subcommands `run`, `check`, `cost` and the others that `rpf3d --help` lists.
 
 Bad input ends with one sentence on standard error and exit code 2, without a traceback. Ctrl-C ends with exit code 130.
 Each command imports its modules when it runs, so `rpf3d --help` loads neither VTK nor numba.
@@ -27,7 +27,7 @@ from rpf3d_core.errors import InputError
 COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit, recover)
 """The commands in the order of `rpf3d --help`."""
 FURTHER = "rpf3d.commands"
-"""Group of the entry points through which other packages add commands; `setup.py` lists the commands of the nodes."""
+"""Name of the group of entry points through which other packages, such as `rpf3d_ros`, add subcommands."""
 
 app = typer.Typer(
     help="Rockfall trajectories over open-pit terrain.",
@@ -43,7 +43,7 @@ app.add_typer(imports, name="import")
 
 
 def main() -> None:
-    """Run the `rpf3d` command."""
+    """Run the command `rpf3d` with the arguments that the user typed."""
     try:
         app(standalone_mode=True)
     except InputError as fault:
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def _say_version(wanted: bool) -> None:
-    """If `wanted` is true, print the version and exit."""
+    """Print the version and exit if the user gave `--version` (`wanted` is true)."""
     if wanted:
         try:
             screen.print(f"rpf3d {importlib.metadata.version('rpf3d')}", highlight=False)

@@ -6,8 +6,8 @@ class InputError(ValueError):
 
 
 class SceneError(InputError):
-    """A scene file is refused."""
+    """A scene file is refused: a key or value in it is wrong."""
 
 
 class TerrainError(InputError):
-    """A terrain file or mesh is refused."""
+    """A terrain file or mesh is refused: no simulation is possible on it."""

@@ -1,4 +1,4 @@
-"""The immutable values that all layers share: motion, rock, outcome.
+"""The immutable values that the whole package shares: motion, rock, outcome.
 
 SI units, z up, right-handed, in the terrain's local frame (`terrain/frame.py`).
 """
@@ -14,11 +14,11 @@ STANDARD_GRAVITY = 9.81
 
 
 SPHERE_INERTIA_RATIO = 0.4
-"""I / (m R^2) of a solid sphere (-)."""
+"""Moment of inertia of a solid sphere, I / (m R^2) (-)."""
 
 
 class Motion(NamedTuple):
-    """The place and movement of a rock: time t (s), position x (3,) m, velocity v (3,) m/s, spin w (3,) rad/s."""
+    """The place and movement of a rock at a time: t (s), position x (3,) m, velocity v (3,) m/s, spin w (3,) rad/s."""
 
     t: float
     x: Vec
@@ -49,7 +49,7 @@ class Outcome(IntEnum):
 
 
 MOVING = -1
-"""Value used instead of an outcome while a rock is still moving."""
+"""Value in place of an outcome while a rock is still moving."""
 
 OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.STOPPED: "came to rest on the ground",
@@ -80,11 +80,11 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
 }
 
 DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
-"""The only outcomes that leave a rock lying on the terrain."""
+"""The outcomes after which a rock lies on the terrain; after every other outcome it does not."""
 
 
 class Mode(IntEnum):
-    """Kind of motion of a rock between two events of its path."""
+    """Kind of motion of a rock between two events of its path; each row of a path stores this number."""
 
     FLIGHT = 0
     SETTLING = 1

@@ -1,4 +1,6 @@
-"""Sort facets into the square cells of a grid in plan: the buckets of the compiled engine's locator.
+"""Sort facets into the square cells of a grid in plan, so that a search tests only the facets near a rock.
+
+This is the search structure of the compiled engine.
 
 A bucket is the list of the facets over one cell of the grid. An entry is one facet in one bucket.
 """
@@ -17,21 +19,21 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.terrain.frame import FloatArray
 
 BUCKETS_PER_FACET = 2.0
-"""Largest number of buckets per facet; a terrain that fills its box has about one bucket for two facets."""
+"""Largest number of buckets per facet (-). A terrain that fills its bounding box has one bucket for two facets."""
 FEWEST_BUCKETS = 64
-"""Number of buckets that is always allowed, even for very few facets."""
+"""Number of buckets that a grid may always have, even for very few facets."""
 ENTRIES_PER_FACET = 16
-"""Largest mean number of entries per facet: 4 is usual; a few wide facets over narrow cells have many entries."""
+"""Largest mean number of buckets that a facet is in; 4 is usual. A few wide facets over narrow cells are in many."""
 SAMPLE = 100_000
-"""Least number of facets in the sample that gives the usual facet size and the box of most facets."""
+"""Least number of facets in the sample from which the cell size and the extent of the grid are estimated."""
 FAR = 0.005
-"""Share of the facets (-) that lie outside the box of most facets, on each side of this box."""
+"""Share of the facets (-) that may lie outside the box of most facets, on each side of this box."""
 COARSER = 1.4
-"""Least factor by which cells grow if there are too many of them (-)."""
+"""Least factor (-) by which the cells grow while there are too many of them."""
 BAND = 64
-"""Rows of buckets that the widest cells of the slabs span."""
+"""Width, in buckets, of the widest cells of the slabs (`slabs.py`)."""
 MARGIN = 0.1
-"""Distance that the grid reaches beyond the box of most facets, over the width of that box (-)."""
+"""Distance by which the grid extends beyond the box of most facets, over the width of that box (-)."""
 
 
 class Grid(NamedTuple):
@@ -45,7 +47,7 @@ class Grid(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A rectangle of cells: columns left to right - 1 and rows bottom to top - 1."""
+    """A rectangle of cells of a grid: columns left to right - 1 and rows bottom to top - 1."""
 
     left: int
     right: int
@@ -54,7 +56,7 @@ class Block(NamedTuple):
 
 
 class Buckets(NamedTuple):
-    """Entries of the facets in the cells of a grid: cell k holds ids[starts[k] : starts[k + 1]].
+    """For each cell of a grid, the facets that a search must test there: cell k holds ids[starts[k] : starts[k + 1]].
 
     starts : (nx ny + 1,); ids : (E,) numbers of facets, in ascending order within a bucket until a patch is applied
     boxes : (E,) uint32, the part of the cell that each facet may lie over (`packed_box`)
@@ -66,9 +68,9 @@ class Buckets(NamedTuple):
 
 
 def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> tuple[Grid, Buckets]:
-    """Return the grid and its buckets for F facets; a facet is in every bucket whose cell its box in plan touches.
+    """Return a grid over F facets and its buckets; a facet is in each bucket whose cell its box in plan touches.
 
-    The boxes are widened by REACH tolerances. Cells at the rim extend outwards without limit.
+    The boxes are widened by REACH tolerances. The outermost cells of the grid extend outwards without limit.
 
     memory : allocates the arrays; share : runs the work in parallel; neither changes the content of the arrays
     """
@@ -83,17 +85,17 @@ def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = o
 
 
 def bands(grid: Grid) -> list[Block]:
-    """Return one or two bands of whole rows that cover a grid and have no cell of any level in common."""
+    """Return the rows of a grid in one or two bands that two threads can process without writing to the same cell."""
     middle = (grid.ny // 2 + BAND // 2) // BAND * BAND
     rows = [(0, middle), (middle, grid.ny)] if 0 < middle < grid.ny else [(0, grid.ny)]
     return [Block(left=0, right=grid.nx, bottom=bottom, top=top) for bottom, top in rows]
 
 
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
-    """Return the grid for some facets, and an array with the number of entries of bucket k at index k + 1.
+    """Return the grid for a terrain, and the number of facets in each bucket, at index k + 1 for bucket k.
 
     Cells are as wide as the median facet. The grid covers the whole terrain or, if that takes too many cells, most
-    facets. Distant single facets are then in the buckets at the rim, and the cells under the other facets stay small.
+    facets. Distant single facets are then in the outermost buckets, and the cells under the other facets stay small.
     Cells become wider if there are still too many cells, or if wide facets have too many entries.
     """
     low, high = _plan_boxes(facets)
@@ -116,39 +118,42 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the entries of bucket k into starts[k + 1]; return False if there are too many entries in total."""
+    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together hold too many facets."""
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
     counts = share([lambda band=band: _count(facets.corners, slack, grid, band, most, starts) for band in bands(grid)])  # type: ignore[misc]
     return sum(counts) <= most
 
 
 def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
-    """Return the low and high corners (S, 2) m of the boxes in plan of a sample of facets, every n-th facet."""
+    """Return the boxes in plan of every n-th facet, low and high corners (S, 2) m, to estimate the size of facets."""
     step = max(len(facets.zone) // SAMPLE, 1)
     plan = np.asarray(facets.corners)[::step].reshape(-1, 3, 3)[..., :2]
     return plan.min(axis=1), plan.max(axis=1)
 
 
 def _cells(low: FloatArray, high: FloatArray, cell: float) -> Grid:
-    """Return the grid with a cell size (m) over a box in plan."""
+    """Return the grid of cells with side `cell` (m) that covers a box in plan."""
     nx, ny = (int(width / cell) + 1 for width in (high - low).tolist())
     return Grid(x=float(low[0]), y=float(low[1]), cell=cell, nx=nx, ny=ny)
 
 
 def _buckets(grid: Grid) -> int:
-    """Return the number of cells of a grid."""
+    """Return the number of cells of a grid, each of which gets one bucket."""
     return grid.nx * grid.ny
 
 
 @kernel
 def cell_index(value: float, origin: float, cell: float, count: int) -> int:
-    """Return the index of the cell that contains a coordinate (m), along one axis; clamped to the grid."""
+    """Return the number of the cell that contains a coordinate (m) along one axis.
+
+    Outside the grid, the nearest cell.
+    """
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
 
 @kernel
 def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
-    """Return the cells that the box of facet f in plan touches; the box is widened by the slack (m).
+    """Return the cells that facet f may lie over: those that its box in plan touches, widened by the slack (m).
 
     corners : (F, 9) m, of all facets
     """
@@ -159,7 +164,7 @@ def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
 
 @kernel
 def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> Block:
-    """Return the cells that a box in plan (m) touches; never empty, because cells at the rim extend without limit."""
+    """Return the cells that a box in plan (m) touches; never empty, as the outermost cells extend without limit."""
     return Block(
         left=cell_index(low_x, grid.x, grid.cell, grid.nx),
         right=cell_index(high_x, grid.x, grid.cell, grid.nx) + 1,
@@ -170,7 +175,10 @@ def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y:
 
 @kernel
 def common(a: Block, b: Block) -> Block:
-    """Return the cells that two blocks have in common; a block without rows or columns if there are none."""
+    """Return the cells that two rectangles of cells have in common, to limit work to a band or a patch.
+
+    If there are none, a rectangle without rows or columns.
+    """
     return Block(
         left=max(a.left, b.left), right=min(a.right, b.right), bottom=max(a.bottom, b.bottom), top=min(a.top, b.top)
     )
@@ -178,7 +186,7 @@ def common(a: Block, b: Block) -> Block:
 
 @loop
 def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, starts: Any) -> int:
-    """Count the entries of bucket k into starts[k + 1], in the rows of a band; return their number.
+    """Count the facets in bucket k into starts[k + 1], for the rows of a band; return the sum of the counts.
 
     The count stops if it exceeds `most`.
     """
@@ -198,7 +206,10 @@ def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, start
 
 @loop
 def _fill(corners: Any, slack: float, grid: Grid, band: Block, cursor: Any, ids: Any, boxes: Any) -> None:
-    """Write the entries in the rows of a band, in ascending order of facets; `cursor` holds the next free places."""
+    """Write the facets in each bucket of a band of rows, in ascending order.
+
+    cursor : the next free index in `ids` of each bucket
+    """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), band)
         for j in range(cells.bottom, cells.top):
@@ -211,7 +222,10 @@ def _fill(corners: Any, slack: float, grid: Grid, band: Block, cursor: Any, ids:
 
 @kernel
 def box_over(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int) -> int:
-    """Return the packed box of facet f, widened by the slack (m), over the cell in column i and row j."""
+    """Return the part of a cell that facet f may lie over, packed into one integer (`plan_boxes`).
+
+    i, j : column and row of the cell; slack : m by which the facet is widened
+    """
     per_cell = 1.0 / grid.cell
     return packed_box(
         part_of(min(corners[f, 0], corners[f, 3], corners[f, 6]) - slack, grid.x, per_cell, i),

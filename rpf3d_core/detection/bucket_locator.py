@@ -1,4 +1,4 @@
-"""Locator of the compiled engine: visits the cells of a bucket grid along the arc, which is a straight line in plan.
+"""The compiled engine's search for contacts: visit the cells of a bucket grid under an arc, a straight line in plan.
 
 This is the broad phase. Where the arc stays above the slab of a cell, the search skips the whole cell, and tries wider
 cells (`slabs.py`). Where the arc does not stay above the slab of a bucket, the search tests the facets of this bucket
@@ -24,11 +24,11 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
 CLEAR = 3
-"""Number of cells that an arc skips in a row before wider cells are tried: most flights end after a few cells."""
+"""Number of cells that a search skips in a row before it tries wider cells: most flights end after a few cells."""
 
 
 class BucketLocator(NamedTuple):
-    """Buckets of nx by ny square cells; cells at the rim extend outwards without limit, so every point is in a cell.
+    """The bucket grid of a terrain as one record that compiled code can read; the outermost cells extend without limit.
 
     x, y, cell, nx, ny : as in `Grid`; starts, ids, boxes : as in `Buckets`; slabs : slabs of the cells
     """
@@ -45,7 +45,7 @@ class BucketLocator(NamedTuple):
 
 
 class Crossing(NamedTuple):
-    """The part of an arc over the bucket in column i and row j: from `begin` to `leave` (s)."""
+    """The part of an arc over one cell of the grid (column i, row j): from time `begin` to time `leave` (s)."""
 
     i: int
     j: int
@@ -54,7 +54,7 @@ class Crossing(NamedTuple):
 
 
 def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> BucketLocator:
-    """Return the locator for F facets; a facet is in every bucket whose cell its box in plan touches."""
+    """Return the locator of the compiled engine for F facets, which finds the facets that a rock may meet."""
     grid, buckets = sorted_into_buckets(facets, memory, share)
     return BucketLocator(
         x=grid.x, y=grid.y, cell=grid.cell, nx=grid.nx, ny=grid.ny, starts=buckets.starts, ids=buckets.ids,
@@ -64,7 +64,7 @@ def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by
 
 @kernel
 def grid_of(locator: BucketLocator) -> Grid:
-    """Return the grid of the buckets."""
+    """Return the grid of a locator, for functions that need only the grid."""
     return Grid(x=locator.x, y=locator.y, cell=locator.cell, nx=locator.nx, ny=locator.ny)
 
 
@@ -72,7 +72,7 @@ def grid_of(locator: BucketLocator) -> Grid:
 def first_contact_in_buckets(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float
 ) -> Contact:
-    """Return the earliest contact: visit the cells under the arc until the best contact lies in a visited cell.
+    """Return the earliest contact of an arc: visit the cells under it until the best contact lies in a visited cell.
 
     The facet that the rock has just left is tested first: if the rock falls back onto this facet, the search is short.
     """
@@ -110,21 +110,26 @@ def first_contact_in_buckets(
 
 @notices_falls.rule(BucketLocator)
 def notices_them(locator: BucketLocator) -> bool:
-    """Return True: the contacts of this locator are checked for falls."""
+    """Return True: with this locator, a rock that would leave the terrain is checked for a fall through the ground."""
     return True
 
 
 @kernel
 def _pace(v: float) -> float:
-    """Return the inverse (s/m) of a speed v (m/s) along an axis; inf if the speed is too low to leave any cell."""
+    """Return the time that an arc needs per metre along an axis (s/m).
+
+    The result is inf if the speed v (m/s) is too low to leave a cell.
+    """
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 
 @kernel
 def _leave_time(index: int, count: int, level: int, origin: float, cell: float, x: float, pace: float) -> float:
-    """Return the time (s) when the arc leaves cell `index` of a level along one axis; inf if it never leaves the cell.
+    """Return the time (s) when the arc leaves cell `index` along one axis, at one of the cell sizes; inf for never.
 
-    x, pace : start (m) and inverse speed (s/m) along the axis. The arc never leaves a cell at the rim outwards.
+    level : cell size, 0 for the buckets (`slabs.py`)
+
+    x, pace : start (m) and inverse speed (s/m) along the axis. The arc never leaves an outermost cell outwards.
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
@@ -134,13 +139,13 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
 
 @kernel
 def _beyond(index: int, level: int, pace: float) -> int:
-    """Return the first bucket, along an axis, beyond cell `index` of a level."""
+    """Return the next bucket that the arc enters along an axis, beyond cell `index`; level : cell size."""
     return (index + 1) << (SHIFT * level) if pace > 0.0 else (index << (SHIFT * level)) - 1
 
 
 @kernel
 def _still_in(index: int, level: int, x: float, origin: float, cell: float, count: int) -> int:
-    """Return the index of the bucket along an axis that contains coordinate x (m), within cell `index` of a level."""
+    """Return the bucket along an axis that contains coordinate x (m), within cell `index`; level : cell size."""
     if level == 0:
         return index
     first, behind = index << (SHIFT * level), (index + 1) << (SHIFT * level)
@@ -151,7 +156,7 @@ def _still_in(index: int, level: int, x: float, origin: float, cell: float, coun
 def _earliest_in_bucket(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, crossing: Crossing, best: Contact
 ) -> Contact:
-    """Return the earlier of `best` and the contacts with the facets of the bucket that an arc crosses."""
+    """Return the earlier of `best` and the contacts of an arc with the facets of the bucket that it crosses."""
     k = crossing.j * locator.nx + crossing.i
     entry, stop = locator.starts[k], locator.starts[k + 1]
     until = min(crossing.leave, best.t)
@@ -172,7 +177,11 @@ def _earliest_in_bucket(
 
 @kernel
 def _next_overlapping(boxes: Any, entry: int, stop: int, probe: int) -> int:
-    """Return the first entry, from `entry` on, whose box overlaps a probe; `stop` if there is none.
+    """Return the next facet in a bucket that may lie under the arc, as an index from `entry` on.
+
+    `stop` if there is none.
+
+    probe : box of the arc over the bucket, packed for the comparison (`plan_boxes.overlap`)
 
     The index is unsigned, so that compiled code need not check for indices from the end of the array.
     """

@@ -1,4 +1,6 @@
-"""Update buckets and slabs in place where a patch replaces facets; all other entries stay.
+"""Update the buckets and slabs of a terrain in place when a new survey (a patch) replaces some facets.
+
+All entries outside the patch stay.
 
 The entries in the rows of cells that the patch touches are written again, and all later entries are moved. The slabs
 of all levels over the patch are computed again. Searches give the same results as if all facets had been sorted again;
@@ -35,7 +37,7 @@ Plan = tuple[float, float]
 
 
 class Entries(NamedTuple):
-    """Entries of S facets in the cells of a block, row by row: cell k holds ids[starts[k] : starts[k + 1]].
+    """The S new facets of a patch by the cells they are in, row by row: cell k holds ids[starts[k] : starts[k + 1]].
 
     starts : (cells + 1,); ids : (E,) numbers of facets, below S
     """
@@ -49,7 +51,7 @@ class BucketPatch(NamedTuple):
 
     gone : (F,) True for facets to remove, by their numbers in the present entries
     rows : (S,) numbers of the new facets
-    block : cells of all facets that are removed or added; entries : the new facets in the cells of that block
+    block : rectangle of cells around all facets that are removed or added; entries : the new facets in these cells
     """
 
     gone: NDArray[np.bool_] | NDArray[np.uint8]
@@ -59,9 +61,11 @@ class BucketPatch(NamedTuple):
 
 
 def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block:
-    """Return the cells that the box of some facets in plan touches; the box is widened by a slack (m).
+    """Return the rectangle of cells around some facets, so that an update touches only these cells.
 
     corners : (S, 9) m, of these facets
+
+    slack : m by which the facets are widened
     """
     sides = np.empty(4, np.int64)
     _block(corners, slack, grid_of(locator), sides)
@@ -70,7 +74,7 @@ def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block
 
 
 def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
-    """Return the facets (N,) in the cells of a block, in ascending order."""
+    """Return the facets (N,) in a rectangle of cells, each once, in ascending order."""
     rows = (row * locator.nx for row in range(block.bottom, block.top))
     parts = [locator.ids[locator.starts[row + block.left] : locator.starts[row + block.right]] for row in rows]
     ids = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.int32)
@@ -80,7 +84,7 @@ def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
 
 
 def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:
-    """Return the entries of facets, corners (S, 9) m, in the cells of a block.
+    """Return the new facets of a patch, corners (S, 9) m, by the cells of a rectangle that they are in.
 
     slack : m by which the box of a facet is widened; most : largest number of entries
     Raises TerrainError if the facets have more than `most` entries.
@@ -124,18 +128,21 @@ def patched_locator(
 
 
 def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
-    """Move the elements from `begin` to `end` by `shift` places within the array; NumPy copies as `memmove` does."""
+    """Move elements within an array by `shift` places, to make room for the new facets of a patch."""
     if shift:
         array[begin + shift : end + shift] = array[begin:end]
 
 
 def most_entries(facets: int) -> int:
-    """Return the largest number of entries for a number of facets: the same limit as for a full sort."""
+    """Return how many entries (a facet in a bucket) a terrain of `facets` facets may have.
+
+    A patch must not exceed it.
+    """
     return ENTRIES_PER_FACET * facets
 
 
 def _whole_cells(block: Block, locator: BucketLocator) -> Block:
-    """Return the block widened to whole cells of the highest level."""
+    """Return a rectangle of buckets widened to whole cells of the largest size, whose slabs are then computed again."""
     low, high = (block.left, block.bottom), (block.right, block.top)
     (left, bottom), (right, top) = (
         tuple(k // BAND * BAND for k in low), tuple(-(-k // BAND) * BAND for k in high),
@@ -144,7 +151,7 @@ def _whole_cells(block: Block, locator: BucketLocator) -> Block:
 
 
 def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Share) -> None:
-    """Compute the slabs over a block of whole cells again, one column of the widest cells after another."""
+    """Compute the slabs over a rectangle of buckets again, in parallel, one column of wide cells after another."""
     table, slack = slab_table(locator.slabs, locator.nx), REACH * facets.tolerance
     some = [block._replace(left=a, right=min(a + BAND, block.right)) for a in range(block.left, block.right, BAND)]
     share([
@@ -155,13 +162,13 @@ def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Sha
 
 @kernel
 def cell_in(block: Block, i: int, j: int) -> int:
-    """Return the number of a cell within a block, counted row by row, from its column i and row j in the grid."""
+    """Return the number of a cell, counted row by row within a rectangle, from its column i and row j in the grid."""
     return (j - block.bottom) * (block.right - block.left) + i - block.left
 
 
 @loop
 def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
-    """Write left, right, bottom and top of the `Block` around some facets into `sides`."""
+    """Write left, right, bottom and top of the rectangle of cells around some facets into `sides`."""
     sides[0], sides[1], sides[2], sides[3] = grid.nx, 0, grid.ny, 0
     for f in range(corners.shape[0]):
         cells = cells_under(corners, f, slack, grid)
@@ -171,7 +178,10 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 @loop
 def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int, starts: Any) -> bool:
-    """Count the entries of cell k of a block into starts[k + 1]; stop and return False if they exceed `most`."""
+    """Count the new facets in each cell of a rectangle, cell k at starts[k + 1].
+
+    Stop and return False if over `most`.
+    """
     entries = 0
     for f in range(corners.shape[0]):
         cells = cells_under(corners, f, slack, grid)
@@ -187,7 +197,7 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int,
 
 @loop
 def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any, ids: Any) -> None:
-    """Write the facet of each entry in a block into `ids`; `cursor` holds the next free place of each cell."""
+    """Write the new facets in each cell of a rectangle into `ids`; `cursor` holds the next free index of each cell."""
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), block)
         for j in range(cells.bottom, cells.top):
@@ -199,7 +209,7 @@ def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any
 
 @loop
 def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None:
-    """Count the future entries of each bucket in the rows of a patch; the number of bucket n stands at index n + 1."""
+    """Count the facets that each bucket in the rows of a patch will have; bucket n is counted at index n + 1."""
     block, come = patch.block, patch.entries.starts
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):
@@ -218,7 +228,7 @@ def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None
 def _lay_band(
     locator: BucketLocator, corners: Any, slack: float, patch: BucketPatch, new_ids: Any, new_boxes: Any
 ) -> None:
-    """Write the entries of all buckets in the rows of a patch: first the facets that stay, then the new facets."""
+    """Write the facets of all buckets in the rows of a patch: first those that stay, then the new facets."""
     at, block, come = 0, patch.block, patch.entries
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):
@@ -238,7 +248,7 @@ def _lay_band(
 
 @loop
 def _add_to(array: Any, begin: int, amount: int) -> None:
-    """Add an amount to all elements from `begin` on."""
+    """Add an amount to all elements of an array from `begin` on, to move the starts of the buckets after a patch."""
     for k in range(begin, len(array)):
         array[k] += amount
 
@@ -247,7 +257,7 @@ def _add_to(array: Any, begin: int, amount: int) -> None:
 def _renew_slabs(
     corners: Any, normals: Any, slack: float, locator: BucketLocator, block: Block, table: SlabTable
 ) -> None:
-    """Compute the slabs over a block of whole cells again, from the entries of its buckets."""
+    """Compute the slabs over a rectangle of whole cells again, from the facets in its buckets."""
     clear_block(table, block)
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):
@@ -264,7 +274,7 @@ def _renew_slabs(
 
 @kernel
 def _raise_levels(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int, table: SlabTable) -> None:
-    """Raise the slabs of all levels over the bucket in column i and row j, so that facet f lies below them.
+    """Raise the slabs of all cell sizes over one bucket (column i, row j), so that facet f lies below them.
 
     The slab of a wider cell is raised only if this bucket is the first bucket of facet f in the wider cell.
     """

@@ -18,11 +18,11 @@ from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
 ON_GROUND = REACH / CRACK
-"""Largest path from a cap to ground behind the cap, in tolerances of caps, for a rock that is still on the ground."""
+"""Longest path behind a cap on which the ground still carries a rock at the edge of a hole, in tolerances of caps."""
 
 
 class CapFacets(NamedTuple):
-    """Caps over the gaps of a terrain.
+    """The caps that close the gaps of a terrain, as facets whose passage ends a rock.
 
     facets : `zone` holds the outcome of a rock that passes through; the tolerance is CRACK times the tolerance of the
         terrain, so that no rock passes between a cap and the ground
@@ -35,7 +35,7 @@ class CapFacets(NamedTuple):
 
 
 class CapLocator(NamedTuple):
-    """The locator of caps; facets and layered as in `CapFacets`."""
+    """The caps with the locator that finds passages of rocks through them; facets and layered as in `CapFacets`."""
 
     locator: Any
     facets: Facets
@@ -43,7 +43,7 @@ class CapLocator(NamedTuple):
 
 
 class Loss(NamedTuple):
-    """Passage of a rock through a cap after t seconds of an arc (inf: none), and the outcome of the rock."""
+    """The end of a rock that falls through a gap: t seconds after the start of an arc (inf: none), with its outcome."""
 
     t: float
     outcome: int
@@ -54,24 +54,26 @@ NO_LOSS = Loss(math.inf, -1)
 
 @model_function
 def is_on_free_side(contact: object) -> bool:
-    """True if a contact stores that the rock meets the free side of the ground."""
+    """True if a contact is with the free side of the ground, so that the rock cannot have fallen through a gap."""
 
 
 @is_on_free_side.otherwise
 def is_not_known(contact: object) -> bool:
-    """Return False: contacts of spheres do not store their side."""
+    """Return False: contacts of spheres do not store the side of the ground that they touch."""
     return False
 
 
 @is_on_free_side.rule(Contact)
 def is_on_free_side_of_facet(contact: Contact) -> bool:
-    """True if a lumped mass meets the free side."""
+    """True if a lumped mass meets the free side of the facet, the side that faces the air."""
     return contact.side > 0.0
 
 
 @model_function
 def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through a cap from above before `end` (s); NO_LOSS if there is none.
+    """Return the first passage of an arc through a cap from above, before `end` (s); NO_LOSS if there is none.
+
+    This detects that a rock falls through a gap of the terrain.
 
     caps : a `CapLocator`, or None if the terrain has no gap
     contact : the first contact with the ground
@@ -84,13 +86,13 @@ def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.otherwise
 def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return NO_LOSS: the terrain has no gap."""
+    """Return NO_LOSS, no passage through a cap: the terrain has no gap."""
     return NO_LOSS
 
 
 @loss_on.rule(CapLocator)
 def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage through the caps of a locator."""
+    """Return the first passage of an arc through the caps of a terrain with gaps."""
     if contact.t <= end and not caps.layered and is_on_free_side(contact):
         return NO_LOSS
     crossing = first_contact(caps.locator, caps.facets, arc, NOTHING_LEFT, end)
@@ -104,7 +106,9 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
 
 @kernel
 def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
-    """Return the first passage through a cap on a straight path from x (3,) m; `t` is the share of the path (-).
+    """Return the first passage of a rock on the ground through a cap, on a straight path from x (3,) m.
+
+    `Loss.t` is here the share of the path up to the cap (-).
 
     way : (3,) m, from the start to the end of the path
     """

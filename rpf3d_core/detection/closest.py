@@ -1,4 +1,4 @@
-"""Find the facet closest to a point, for the fixed-step method; one rule per locator."""
+"""Find the facet closest to a point, for the methods with fixed time steps and for spheres; one rule per locator."""
 
 import math
 from typing import Any, NamedTuple
@@ -23,12 +23,12 @@ class Closest(NamedTuple):
 
 @model_function
 def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the facet closest to x (m) within a radius (m); in a tie, locators may return different facets."""
+    """Return the facet closest to x (m) within a radius (m); of equally close facets, locators may return any one."""
 
 
 @closest_facet.rule(BucketLocator)
 def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the closest facet from the buckets within the radius in plan; the smaller facet number wins a tie."""
+    """Return the closest facet among the buckets within the radius in plan; in a tie, the smaller facet number."""
     best = Closest(radius, -1)
     cells = cells_between(grid_of(locator), x[0] - radius, x[1] - radius, x[0] + radius, x[1] + radius)
     for j in range(cells.bottom, cells.top):
@@ -42,7 +42,7 @@ def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: f
 
 @kernel
 def _closer(facets: Facets, f: int, x: Vec, best: Closest) -> Closest:
-    """Return the closer of `best` and facet f; most facets are excluded by the distance from their plane alone."""
+    """Return the closer of `best` and facet f; most facets are excluded by the distance to their plane alone."""
     n, a = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
@@ -64,6 +64,8 @@ def distance_to_facet(facets: Facets, f: int, x: Vec) -> float:
 @kernel
 def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
     """Return the point of facet f closest to x (m): a corner, a point of an edge, or a point inside the facet.
+
+    It gives distances to the terrain, and the direction from the terrain to a sphere.
 
     Sources
     -------

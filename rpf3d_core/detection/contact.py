@@ -9,7 +9,7 @@ from rpf3d_core.terrain.facets import Facets
 
 
 class Contact(NamedTuple):
-    """Contact of an arc with a facet.
+    """The contact of a rock (lumped mass) on an arc with a facet: when, where and from which side.
 
     t : s along the arc, inf if there is no contact; facet : number of the facet, -1 for none
     side : +1.0 if the arc meets the free side of the facet, -1.0 if it meets the back
@@ -23,11 +23,12 @@ class Contact(NamedTuple):
 
 
 class PreviousContact(NamedTuple):
-    """The facets of the rock's last contact, where its arc begins, and the side of the ground that the rock is on.
+    """The facet from which a rock starts its arc, so that a search does not find the same contact again.
 
-    facet, other : the facet, and a second facet if both facets hold the rock in a gully; -1 for none
+    facet, other : the facet of the last contact, and a second facet if the rock moves in a gully between both; -1 for
+        none
     side : +1.0 for the free side, -1.0 for the back
-    resting : True if the rock was sliding there or at rest, so its speed along the normal is only rounding
+    resting : True if the rock was sliding there or at rest, so its speed along the normal is only rounding error
     before : the facet that the rock left at the same place just before `facet`; -1 for none
     """
 
@@ -39,7 +40,7 @@ class PreviousContact(NamedTuple):
 
 
 GRAZING = 1e-9
-"""Sine of the angle between a rock's velocity and a facet, below which the rock moves along the facet.
+"""Sine of the angle between a rock's velocity and a facet, below which the rock counts as moving along the facet.
 
 A million times the rounding of b / |v|, where b is the speed along the normal and v is the velocity.
 """
@@ -49,7 +50,7 @@ NOTHING_LEFT = PreviousContact(facet=-1, other=-1, side=1.0, resting=False, befo
 
 @model_function
 def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """Return the earliest contact of an arc before `end` (s), or NO_CONTACT; one rule per locator.
+    """Return the earliest contact of an arc with the terrain before `end` (s), or NO_CONTACT; one rule per locator.
 
     A locator selects the facets to test, and their order. Every locator gives the same result.
     """
@@ -57,21 +58,21 @@ def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousConta
 
 @model_function
 def radius_of(locator: object) -> float:
-    """Return the radius (m) of the rock whose contacts a locator finds; 0 for a lumped mass."""
+    """Return the radius (m) of the rock that a locator searches contacts for; 0 for a lumped mass."""
 
 
 @radius_of.otherwise
 def of_a_point(locator: object) -> float:
-    """Return 0 m: a lumped mass has no radius."""
+    """Return 0 m: every other locator searches contacts of lumped masses, which have no radius."""
     return 0.0
 
 
 @model_function
 def plain_locator(locator: object) -> Any:
-    """Return the locator for lumped masses that a locator uses inside."""
+    """Return the locator for lumped masses inside a locator for spheres, for searches that ignore the radius."""
 
 
 @plain_locator.otherwise
 def plain_already(locator: object) -> Any:
-    """Return the locator unchanged: it is a locator for lumped masses."""
+    """Return the locator unchanged: it already is a locator for lumped masses."""
     return locator

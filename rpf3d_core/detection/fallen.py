@@ -1,4 +1,4 @@
-"""Check whether a rock that is about to leave the terrain has fallen through the ground by rounding.
+"""Check whether a rock that would leave the terrain has fallen through the ground by rounding errors.
 
 Contacts are exact except for rounding, and no list of the effects of rounding is complete. If a rock lies under the
 ground although the search found no contact, the rock has fallen through the ground. The rock then does not count as a
@@ -6,8 +6,8 @@ rock that left the terrain. Its flight ends at the last place where the rock was
 outcome `fell_through`. The summary counts this outcome, and alerts treat the outcome as a danger.
 
 The check tests a few places along the flight, straight down and straight up. If the rock moves from above the ground
-to below the ground, and not around the rim of the terrain, the rock has fallen. Each line of sight is one search for
-contacts. The search is large and is compiled at each place in the code that calls it. So the check is a record that
+to below the ground, and not around the outer edge of the terrain, the rock has fallen. Each line of sight is one search
+for contacts. The search is large and is compiled at each place in the code that calls it. So the check is a record that
 advances step by step (`Inquiry`), and one call of the search serves all lines of sight.
 """
 
@@ -19,26 +19,29 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facets import Facets
 
 ALONG = 3
-"""Number of places along a flight that the check tests, until one of them is under the ground."""
+"""Number of places along a flight at which the check for falls looks for ground, until one of them is below it."""
 FIRST = 64.0
-"""Path to the first place, in crack widths: 16 times the depth below a facet at which a rock still meets the facet."""
+"""Path to the first tested place, in crack widths: far more than the depth (4) at which a rock still meets a facet."""
 FURTHER = 256.0
-"""Ratio of the path to one place to the path to the previous place (-)."""
+"""Factor by which the path to each tested place is longer than the path to the previous place (-)."""
 HALVES = 40
-"""Number of times that the interval in which a rock passed below the ground is halved."""
+"""Number of times that an interval of time is halved, to find when a rock passed below the ground."""
 WIDTH = 1.0 / 16.0
-"""Distance from a place to the columns around the place, over the path to the place (-)."""
+"""Distance from a tested place to the vertical lines around it, over the path of the rock to the place (-)."""
 COLUMNS = ((0.0, 0.0), (1.0, 0.4), (-0.4, 1.0), (-1.0, -0.4), (0.4, -1.0))
-"""Offsets in plan of the lines of sight: at a place, and around the place.
+"""Offsets in plan of the vertical lines of sight: one at a tested place, four around the place.
 
 The offsets are needed because a rock straight below a vertex may lie within no facet.
 """
 STEEPEST = 1000.0
-"""Largest height of a facet's back above a rock, over the rock's path (-): a higher facet is not the ground it left."""
+"""Largest height of a facet's underside above a rock, over the rock's path (-).
+
+A higher facet is not the ground it left.
+"""
 STRAIGHT = 1e-100
 """Gravity (m/s^2) of an arc that is a straight line; not 0, because the reference engine divides by gravity."""
 OVER, UNDER, OFF = 0, 1, 2
-"""Position of a place: above the ground, below the ground, or outside the terrain."""
+"""Result of the check at one place: above the ground, below the ground, or outside the terrain."""
 
 
 class Inquiry(NamedTuple):
@@ -48,7 +51,7 @@ class Inquiry(NamedTuple):
     place, path : number of the tested place, and the path to this place along the flight (m)
     over, under : last time when the rock was above the ground, and first time when the rock was below the ground (s)
     line : number of the line of sight: one line down and one line up in each column
-    nearest : distance to the nearest back of a facet above the place (m)
+    nearest : distance to the nearest underside of a facet above the place (m)
     some_over : True if a tested column has ground below the place
     """
 
@@ -65,7 +68,7 @@ class Inquiry(NamedTuple):
 
 @kernel
 def inquiry(facets: Facets, open_: bool) -> Inquiry:
-    """Return a check at its start: at the first place, without results.
+    """Return the check for a fall through the ground at its start, before any place is tested.
 
     open_ : True to start the check; False for a check that is not needed
     """
@@ -84,7 +87,10 @@ def inquiry(facets: Facets, open_: bool) -> Inquiry:
 
 @kernel
 def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
-    """Return the next line of sight, from t = 0 to 1 s: straight down or straight up to beyond the terrain."""
+    """Return the next vertical line to search for ground, down or up from a tested place to beyond the terrain.
+
+    The line is an arc that takes one second.
+    """
     x = position(arc, _time(arc, asked.path, asked.over, asked.under))
     (east, north), apart = COLUMNS[asked.line // 2], WIDTH * asked.path
     slack = FIRST * facets.crack
@@ -98,12 +104,12 @@ def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
 
 @kernel
 def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -> Inquiry:
-    """Return the state of the check after a line of sight.
+    """Return the state of the check for a fall through the ground after the search along one line of sight.
 
     A place counts as under the ground if no column, at the place or around the place, has ground below. One column is
-    not enough: next to a vertical wall, rounding may put the back of the wall's top above the place, and in a gully
-    the columns around the place lie under the ground. If no back of a facet is near, the rock has not passed through a
-    facet and counts as above the ground.
+    not enough: next to a vertical wall, rounding may put the underside of the wall's top above the place, and in a
+    gully the columns around the place lie under the ground. If no underside of a facet is near, the rock has not passed
+    through a facet and counts as above the ground.
 
     end : s, end of the flight; later places are not tested
     height : m, distance along the line of sight to the facet that the line met; inf if the line met no facet
@@ -137,13 +143,13 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
 
 @kernel
 def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
-    """Return the state of the check after a place is classified: finished, or at the next place.
+    """Return the state of the check for a fall after a tested place is classified: finished, or at the next place.
 
     where : OVER, UNDER or OFF
 
-    A rock that leaves across the rim may pass under the mesh later. In between, the rock is outside the rim, and
-    repeated halving of the time between `over` and `under` finds such a place. At the first place the result OFF
-    does not finish the check, because it may be rounding at a seam.
+    A rock that leaves across the outer edge of the terrain may pass under the mesh later. In between, the rock is
+    outside the terrain, and repeated halving of the time between `over` and `under` finds such a place. At the first
+    place the result OFF does not finish the check, because it may be rounding at a seam.
     """
     t, place = _time(arc, asked.path, asked.over, asked.under), asked.place + 1
     over, under = t if where == OVER else asked.over, t if where == UNDER else asked.under
@@ -165,5 +171,5 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
 
 @kernel
 def _time(arc: Arc, path: float, over: float, under: float) -> float:
-    """Return the time when the rock is at a place (s), from the fields of the same name of an inquiry."""
+    """Return the time (s) when the rock is at the place to be tested, from the same fields as in `Inquiry`."""
     return time_over(arc, 0.0, path) if under == math.inf else 0.5 * (over + under)

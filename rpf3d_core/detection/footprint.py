@@ -1,4 +1,4 @@
-"""Find the facets of the ground that a patch touches in plan, and their neighbours, with the buckets."""
+"""Find the facets of the ground that a new survey (a patch) touches in plan, and their neighbours, with the buckets."""
 
 import math
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ _SEEN = 1
 
 
 class Footprint(NamedTuple):
-    """The area of a patch in plan, widened by a slack (m).
+    """The area of a patch in plan, widened by a slack (m): the facets of the ground that touch it are replaced.
 
     corners : (S, 9) m, of the facets of the patch; entries : these facets in the cells of `block`
     """
@@ -32,7 +32,9 @@ class Footprint(NamedTuple):
 def touched(
     corners: FloatArray, locator: BucketLocator, footprint: Footprint, marks: NDArray[np.uint8]
 ) -> NDArray[np.int32]:
-    """Return the facets (N,) of the ground that touch a footprint in plan, in ascending order, and mark them GOES.
+    """Return the facets (N,) of the ground that a patch replaces, in ascending order, and mark them GOES.
+
+    These are the facets that touch the area of the patch in plan.
 
     corners : (F, 9) m, of the ground; marks : (F,) all STAYS before the call
     """
@@ -45,7 +47,7 @@ def touched(
 def beside_what_stays(
     edges: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return (E,) True for each edge that belongs to a facet marked STAYS.
+    """Return (E,) True for each edge of the ground that belongs to a facet that stays (mark STAYS).
 
     edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,) of the facets
     """
@@ -57,7 +59,7 @@ def beside_what_stays(
 def used_by_what_stays(
     some: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return (N,) True for each vertex that belongs to a facet marked STAYS.
+    """Return (N,) True for each vertex of the ground that belongs to a facet that stays (mark STAYS).
 
     some : (N,) numbers of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,) of the facets
     """
@@ -67,7 +69,7 @@ def used_by_what_stays(
 
 
 def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -> NDArray[np.bool_]:
-    """Return (N,) True for each triangle that touches a footprint in plan.
+    """Return (N,) True for each triangle that touches the area of a patch in plan, such as a triangle without area.
 
     thin : (N, 9) m, corners of the triangles; a triangle may be as thin as a line or a point
     """
@@ -79,7 +81,7 @@ def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -
 def over_what_goes(
     points: FloatArray, corners: FloatArray, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet marked GOES.
+    """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet that the patch removes (mark GOES).
 
     corners : (F, 9) m, of the ground; marks : (F,) of the facets
     """
@@ -90,7 +92,7 @@ def over_what_goes(
 
 @loop
 def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any) -> int:
-    """Mark as _SEEN the facets of the ground that touch a facet of the patch in any cell; return their number."""
+    """Mark as _SEEN the facets of the ground that touch a facet of the patch; return the number of these facets."""
     count, block = 0, footprint.block
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):
@@ -105,7 +107,7 @@ def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any
 
 @loop
 def _collect(locator: BucketLocator, block: Block, marks: Any, found: Any) -> None:
-    """Write the facets marked _SEEN into `found`, and mark them GOES."""
+    """Write the facets marked _SEEN into `found`, and mark them GOES: the patch removes them."""
     count = 0
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):
@@ -120,7 +122,7 @@ def _collect(locator: BucketLocator, block: Block, marks: Any, found: Any) -> No
 
 @loop
 def _near(thin: Any, grid: Grid, footprint: Footprint, out: Any) -> None:
-    """Write True for each triangle that touches the patch."""
+    """Write True into `out` for each triangle that touches the patch."""
     block = footprint.block
     for f in range(len(thin)):
         cells = common(cells_under(thin, f, footprint.slack, grid), block)
@@ -132,7 +134,7 @@ def _near(thin: Any, grid: Grid, footprint: Footprint, out: Any) -> None:
 
 @loop
 def _beside(edges: Any, vertices: Any, triangles: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
-    """Write True for each edge that belongs to a facet marked STAYS."""
+    """Write True into `out` for each edge that belongs to a facet marked STAYS."""
     for e in range(len(edges)):
         a, b = edges[e, 0], edges[e, 1]
         k = _bucket_at(locator, vertices[a, 0], vertices[a, 1])
@@ -144,7 +146,7 @@ def _beside(edges: Any, vertices: Any, triangles: Any, locator: BucketLocator, m
 
 @loop
 def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
-    """Write True for each vertex that belongs to a facet marked STAYS."""
+    """Write True into `out` for each vertex that belongs to a facet marked STAYS."""
     for n in range(len(some)):
         v = some[n]
         k = _bucket_at(locator, vertices[v, 0], vertices[v, 1])
@@ -156,7 +158,7 @@ def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, mark
 
 @loop
 def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
-    """Write True for each point that lies, in plan, in a facet marked GOES."""
+    """Write True into `out` for each point that lies, in plan, in a facet marked GOES."""
     for n in range(len(points)):
         px, py = points[n, 0], points[n, 1]
         k = _bucket_at(locator, px, py)
@@ -168,14 +170,14 @@ def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: An
 
 @kernel
 def _bucket_at(locator: BucketLocator, x: float, y: float) -> int:
-    """Return the bucket that a point in plan (m) lies in."""
+    """Return the number of the bucket that contains a point in plan (m)."""
     row = cell_index(y, locator.y, locator.cell, locator.ny)
     return row * locator.nx + cell_index(x, locator.x, locator.cell, locator.nx)
 
 
 @kernel
 def _has(triangles: Any, f: int, v: int) -> bool:
-    """True if facet f has vertex v."""
+    """True if vertex v is a corner of facet f."""
     return bool(triangles[f, 0] == v or triangles[f, 1] == v or triangles[f, 2] == v)
 
 
@@ -193,7 +195,7 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 
 @kernel
 def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
-    """True if facet f touches a facet of the patch that has an entry in cell c of the footprint's block."""
+    """True if facet f touches, in plan, a facet of the patch that has an entry in cell c."""
     come = footprint.entries
     for entry in range(come.starts[c], come.starts[c + 1]):
         if _touch(corners, f, footprint.corners, come.ids[entry], footprint.slack):
@@ -219,7 +221,7 @@ def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
 
 @kernel
 def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """True if one side of triangle f separates triangle g from triangle f, by more than the slack (m)."""
+    """True if one side of triangle f separates the triangles f and g in plan, by more than the slack (m)."""
     for k in range(3):
         ax, ay = one[f, 3 * k], one[f, 3 * k + 1]
         ux, uy = one[f, 3 * ((k + 1) % 3)] - ax, one[f, 3 * ((k + 1) % 3) + 1] - ay

@@ -1,4 +1,4 @@
-"""Exact contact of an arc with a facet, without a time step: the narrow phase of both engines.
+"""Exact contact of an arc with one facet, without a time step, for both engines (the narrow phase of the search).
 
 The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
 zero inside the facet, the rock hits the free side. Where d rises through zero, the rock hits the back.
@@ -8,8 +8,8 @@ Rounding decides nothing silently (docs/explanation/physics.md):
 - For a facet that the rock has just left, d = 0 at t = 0: this root is divided out, and the later root is kept.
 - A rock within tolerance of another facet, or below that facet by at most a crack's width, hits the facet at t = 0
   if it moves into the facet.
-- The free side includes a rim as wide as the tolerance, so neighbours overlap and no rock passes between them. The
-  back excludes this rim, so a rock that just touches a crest never counts as a rock from inside the ground.
+- The free side includes an edge band as wide as the tolerance, so neighbours overlap and no rock passes between them.
+  The back excludes this band, so a rock that just touches a crest never counts as a rock from inside the ground.
 - A glancing arc may reach the plane of a facet just outside the facet. The arc then meets the facet where it crosses
   the facet's edge (`_entry_time`).
 - If a rock would leave the terrain, or if a sliding rock would meet the back of the ground, the search runs again with
@@ -40,17 +40,17 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 GLANCING = 1.0 / 128.0
-"""Sine of the angle between an arc and a facet, below which the arc counts as glancing.
+"""Sine of the angle between an arc and a facet below which rounding may move the contact along the facet.
 
 Above this sine, the rounding of a height (tolerance / 200) moves a contact along the facet by less than the tolerance.
 """
 UPRIGHT = 1e-6
-"""Vertical component of a unit normal below which a facet counts as a wall: in plan the facet is too narrow to test."""
+"""Vertical component of a unit normal below which a facet counts as a wall: in plan it is too narrow to test."""
 
 
 @kernel
 def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, best: Contact) -> Contact:
-    """Return the earlier of `best` and the arc's first contact with facet f.
+    """Return the earlier of two contacts of an arc: `best`, found so far, or the first contact with facet f.
 
     Across a crack the next facet may lie higher than the start of the arc. So a rock at most NEAR crack widths below a
     facet counts as on its free side. Otherwise the rock would meet the facet from behind and be sent into the ground.
@@ -71,7 +71,9 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
 
 @kernel
 def falling_time(c: float, b: float, a: float) -> float:
-    """Return the time t >= 0 when c + b t + a t^2 falls through zero; inf if it never falls through zero.
+    """Return the first time t >= 0 when c + b t + a t^2 falls through zero, as when a rock reaches a plane; else inf.
+
+    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane
 
     The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
     """
@@ -91,7 +93,7 @@ def falling_time(c: float, b: float, a: float) -> float:
 
 @kernel
 def _return_time(left: PreviousContact, b: float, a: float) -> float:
-    """Return the time when a rock returns to the facet of its last bounce; the root at t = 0 is divided out."""
+    """Return the time when a rock returns to the facet of its last bounce, without the root at the start (t = 0)."""
     rising, bending = left.side * b, left.side * a
     return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
 
@@ -124,7 +126,7 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
 
 @kernel
 def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if facet f carries a rock that moves along the plane of facet f.
+    """True if facet f carries a rock that moves along the facet's plane, so that the rock is in contact at once.
 
     A sliding rock must move onto facet f. The facet that the rock has just left carries the rock only along an edge of
     the facet. A rock at rest may continue on any other facet (`_approach` prefers the right facet).
@@ -138,7 +140,7 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
 
 @kernel
 def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if a rock that moves from its last facet towards the plane of the near facet f does not hit facet f.
+    """True if a rock on its last facet moves towards the plane of the near facet f, but does not hit facet f itself.
 
     The rock does not hit facet f if the two facets form a convex edge and the rock moves away from facet f. Only the
     plane of facet f lies above the rock's path there, not the facet.
@@ -150,11 +152,11 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 
 @kernel
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if a sliding rock at the rim of facet f moves away from facet f: onto another facet, or off the terrain.
+    """True if a sliding rock at the edge of facet f moves away from facet f: onto another facet, or off the terrain.
 
     The rock moves towards the plane of facet f. In every direction the rock moves onto one of the upward facets that
-    meet at its position. All other facets there count only because of the tolerance. Beyond the rim of the terrain
-    there is no facet.
+    meet at its position. All other facets there count only because of the tolerance. Beyond the outer edge of the
+    terrain there is no facet.
     """
     n, v = stored_normal(facets, f), arc.v
     level2 = v[0] * v[0] + v[1] * v[1]
@@ -165,7 +167,7 @@ def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> 
 
 @kernel
 def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if a rock at the rim of facet f moves onto facet f.
+    """True if a rock at the edge of facet f moves onto facet f.
 
     For upward facets the direction in plan decides. In plan the facets around a vertex have no gap and no overlap, so
     every direction leads onto one of these facets. If the direction were projected at right angles onto each facet, it
@@ -181,7 +183,7 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
 @kernel
 def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
-    """Return the velocity v projected into the plane of facet f.
+    """Return the velocity v projected into the plane of facet f: the direction of a rock's motion on the facet.
 
     On an upward facet the projection is vertical, so v keeps its components in plan. On a wall the projection removes
     the component along the normal.
@@ -192,7 +194,7 @@ def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
 
 @kernel
 def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if, in the second search, a rock moves along an edge of facet f, at most a crack's width outside facet f.
+    """True if, in the search with wider facets, a rock moves along an edge of facet f, a crack's width outside at most.
 
     A rock that moves along the edge between two facets may leave both facets by rounding, at a T-junction or at the
     foot of a wall. One of the facets must still carry the rock.
@@ -204,10 +206,11 @@ def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
 @kernel
 def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return the speed (m/s) at which a rock meets the plane of facet f; for a rock at rest, a pull (m/s^2).
+    """Return the speed (m/s) at which a rock meets the plane of facet f, to choose between facets met at the same time.
 
-    The pull is the component of gravity along facet f if the direction of descent leads onto facet f, otherwise 0. So
-    among several facets under a rock at rest, the facet with the steepest descent wins.
+    For a rock at rest, the result is the pull (m/s^2) instead: the component of gravity along facet f if the direction
+    of descent leads onto facet f, otherwise 0. So among several facets under a rock at rest, the facet with the
+    steepest descent wins.
     """
     if t == 0.0 and arc.v[0] == 0.0 and arc.v[1] == 0.0 and arc.v[2] == 0.0:
         down = gravity_along(n, arc.gravity)
@@ -219,7 +222,7 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
-    """Return the contact at time t with facet f if the contact is inside the facet and before `best`; else `best`.
+    """Return the contact with facet f at time t if it is inside the facet and earlier than `best`; else `best`.
 
     A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal.
     """
@@ -245,13 +248,16 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
 
 @kernel
 def _glances(arc: Arc, approach: float) -> bool:
-    """True if an arc meets a plane at so small an angle that rounding moves the contact along the plane."""
+    """True if an arc meets a plane at so small an angle that rounding moves the contact along the plane.
+
+    approach : speed (m/s) at which the rock meets the plane
+    """
     return approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
 
 
 @kernel
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return the time when an arc that crossed the plane of facet f outside the facet, at time t, meets facet f.
+    """Return the time when an arc that crossed the plane of facet f outside the facet, at time t, enters facet f.
 
     Return inf if the arc is too far below the plane when it crosses the facet's edge.
 
@@ -280,7 +286,9 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
-    """True if an arc that rises through the plane of facet f at time t was already on the plane at an edge of facet f.
+    """True if a rock that rises through facet f at time t came over an edge of the facet, not out of the ground.
+
+    The arc was already on the plane of facet f at that edge.
 
     A rock that flies in the plane of one facet may pass to a neighbouring facet that bends away. Rounding then puts the
     rock just behind the neighbouring facet at the common edge, although the rock has never been in the ground.

@@ -1,32 +1,40 @@
-"""Boxes in plan, measured in parts of a cell and packed into four bytes: the boxes of a bucket fit into one cache line.
+"""The boxes of facets in plan, rounded and packed into four bytes each, so that a search compares them quickly.
 
-One function rounds the coordinates of all boxes to parts, and its result never decreases when a coordinate increases.
-So boxes that overlap in metres also overlap in parts, for any rounding; a few more boxes overlap only in parts.
+The boxes of a bucket fit into one cache line.
+
+A coordinate is rounded to a part, one of 128 equal strips of a cell. One function (`part_of`) rounds all coordinates,
+and its result never decreases when a coordinate increases. So boxes that overlap in metres also overlap in parts, for
+any rounding; a few more boxes overlap only in parts.
 """
 
 from rpf3d_core.jit.dispatch import kernel
 
 PARTS = 128
-"""Number of parts of a cell along each axis: the largest number that a byte can count in addition to its guard bit."""
+"""Number of parts of a cell along each axis: the most that a byte can count in addition to its guard bit."""
 GUARDS = 0x80808080
-"""The highest bit of each of four bytes."""
+"""The guard bits: the highest bit of each of four bytes, which shows the result of a comparison."""
 
 
 @kernel
 def part_of(value: float, origin: float, per_cell: float, index: int) -> int:
-    """Return the part of cell `index` nearest to a coordinate (m), along one axis; per_cell : cells per metre."""
+    """Return the number of the part of a cell that is nearest to a coordinate (m), along one axis.
+
+    index : number of the cell; per_cell : cells per metre
+    """
     return int(min(max(((value - origin) * per_cell - index) * PARTS, 0.0), PARTS - 1.0))
 
 
 @kernel
 def packed_box(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
-    """Return the box of a facet as four bytes; the upper ends count down from the last part."""
+    """Return the box of a facet, in parts of a cell, as four bytes; the upper ends count down from the last part."""
     return low_x | (PARTS - 1 - high_x) << 8 | low_y << 16 | (PARTS - 1 - high_y) << 24
 
 
 @kernel
 def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
-    """Return the probe of a box: the largest bytes of packed boxes that overlap this box, each byte with its guard bit.
+    """Return the box of an arc, given in parts of a cell, in the form that `overlap` compares with the boxes of facets.
+
+    Each byte is the largest value that this byte of an overlapping packed box may have, with its guard bit.
 
     `overlap` compares a probe with a packed box.
     """
@@ -35,7 +43,7 @@ def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
 
 @kernel
 def overlap(box: int, probe: int) -> bool:
-    """True if a packed box and the box of a probe overlap: one subtraction compares four pairs of bytes.
+    """True if the packed box of a facet overlaps the box of a probe: one subtraction compares four pairs of bytes.
 
     A byte of the box that exceeds the probe's byte clears the guard bit.
     """

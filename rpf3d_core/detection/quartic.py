@@ -1,4 +1,4 @@
-"""Find the first time when a quartic polynomial falls through zero, without missing a root.
+"""Find when a polynomial of degree four first falls through zero: when a sphere touches an edge or a corner.
 
 The squared distance of a parabola from a line or a point is a quartic in time. The second derivative is a quadratic.
 Between the roots of the second derivative the first derivative is monotone, and between the roots of the first
@@ -12,11 +12,11 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 ROOT_STEPS = 120
-"""Largest number of steps within a bracket; usually about ten are enough, and bisection alone takes 64."""
+"""Largest number of steps of the search for one root; about ten are usual, and bisection alone takes 64."""
 
 
 class Quartic(NamedTuple):
-    """The polynomial c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4."""
+    """A polynomial of degree four in time, c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4, such as a squared distance."""
 
     c0: float
     c1: float
@@ -27,19 +27,23 @@ class Quartic(NamedTuple):
 
 @kernel
 def value_at(q: Quartic, t: float) -> float:
-    """Return q(t)."""
+    """Return the value of a quartic polynomial at time t."""
     return q.c0 + t * (q.c1 + t * (q.c2 + t * (q.c3 + t * q.c4)))
 
 
 @kernel
 def slope_of(q: Quartic) -> Quartic:
-    """Return the derivative of q."""
+    """Return the derivative of a quartic polynomial, which shows where the polynomial falls."""
     return Quartic(c0=q.c1, c1=2.0 * q.c2, c2=3.0 * q.c3, c3=4.0 * q.c4, c4=0.0)
 
 
 @kernel
 def first_fall(q: Quartic, begin: float, end: float) -> float:
-    """Return the first t in (begin, end] where q falls from above zero to zero or below; inf if there is none.
+    """Return the first time in (begin, end] when a quartic polynomial falls from above zero to zero or below.
+
+    The result is inf if there is none.
+
+    q is a squared distance minus a squared radius, so a fall is a contact.
 
     begin, end : finite; if q is zero at `begin`, this is not a fall
     """
@@ -63,7 +67,10 @@ def first_fall(q: Quartic, begin: float, end: float) -> float:
 
 @kernel
 def _bends(q: Quartic) -> tuple[float, float]:
-    """Return the two roots of a quadratic in ascending order; inf in place of a missing root."""
+    """Return the two roots of a quadratic in ascending order, between which each root of a quartic lies.
+
+    A missing root is replaced by inf.
+    """
     a, b, c = q.c2, q.c1, q.c0
     discriminant = b * b - 4.0 * a * c
     if not discriminant > 0.0:
@@ -76,7 +83,9 @@ def _bends(q: Quartic) -> tuple[float, float]:
 
 @kernel
 def _sign_change(q: Quartic, low: float, high: float) -> float:
-    """Return the t between low and high where q changes its sign: the upper end of the last bracket (Illinois method).
+    """Return the time between `low` and `high` when a polynomial changes its sign, by the Illinois method.
+
+    The result is the upper end of the last bracket.
 
     q has one sign at low, and the opposite sign or zero at high.
     """

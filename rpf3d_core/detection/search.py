@@ -16,81 +16,87 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.terrain.facets import CRACK, Facets
 
 LAST_LOOK = 1.0 + 2.0**-40
-"""Tolerance of the last search, in crack widths; above 1 only to distinguish the last search from the second search."""
+"""Tolerance of the last search, for a rock that fell through the ground, in crack widths; just above 1.
+
+The value is above 1 only to distinguish the last search from the second search.
+"""
 FALLEN = -2
 """Facet number that marks a contact as a fall through the ground."""
 
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """True if a rock meets the ground from the opposite side of the ground to its last contact."""
+    """True if a rock meets the other side of the ground than at its last contact: it may have fallen through."""
 
 
 @comes_behind.otherwise
 def not_known_to(contact: object, left: PreviousContact) -> bool:
-    """Return False: contacts of spheres do not store their side."""
+    """Return False: contacts of spheres do not store the side of the ground that they touch."""
     return False
 
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """True if the side of the contact differs from the last side: without holes, the rock has fallen through."""
+    """True if a rock meets the other side of the ground than at its last contact; without holes, it fell through."""
     return left.facet >= 0 and contact.side != left.side
 
 
 @model_function
 def notices_falls(locator: object) -> bool:
-    """True if rocks that leave the terrain, or meet its back, are checked for a fall through the ground."""
+    """True if a search checks rocks that leave the terrain, or meet its back, for a fall through the ground."""
 
 
 @notices_falls.otherwise
 def takes_them_as_they_are(locator: object) -> bool:
-    """Return False: fixed-step methods exist to show falls, and spheres have a separate contact test."""
+    """Return False: fixed-step methods exist to show such falls, and spheres have a separate contact test."""
     return False
 
 
 @model_function
 def sight(contact: object) -> tuple[float, float]:
-    """Return the share of a line of sight (-) up to the facet that it met (inf for no facet), and the facet's side."""
+    """Return the share of a line of sight (-) up to the facet that it meets, and the side of this facet.
+
+    The check for falls through the ground reads both; the share is inf if the line meets no facet.
+    """
 
 
 @sight.otherwise
 def sees_nothing(contact: object) -> tuple[float, float]:
-    """Return inf: the check for falls does not use contacts of this kind."""
+    """Return inf: the check for falls does not use contacts of spheres."""
     return math.inf, 1.0
 
 
 @sight.rule(Contact)
 def seen(contact: Contact) -> tuple[float, float]:
-    """Return the contact's time as the share, because a line of sight takes one second, and the contact's side."""
+    """Return the time of the contact as the share, because a line of sight takes one second, and the contact's side."""
     return (contact.t if contact.t <= 1.0 else math.inf), contact.side
 
 
 @model_function
 def fall_of(contact: object) -> Any:
-    """Return the contact that marks a fall through the ground."""
+    """Return the contact that reports a fall through the ground to the simulation."""
 
 
 @fall_of.otherwise
 def no_fall(contact: object) -> Any:
-    """Return the contact unchanged: the check for falls does not use contacts of this kind."""
+    """Return the contact unchanged: the check for falls does not use contacts of spheres."""
     return contact
 
 
 @fall_of.rule(Contact)
 def fall_of_point(contact: Contact) -> Contact:
-    """Return no contact (time inf), with FALLEN in place of the facet."""
+    """Return the report of a fall of a lumped mass: time inf, and FALLEN in place of the facet."""
     return Contact(t=math.inf, facet=FALLEN, side=1.0, approach=0.0)
 
 
 @model_function
 def is_fall(contact: object) -> bool:
-    """True if a contact marks a fall through the ground, as made by `fall_of`."""
+    """True if a contact reports a fall through the ground, as made by `fall_of`."""
 
 
 @is_fall.otherwise
 def is_no_fall(contact: object) -> bool:
-    """Return False: contacts of this kind never mark a fall."""
+    """Return False: contacts of spheres never report a fall."""
     return False
 
 
@@ -104,13 +110,13 @@ def is_marked(contact: Contact) -> bool:
 def contact_or_crack(
     locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float, longest: float
 ) -> Contact:
-    """Return the earliest contact of an arc; without one, search again with slightly wider facets.
+    """Return the earliest contact of an arc; if there is none, search again for a contact with slightly wider facets.
 
     A gap wider than the tolerance may still be a crack and not a hole. Examples: the thin gap between an edge and a
     vertex that lies on the edge except for rounding (a T-junction), or the distance of a few tolerances that a rock has
     drifted while it moved from facet to facet. The second search runs only for rocks that would leave the terrain or
-    meet the back of the ground, so all other rocks meet the facets at their true size. In the second search the rim of
-    a facet is CRACK tolerances wide.
+    meet the back of the ground, so all other rocks meet the facets at their true size. In the second search the edge
+    band of a facet is CRACK tolerances wide.
 
     A rock that still has no contact may have fallen through the ground (`fallen.py`). If the rock has fallen and was
     sliding, a last search follows. In this search the rock meets any facet at its position that it moves into.
@@ -147,7 +153,7 @@ def contact_or_crack(
 
 @kernel
 def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
-    """Return the facets with another tolerance (m): the crack width in the second search, more in the last one."""
+    """Return the facets with another contact tolerance (m), because the second and the last search use wider facets."""
     return Facets(
         geometry=facets.geometry,
         corners=facets.corners,
@@ -162,7 +168,7 @@ def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
 
 @kernel
 def flight_end(facets: Facets, arc: Arc, radius: float) -> float:
-    """Return the time (s) when an arc leaves the box around the terrain, sideways or downwards; no contact is later.
+    """Return the time (s) when an arc leaves the box around the terrain, sideways or downwards: a search can end there.
 
     radius : m, by which the box is wider for a sphere; 0 for a lumped mass
 

@@ -1,12 +1,12 @@
-"""Slabs: for each cell, at several cell sizes, a plane above all facets of the cell.
+"""Slabs: planes above all facets of a cell; a search for contacts skips each cell whose slab the arc stays above.
 
 A slab is a plane with unit normal n, n_z >= 0, at the largest height h of the cell's facets along n, measured from the
 origin: n . p <= h for all points p of the facets. Along an arc n . x is concave, because gravity only bends the arc
 downwards. So an arc above the slab at both ends of a stretch is above the slab in between, and meets no facet of the
 cell there. A slab is inclined like the ground, so an arc along a steep bench face stays above most slabs.
 
-Cells of level 0 are the buckets. A cell of a higher level covers 4 by 4 cells of the next lower level. Where no ground
-is near, the search for contacts skips one large cell instead of many small cells.
+The cell sizes are numbered as levels. Cells of level 0 are the buckets. A cell of a higher level covers 4 by 4 cells of
+the next lower level. Where no ground is near, the search for contacts skips one large cell instead of many small cells.
 """
 
 import math
@@ -23,15 +23,15 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot
 
 SHIFT = 2
-"""The width of a cell is 2^SHIFT cells of the next lower level."""
+"""Cells become wider by a factor of 2^SHIFT from one level (cell size) to the next."""
 LEVELS = 4
 """Number of cell sizes: the widest cells are 64 buckets wide."""
 
 
 class Slabs(NamedTuple):
-    """Slabs of all cells of all levels.
+    """The slabs of all cells of a grid, for all cell sizes (levels).
 
-    planes : (4 C,) n_x, n_y, n_z (-), h (m, -inf for a cell without facets), cells row by row, level by level
+    planes : (4 C,) n_x, n_y, n_z (-), h (m, -inf for a cell without facets), cells row by row, one level after another
     first : (LEVELS,) row of the first cell of each level
     """
 
@@ -40,7 +40,7 @@ class Slabs(NamedTuple):
 
 
 class SlabTable(NamedTuple):
-    """The slabs as rows of a table, used while the slabs are computed.
+    """The slabs as rows of a table, while they are computed.
 
     planes : (C, 4), first : (LEVELS,), as in `Slabs`; columns : number of columns of buckets
     """
@@ -51,7 +51,7 @@ class SlabTable(NamedTuple):
 
 
 def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = one_by_one) -> Slabs:
-    """Return the slabs of all cells of a grid, at all levels."""
+    """Return the slabs of all cells of a grid, at all levels (cell sizes)."""
     sizes = [width_of(grid.nx, level) * width_of(grid.ny, level) for level in range(LEVELS)]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     slabs = Slabs(memory("planes", 4 * int(first[-1]), np.float64), first[:-1])
@@ -68,26 +68,29 @@ def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = 
 
 
 def slab_table(slabs: Slabs, columns: int) -> SlabTable:
-    """Return the slabs as a table that uses the same memory; columns : number of columns of buckets."""
+    """Return the slabs as a table with a row per cell, in the same memory, to compute or update them.
+
+    columns : number of columns of buckets
+    """
     return SlabTable(planes=slabs.planes.reshape(-1, 4), first=slabs.first, columns=columns)
 
 
 @kernel
 def width_of(count: int, level: int) -> int:
-    """Return the number of cells of a level along a side of `count` buckets."""
+    """Return how many cells of a level (cell size) lie along a side of the grid that is `count` buckets long."""
     return ((count - 1) >> (SHIFT * level)) + 1
 
 
 @kernel
 def slab_row(table: SlabTable, level: int, i: int, j: int) -> int:
-    """Return the table row of the slab for the cell in column i and row j of a level."""
+    """Return the table row of the slab for the cell in column i and row j of a level (cell size)."""
     row: int = table.first[level] + j * width_of(table.columns, level) + i
     return row
 
 
 @kernel
 def cells_of(block: Block, level: int) -> Block:
-    """Return the cells of a level that a block of buckets touches."""
+    """Return the cells of a level (cell size) that a rectangle of buckets touches."""
     shift = SHIFT * level
     return Block(
         left=block.left >> shift, right=((block.right - 1) >> shift) + 1,
@@ -97,13 +100,13 @@ def cells_of(block: Block, level: int) -> Block:
 
 @loop
 def _clear(table: SlabTable, block: Block) -> None:
-    """Reset the slabs of all levels over a block of buckets: no sum of normals and no height."""
+    """Reset the slabs over a rectangle of buckets, at all levels, before they are computed: no normal and no height."""
     clear_block(table, block)
 
 
 @kernel
 def clear_block(table: SlabTable, block: Block) -> None:
-    """Reset the slabs of all levels over a block of buckets: no sum of normals and no height."""
+    """Reset the slabs over a rectangle of buckets, at all levels, before they are computed: no normal and no height."""
     planes = table.planes
     for level in range(LEVELS):
         cells = cells_of(block, level)
@@ -115,7 +118,7 @@ def clear_block(table: SlabTable, block: Block) -> None:
 
 @loop
 def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Block, planes: Any) -> None:
-    """Add up the normals of the facets in each bucket of a band of rows.
+    """Add up the normals of the facets in each bucket of a band of rows; the sum gives the direction of the slab.
 
     The loop runs over facets and not over buckets, to read memory in order.
     """
@@ -128,22 +131,23 @@ def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Blo
 
 @kernel
 def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
-    """Add the normal of facet f to the sum of one bucket."""
+    """Add the normal of facet f to the sum of one bucket, which gives the direction of the bucket's slab."""
     for axis in range(3):
         planes[row, axis] += normals[f, axis]
 
 
 @loop
 def _lean(table: SlabTable, block: Block) -> None:
-    """Turn the sums of normals over a block of buckets into unit normals of slabs, at all levels."""
+    """Turn the sums of normals over a rectangle of buckets into the unit normals of slabs, at all levels."""
     lean_upwards(table, block)
 
 
 @kernel
 def lean_upwards(table: SlabTable, block: Block) -> None:
-    """Add the sums of a block's buckets to the cells of the higher levels, and scale all sums to length 1.
+    """Compute the unit normals of the slabs at all levels from the sums of normals of a rectangle of buckets.
 
-    Where the normals cancel out, or their sum points downwards, the slab is horizontal.
+    The sum of a wider cell is the sum of its buckets. Where the normals cancel out, or their sum points downwards, the
+    slab is horizontal.
     """
     planes = table.planes
     for j in range(block.bottom, block.top):
@@ -172,7 +176,7 @@ def _lean_one(planes: Any, row: int) -> None:
 
 @loop
 def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, table: SlabTable) -> None:
-    """Raise the slabs of all levels in a band of rows of buckets, so that no facet corner lies above its slabs."""
+    """Raise the slabs over a band of rows of buckets, at all levels, so that no facet corner lies above its slabs."""
     for f in range(corners.shape[0]):
         under = common(cells_under(corners, f, slack, grid), band)
         if under.bottom >= under.top:
@@ -186,7 +190,7 @@ def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, tabl
 
 @kernel
 def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
-    """Raise one slab so that no corner of facet f lies above the slab."""
+    """Raise one slab so that facet f lies below it: none of the facet's corners is above the slab."""
     x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
     for c in range(3):
         high = max(high, x * corners[f, 3 * c] + y * corners[f, 3 * c + 1] + z * corners[f, 3 * c + 2])
@@ -195,7 +199,9 @@ def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
 
 @kernel
 def flies_over(slabs: Slabs, level: int, k: int, p: Vec, q: Vec, slack: float) -> bool:
-    """True if an arc from p to q (m) stays above the slab of cell k of a level by more than the slack (m).
+    """True if an arc from p to q (m) is above the slab of cell k by more than the slack (m): skip the cell.
+
+    level : cell size
 
     The slack covers the rounding of both heights and of the borders of cells.
     """

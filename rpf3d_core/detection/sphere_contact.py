@@ -30,7 +30,9 @@ from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
 
 
 class Course(NamedTuple):
-    """Motion of a sphere's centre from x (3,) m with velocity v (3,) m/s under a constant acceleration a (3,) m/s^2.
+    """The motion of a sphere's centre whose contacts are searched: constant acceleration a (3,) m/s^2 from a start.
+
+    x, v : place (3,) m and velocity (3,) m/s at the start
 
     radius : of the sphere (m); gravity : m/s^2, the scale below which accelerations count as rounding
     """
@@ -43,7 +45,7 @@ class Course(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """Contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
+    """The contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
 
     n : (3,) unit, from the point of contact to the centre; along : (3,) unit, along the touched edge, else zero
     face : True if the sphere touches the interior of the facet, False for an edge or a corner
@@ -59,35 +61,38 @@ class Touch(NamedTuple):
 
 NO_TOUCH = Touch(t=math.inf, facet=-1, approach=0.0, n=(0.0, 0.0, 1.0), along=ZERO, face=False)
 RIM = 2.0
-"""Depth of edges and corners below the interior of facets, in tolerances.
+"""Depth by which edges and corners are lowered below the interior of facets, in tolerances, when a sphere meets them.
 
 A sphere that rolls over a plane touches the edges in this plane under its foot. Edges near the foot are within
 tolerance as well: at a distance s from the foot, an edge is R + s^2 / 2R from the centre. With this depth, such an edge
 counts only if the sphere sinks into the plane.
 """
 ON_RIM = 0.75 * RIM
-"""Tolerances below R at which an edge or a corner counts as touched; a quarter of RIM is left for rounding."""
+"""Depth, in tolerances, by which a sphere must overlap an edge or corner to touch it.
+
+The rest of RIM is for rounding.
+"""
 POLISHED = 1e3
-"""Tolerances by which the last Newton step may move a contact; only grazing contacts would need more."""
+"""Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
 
 
 @kernel
 def course_position(course: Course, t: float) -> Vec:
-    """Return the position of the sphere's centre after t seconds (m)."""
+    """Return the position of the sphere's centre (m), t seconds after the start of its motion."""
     return add(course.x, scale(t, add(course.v, scale(0.5 * t, course.a))))
 
 
 @kernel
 def course_velocity(course: Course, t: float) -> Vec:
-    """Return the velocity of the sphere's centre after t seconds (m/s)."""
+    """Return the velocity of the sphere's centre (m/s), t seconds after the start of its motion."""
     return add(course.v, scale(t, course.a))
 
 
 @kernel
 def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
-    """Return the earlier of `best` and the first contact of a course with facet f.
+    """Return the earlier of two contacts of a moving sphere: `best`, found so far, or its first contact with facet f.
 
-    end : s, finite, end of the whole course; roots are searched up to this time, so their bits do not depend on the
+    end : s, finite, end of the whole motion; roots are searched up to this time, so their bits do not depend on the
         facets tested before
     before : s, contacts later than this are not needed
     """
@@ -111,7 +116,7 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
 
 @kernel
 def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, best: Touch) -> Touch:
-    """Return the earlier of `best` and the contact with the interior of facet f.
+    """Return the earlier of two contacts of a moving sphere: `best`, or its contact with the interior of facet f.
 
     n : normal of the facet towards the tested side; c : m, height of the centre above the facet's plane at the start
     """
@@ -132,7 +137,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
 
 @kernel
 def _time_from_touch(b: float, a: float, course: Course) -> float:
-    """Return the time when a sphere that touches a plane hits the plane: 0 for at once, a return time, or inf.
+    """Return the time when a sphere that already touches a plane hits it: 0 for at once, a later time, or inf.
 
     b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
     """
@@ -146,11 +151,11 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
-    """True if the sphere's foot at p (m) in facet f does not leave the facet across an edge.
+    """True if a sphere that touches the interior of facet f keeps doing so: its foot does not leave across an edge.
 
-    v, a : velocity (m/s) and acceleration (m/s^2) of the foot
+    p : m, the foot: point of facet f that the sphere touches; v, a : its velocity (m/s) and acceleration (m/s^2)
 
-    At the rim of a facet, the sphere may touch only the edge, and roll around the edge or fly off.
+    At the edge of a facet, the sphere may touch only the edge, and roll around the edge or fly off.
     """
     n, slack = stored_normal(facets, f), facets.tolerance
     speed, pull = GRAZING * norm(without(v, n)), GRAZING * norm(without(a, n))
@@ -167,7 +172,10 @@ def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
 
 @kernel
 def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, before: float, best: Touch) -> Touch:
-    """Return the earlier of `best` and the contact with edge k (0, 1, 2) or corner k - 3 of facet f."""
+    """Return the earlier of two contacts of a moving sphere: `best`, or its contact with one edge or corner of facet f.
+
+    k : 0, 1, 2 for an edge; 3, 4, 5 for corner k - 3
+    """
     at, length, along = corner(facets, f, k % 3), 0.0, ZERO
     if k < 3:
         edge = subtract(corner(facets, f, (k + 1) % 3), at)
@@ -204,7 +212,7 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 @kernel
 def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Quartic, until: float) -> float:
-    """Return the time when a sphere that touches an edge or a corner hits it: 0 for at once, a return time, or inf.
+    """Return the time when a sphere that already touches an edge or a corner hits it: 0 for at once, later, or inf.
 
     p, v, a : offset of the centre from the line or corner (m) and its derivatives (m/s, m/s^2); distance : |p| (m)
     q : squared distance minus squared radius, as a polynomial of time; until : s, end of the search
@@ -226,9 +234,10 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
 def _time_on_rim(
     facets: Facets, course: Course, at: Vec, along: Vec, length: float, q: Quartic, until: float
 ) -> float:  # fmt: skip
-    """Return the time when a sphere first touches an edge or a corner; inf for never.
+    """Return the time when a flying sphere first touches an edge or a corner; inf for never.
 
-    q falls through zero at most twice. The first fall counts at which the foot lies on the edge.
+    The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The first fall
+    counts at which the foot lies on the edge.
 
     at : corner, or first end of the edge (m); along : (3,) unit, along the edge, else zero; length : of the edge (m)
     """
@@ -247,7 +256,10 @@ def _time_on_rim(
 
 @kernel
 def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> float:
-    """Return a more exact time of a contact, by a Newton step with positions: a polynomial loses digits by rounding."""
+    """Return a more exact time of a contact at time t, by one Newton step with positions.
+
+    The time comes from the root of a polynomial, which loses digits by rounding.
+    """
     gap, v = without(subtract(course_position(course, t), at), along), course_velocity(course, t)
     distance = norm(gap)
     rate = dot(gap, v) / distance if distance > 0.0 else 0.0
@@ -260,7 +272,7 @@ def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> 
 
 @kernel
 def _sooner(best: Touch, other: Touch) -> Touch:
-    """Return the earlier of two contacts; in a tie `approach` decides, then the normal, then the facet number."""
+    """Return the earlier of two contacts of a sphere; in a tie, by speed `approach`, then normal, then facet number."""
     if other.t != best.t:
         return other if other.t < best.t else best
     if other.approach != best.approach:

@@ -1,4 +1,4 @@
-"""Find contacts in fixed time steps, as in the thesis and in most programs: a third method, for comparison.
+"""Find contacts in fixed time steps, as the thesis and most programs do: a method only to compare the exact one with.
 
 Only the search for contacts differs. Rebound, materials, the end of bouncing and outcomes are the same as in every
 other run. At each step the rock is on the exact parabola, so all errors of the result come from the search for
@@ -18,14 +18,14 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.vectors import dot
 
 LOOK = 2.0
-"""Search radius for facets minus the contact threshold, over the size of a facet (-).
+"""Distance beyond the contact threshold within which facets are searched, over the size of a facet (-).
 
 If no facet is within the search radius, steps are skipped.
 """
 
 
 class Stepped(NamedTuple):
-    """A fixed-step method over a locator that finds the closest facet.
+    """The fixed-step method and its settings, with a locator that finds the closest facet.
 
     locator : rule of `closest_facet`; dt : s; threshold : m, the distance below which the rock is in contact
     look : m, the radius within which facets are searched
@@ -44,7 +44,7 @@ class Stepped(NamedTuple):
 def stepped(
     locator: Any, size: float, dt: float, threshold: float, squared: bool = False, every_step: bool = False
 ) -> Stepped:
-    """Return the fixed-step method over a locator.
+    """Return the fixed-step method with its search radius, for a locator that finds the closest facet.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def stepped(
 
 @first_contact.rule(Stepped)
 def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """Return the contact at the first step where the closest facet is within the threshold and the rock moves into it.
+    """Return the contact at the first step where a facet is within the threshold and the rock moves into this facet.
 
     The normal towards the free side decides whether the rock moves into the facet, on both sides of the facet. So a
     rock that has passed through the facet by less than the threshold bounces back to the free side.
@@ -80,7 +80,7 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 
 @kernel
 def _next_possible(method: Stepped, arc: Arc, t: float, distance: float) -> float:
-    """Return the first step at which a rock may be within the threshold.
+    """Return the next step at which a rock may be within the threshold; the steps before need no test.
 
     distance : m, lower bound of the distance from the rock to all facets at time t
     """

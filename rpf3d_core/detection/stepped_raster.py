@@ -1,4 +1,4 @@
-"""Find contacts on a raster of heights in fixed time steps, as in most fast programs.
+"""Find contacts on a raster of heights in fixed time steps, as most fast programs do: only for comparison.
 
 The contact is at the first step at which the rock is below the ground of its cell; the place where the rock passed
 through the ground is not computed. A raster has no vertical faces and no overhangs. As in `stepped`, only the search
@@ -18,7 +18,7 @@ from rpf3d_core.vectors import dot, subtract
 
 
 class SteppedRaster(NamedTuple):
-    """A fixed-step method over squares of two facets each.
+    """The fixed-step method on a raster: a terrain of squares of two facets each.
 
     x, y : m, corner of the first square; cell : m, side of a square; nx, ny : squares eastwards and northwards
     facet : (nx ny,) first facet of each square, south-east of its diagonal, -1 for a hole; the second facet of the
@@ -66,5 +66,5 @@ def facet_over(method: SteppedRaster, x: float, y: float) -> int:
 
 @kernel
 def _below(facets: Facets, f: int, x: Vec) -> bool:
-    """True if x (m) is below the plane of facet f."""
+    """True if point x (m) is below the plane of facet f."""
     return dot(stored_normal(facets, f), subtract(x, corner(facets, f, 0))) < 0.0

@@ -1,4 +1,4 @@
-"""The stretch of an arc over one bucket, and fast tests that exclude facets before the exact contact test.
+"""The stretch of an arc over one bucket, with fast tests that exclude facets before the exact contact test.
 
 Contacts before and after the stretch belong to other buckets and do not count. A facet is excluded only if the stretch
 misses it by REACH tolerances, which is far more than rounding and the slack of a contact.
@@ -20,7 +20,7 @@ SLOWEST = 1e-100
 
 
 class Stretch(NamedTuple):
-    """Part of an arc between two times: from p to q (m), at most `bend` (m) above its chord.
+    """The part of an arc between two times, over one bucket: from p to q (m), at most `bend` (m) above its chord.
 
     v : (3,) m/s at the start of the arc; its direction in plan is more exact than the direction of a short q - p
     probe : box of the stretch in plan, to compare with the boxes of a bucket's facets (`plan_boxes.overlap`)
@@ -42,7 +42,10 @@ def stretch_of(grid: Grid, i: int, j: int, arc: Arc, begin: float, end: float) -
 
 @kernel
 def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
-    """Return the packed probe of the box in plan between p and q (m), over the cell in column i and row j."""
+    """Return the box in plan between points p and q (m), packed for the comparison with the boxes of a bucket's facets.
+
+    i, j : column and row of the bucket
+    """
     per_cell = 1.0 / grid.cell
     return packed_probe(
         part_of(min(p[0], q[0]), grid.x, per_cell, i), part_of(max(p[0], q[0]), grid.x, per_cell, i),
@@ -52,7 +55,7 @@ def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
 
 @kernel
 def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
-    """True if a stretch cannot touch facet f, because all of facet f lies on one side of the stretch.
+    """True if a stretch of an arc cannot touch facet f, so that the exact contact test is not needed.
 
     Either facet f lies outside the stretch in plan, or the stretch stays on one side of the plane of facet f.
     """
@@ -73,13 +76,13 @@ def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
 
 @kernel
 def _left_of(v: Vec, p: Vec, corner: Vec) -> float:
-    """Return the distance of a corner to the left of the line through p along v in plan, times the speed (m^2/s)."""
+    """Return how far a corner lies to the left of the line through p along v in plan, times the speed (m^2/s)."""
     return v[0] * (corner[1] - p[1]) - v[1] * (corner[0] - p[0])
 
 
 @kernel
 def _on_one_side(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
-    """True if the stretch, with both ends and its bend, stays on one side of the plane of facet f, by the slack (m)."""
+    """True if the whole stretch stays on one side of the plane of facet f, by more than the slack (m)."""
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     begin, end = dot(n, subtract(stretch.p, origin)), dot(n, subtract(stretch.q, origin))
     bend = n[2] * stretch.bend

@@ -19,11 +19,11 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import norm
 
 WIDEST = 2.0
-"""Largest length of a stretch over the width of a level's cells (-) for which the slabs of this level are tested."""
+"""Largest length of a stretch of flight, over the cell width (-), for which the slabs of these cells are tested."""
 
 
 class SweptStretch(NamedTuple):
-    """A stretch of a course: its times `begin` and `leave` (s), and the largest path of the centre, `length` (m).
+    """A stretch of a sphere's flight: its times `begin` and `leave` (s), and the longest path in it, `length` (m).
 
     low, high : corners (3,) m of the box around the volume that the sphere passes through
     """
@@ -36,7 +36,7 @@ class SweptStretch(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """A locator for a sphere: a locator for lumped masses, and the radius of the sphere (m)."""
+    """A locator that finds contacts of a sphere: it holds a locator for lumped masses and the sphere's radius (m)."""
 
     locator: Any
     radius: float
@@ -44,24 +44,24 @@ class Swept(NamedTuple):
 
 @radius_of.rule(Swept)
 def swept_radius(locator: Swept) -> float:
-    """Return the radius of the sphere (m)."""
+    """Return the radius (m) of the sphere that the locator searches contacts for."""
     return locator.radius
 
 
 @plain_locator.rule(Swept)
 def swept_locator(locator: Swept) -> Any:
-    """Return the locator for lumped masses that the sphere's locator uses."""
+    """Return the locator for lumped masses that the sphere's locator uses inside."""
     return locator.locator
 
 
 @model_function
 def swept_contact(locator: object, facets: Facets, course: Course, end: float) -> Touch:
-    """Return the first contact of a sphere on a course under gravity alone before `end` (s); one rule per locator."""
+    """Return the first contact of a sphere in free flight before `end` (s); one rule per locator."""
 
 
 @first_contact.rule(Swept)
 def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
-    """Return the first contact of a sphere; the previous contact is not used (`sphere_contact`)."""
+    """Return the first contact of a flying sphere; the previous contact is not needed (`sphere_contact`)."""
     down = (0.0, 0.0, -arc.gravity)
     course = Course(x=arc.x, v=arc.v, a=down, radius=locator.radius, gravity=arc.gravity)
     return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]
@@ -69,7 +69,7 @@ def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact,
 
 @kernel
 def stretch_end(course: Course, begin: float, length: float, end: float) -> float:
-    """Return a time (s), at most `end`, up to which the centre moves at most `length` (m) from its place at `begin`."""
+    """Return a time (s), at most `end`, up to which a sphere's centre moves at most `length` (m) after `begin` (s)."""
     speed, pull = norm(course_velocity(course, begin)), norm(course.a)
     pace = speed + math.sqrt(speed * speed + 2.0 * pull * length)
     leave = begin + 2.0 * length / pace if pace > 0.0 else end
@@ -78,7 +78,7 @@ def stretch_end(course: Course, begin: float, length: float, end: float) -> floa
 
 @kernel
 def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec, Vec]:
-    """Return the low and high corner (3,) m of a box around the sphere's path between two times (s).
+    """Return the low and high corner (3,) m of a box around a sphere's path between two times (s): the box to search.
 
     The box includes the radius of the sphere, and is widened by the slack (m).
     """
@@ -96,7 +96,10 @@ def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec,
 
 @swept_contact.rule(BucketLocator)
 def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, end: float) -> Touch:
-    """Return the first contact, searched stretch by stretch; stretches double while the sphere is above all slabs."""
+    """Return the first contact of a flying sphere, searched stretch by stretch.
+
+    While the sphere stays above all slabs, the stretches double in length.
+    """
     base = max(locator.cell, course.radius)
     best, begin, length, slack = NO_TOUCH, 0.0, base, REACH * facets.tolerance
     while True:
@@ -134,7 +137,10 @@ def _sweeps_over(locator: BucketLocator, course: Course, stretch: SweptStretch, 
 
 @scan.rule(BucketLocator)
 def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
-    """Return the best answer among the facets in the box; each facet is tested only in its first bucket there."""
+    """Return the best result of a search among the facets in a box; each facet is tested in its first bucket only.
+
+    quest : the search (`touching.py`); low, high : corners (3,) m of the box
+    """
     cells = cells_between(grid_of(locator), low[0], low[1], high[0], high[1])
     for j in range(cells.bottom, cells.top):
         for i in range(cells.left, cells.right):
@@ -148,7 +154,7 @@ def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, qu
 
 @kernel
 def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
-    """True if the box of facet f overlaps the box between two corners (3,) m."""
+    """True if the box of facet f overlaps the box between the corners `low` and `high` (3,) m."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     for k in range(3):  # noqa: SIM110  (all() of a generator does not compile)
         if min(a[k], b[k], c[k]) > high[k] or max(a[k], b[k], c[k]) < low[k]:
@@ -158,7 +164,10 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 @kernel
 def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
-    """True if the cell in column i and row j is the first cell of a block that the box of facet f touches."""
+    """True if a cell (column i, row j) is the first of a rectangle of cells that facet f's box touches.
+
+    A facet in several cells is tested only in this cell.
+    """
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
     row = cell_index(min(a[1], b[1], c[1]), locator.y, locator.cell, locator.ny)

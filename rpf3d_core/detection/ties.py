@@ -1,4 +1,4 @@
-"""Select one facet if an arc meets several facets at the same time.
+"""Select one facet if a rock meets several facets at the same time.
 
 Speeds, normals and positions decide, so that the result does not depend on the order of the facets in the file.
 """
@@ -13,7 +13,7 @@ from rpf3d_core.vectors import cross, dot, subtract, without
 
 @kernel
 def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float, other: float) -> bool:
-    """True if the contact belongs to facet f and not to facet g, when an arc meets both facets after t seconds.
+    """True if a contact counts as one with facet f and not with facet g, when an arc meets both facets after t seconds.
 
     The facet with the larger speed into the facet wins, then the larger components of the normal, then `_lies_first`.
 
@@ -30,11 +30,13 @@ def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float
 
 @kernel
 def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> bool:
-    """True if facet f takes precedence over facet g, for two facets in one plane with normal n.
+    """True if facet f takes precedence over facet g as the facet of a contact, for two facets in one plane.
 
     The facet further to the left of the rock's motion takes precedence, then the facet further ahead, then the smaller
     number. A comparison along the rock's motion does not depend on the coordinate axes. A rock that moves straight into
     the plane has no motion along the plane. Only then does the reported facet depend on the order in the file.
+
+    n : (3,) normal of the plane
     """
     p, v = position(arc, t), velocity(arc, t)
     way = without(v, n) if v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0 else gravity_along(n, arc.gravity)
@@ -48,7 +50,7 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
 
 @kernel
 def _reach(facets: Facets, f: int, p: Vec, axis: Vec) -> Vec:
-    """Return the offsets of the corners of facet f from p (m) along an axis, largest first, times the axis length."""
+    """Return how far the corners of facet f lie from p (m) along an axis, largest first, times the axis length."""
     a, b, c = (dot(subtract(corner(facets, f, 0), p), axis), dot(subtract(corner(facets, f, 1), p), axis),
                dot(subtract(corner(facets, f, 2), p), axis))  # fmt: skip
     return max(a, b, c), max(min(a, b), min(max(a, b), c)), min(a, b, c)

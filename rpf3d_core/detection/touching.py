@@ -1,4 +1,7 @@
-"""Searches among the facets around a sphere: first contact, contact most opposed to a vector, nearest feature."""
+"""Searches among the facets around a sphere: first contact, contact that opposes a vector most, nearest feature.
+
+A feature is the interior, an edge or a corner of a facet.
+"""
 
 import math
 from typing import NamedTuple
@@ -14,7 +17,10 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 
 class Sweep(NamedTuple):
-    """Search for the first contact of a course within its first `before` seconds; the course ends after `end` (s)."""
+    """Search for the first contact of a moving sphere within its first `before` seconds.
+
+    The motion ends at `end` (s).
+    """
 
     course: Course
     end: float
@@ -22,7 +28,9 @@ class Sweep(NamedTuple):
 
 
 class Against(NamedTuple):
-    """Search for the contact of a sphere whose normal is most opposed to a vector `way` (3,).
+    """Search for the contact that opposes a vector `way` (3,) most, and so stops a sphere pushed along this vector.
+
+    The vector may be a velocity or a force. The contact is the one whose normal points most against it.
 
     x : (3,) m, centre of the sphere; v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
     radius : of the sphere (m); noise : rounding of `way`, in the unit of `way`
@@ -40,30 +48,36 @@ class Against(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """Search for the feature nearest to x (3,) m; `Touch.t` is its distance (m)."""
+    """Search for the facet interior, edge or corner nearest to x (3,) m; `Touch.t` is its distance (m)."""
 
     x: Vec
 
 
 @model_function
 def looked_at(quest: object, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the better answer to a search: `best`, or the answer for facet f; the order of facets does not matter."""
+    """Return the better result of a search: `best`, or the result for facet f; the order of facets does not matter.
+
+    quest : the search, such as `Sweep`
+    """
 
 
 @model_function
 def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, best: Touch) -> Touch:
-    """Return the best answer to a search among the facets in a box between two corners (3,) m; one rule per locator."""
+    """Return the best result of a search among the facets in a box around a sphere; one rule per locator.
+
+    low, high : (3,) m, corners of the box
+    """
 
 
 @looked_at.rule(Sweep)
 def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the earlier contact: `best` or the first contact with facet f."""
+    """Return the earlier contact of a moving sphere: `best` or the first contact with facet f."""
     return earlier_touch(facets, f, quest.course, quest.end, quest.before, best)
 
 
 @looked_at.rule(Nearest)
 def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the nearer feature: `best` or the nearest feature of facet f.
+    """Return the feature nearer to the point x of the search: `best` or the nearest feature of facet f.
 
     If x lies on facet f, the direction from facet f to x is the upward normal of facet f.
     """
@@ -80,7 +94,7 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
 
 @looked_at.rule(Against)
 def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the contact whose normal is more opposed to `way`: `best` or the contact with facet f.
+    """Return the contact that opposes the vector `way` more: `best` or the contact with facet f.
 
     `Touch.t` is the component of `way` along the normal of the contact, below zero. The interior of a facet takes
     precedence over an edge with the same component. The margin is the largest angle between the normals of the
@@ -121,14 +135,14 @@ def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: floa
 
 @kernel
 def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
-    """True if p (m) lies in the interior of facet f, and the sphere does not leave the facet across an edge."""
+    """True if a sphere touches the interior of facet f at p (m) and does not leave the facet across an edge."""
     off = without(subtract(quest.x, p), stored_normal(facets, f))
     return norm(off) <= 2.0 * facets.tolerance and stays_on(facets, f, p, quest.v, quest.down)
 
 
 @kernel
 def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
-    """Return the direction (3,) unit of the edge of facet f on which p (m) lies; zero at a corner."""
+    """Return the direction (3,) unit of the edge of facet f on which point p (m) lies; zero if p is a corner."""
     for k in range(3):
         begin = corner(facets, f, k)
         if norm(subtract(p, begin)) <= facets.tolerance:
@@ -143,7 +157,10 @@ def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
 
 @kernel
 def lesser(best: Touch, other: Touch) -> Touch:
-    """Return the answer with the smaller `t`; ties go to the larger normal, then to the smaller facet number."""
+    """Return the better of two search results: the smaller `t`.
+
+    Ties go to the larger normal, then the smaller facet number.
+    """
     if best.facet < 0 or other.t != best.t:
         return other if best.facet < 0 or other.t < best.t else best
     for k in range(3):

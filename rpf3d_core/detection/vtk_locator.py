@@ -19,19 +19,22 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
 FIRST_BOX = 2.0
-"""Length of the first box along an arc, in median facet sizes; each box is twice as long as the previous box."""
+"""Length of the first box to search along an arc, in median facet sizes; each next box is twice as long."""
 CELLS_PER_BUCKET = 1
-"""Facets per bucket of VTK. VTK returns whole buckets: its default of 10 gives four times as many facets to test."""
+"""Facets per bucket of VTK's locator, which returns whole buckets: its default of 10 gives four times as many."""
 LONGEST_BOX = 16.0
-"""Length of the longest box along an arc, in median facet sizes."""
+"""Length of the longest box to search along an arc, in median facet sizes."""
 MOST_SIZES = 1e5
-"""Largest diagonal of a terrain in facet sizes: the size is at least diagonal / MOST_SIZES, to limit the boxes."""
+"""Largest diagonal of a terrain in facet sizes: a limit to the number of boxes if facets are tiny."""
 SAMPLE = 100_000
-"""Least number of facets in the sample that gives the usual facet size."""
+"""Least number of facets in the sample from which the usual facet size is estimated."""
 
 
 class VtkLocator:
-    """A VTK locator over F facets, with its scratch list; only one thread may use it."""
+    """The locator of the reference engine: VTK's locator over F facets, and a list for its results.
+
+    Only one thread may use it.
+    """
 
     def __init__(self, facets: Facets) -> None:
         self._points = np.ascontiguousarray(np.asarray(facets.corners).reshape(-1, 3))
@@ -45,13 +48,16 @@ class VtkLocator:
 
 
 def _median_size(points: np.ndarray) -> float:
-    """Return the side (m) of a square with the area of two median facets, from corners `points` (3 F, 3) m."""
+    """Return the usual size (m) of facets, for the length of search boxes, from corners `points` (3 F, 3) m.
+
+    The size is the side of a square with the area of two median facets.
+    """
     a, b, c = points.reshape(-1, 3, 3)[:: max(len(points) // (3 * SAMPLE), 1)].transpose(1, 0, 2)
     return float(np.sqrt(np.median(np.linalg.norm(np.cross(b - a, c - a), axis=1))))
 
 
 def _triangle_cells(count: int) -> np.ndarray:
-    """Return the cell connectivity (4 count,) of `count` triangles that share no corners."""
+    """Return the list of corners (4 count,) that VTK needs for `count` triangles that share no corners."""
     cells = np.empty((count, 4), dtype=np.int64)
     cells[:, 0] = 3
     cells[:, 1:] = np.arange(3 * count).reshape(-1, 3)
@@ -59,7 +65,10 @@ def _triangle_cells(count: int) -> np.ndarray:
 
 
 def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
-    """Return the facets as VTK polygons that share memory with the corners `points` (3 F, 3) m."""
+    """Return the facets in the form that VTK's locator needs.
+
+    They share memory with the corners `points` (3 F, 3) m.
+    """
     vtk_points = vtkPoints()
     vtk_points.SetData(numpy_to_vtk(points))
     triangles = vtkCellArray()
@@ -72,7 +81,7 @@ def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
 
 @first_contact.rule(VtkLocator)
 def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """Return the earliest contact: test box after box along the arc until the best contact lies within the boxes."""
+    """Return the earliest contact of an arc: search box after box until the best contact lies within the boxes."""
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:
         leave = min(time_over(arc, begin, length * locator.size), end)
@@ -88,12 +97,12 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
 
 @notices_falls.rule(VtkLocator)
 def notices_them(locator: VtkLocator) -> bool:
-    """Return True: the contacts of this locator are checked for falls."""
+    """Return True: with this locator, a rock that would leave the terrain is checked for a fall through the ground."""
     return True
 
 
 def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:
-    """Return a box around the arc between two times (s), widened by the slack: low and high x, y, z (m)."""
+    """Return the box to search around an arc between two times (s): low and high x, y, z (m), widened by the slack."""
     p, q = position(arc, begin), position(arc, end)
     apex = arc.v[2] / arc.gravity
     top = max(p[2], q[2])

@@ -13,7 +13,7 @@ from rpf3d_core.values import Vec
 
 @scan.rule(VtkLocator)
 def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
-    """Return the best answer among the facets that VTK finds in the box."""
+    """Return the best result of a search among the facets that VTK finds in a box between two corners (3,) m."""
     box = [low[0], high[0], low[1], high[1], low[2], high[2]]
     locator.locator.FindCellsWithinBounds(box, locator.found)
     for k in range(locator.found.GetNumberOfIds()):
@@ -23,7 +23,7 @@ def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: 
 
 @swept_contact.rule(VtkLocator)
 def swept_in_boxes(locator: VtkLocator, facets: Facets, course: Course, end: float) -> Touch:
-    """Return the first contact: search box after box along the arc until the best contact lies within the boxes."""
+    """Return the first contact of a flying sphere: search box after box until the best one lies within the boxes."""
     best: Touch = NO_TOUCH
     begin, length = 0.0, FIRST_BOX
     while True:

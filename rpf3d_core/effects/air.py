@@ -1,8 +1,10 @@
-"""The time for which one parabola may replace a flight through air; all effects that act in the air use this module.
+"""The time step of flights through air, chosen to keep the error of the position small; for drag and drag layers.
 
-A flight is computed in stretches of h seconds. In each stretch, motion A due to the air alone, dv/dt = d(v), and free
-flight B alternate: A(h/2) B(h) A(h/2) (Strang 1968, SIAM J. Numer. Anal. 5:506). Compared with the Taylor series of the
-exact motion, one stretch has the errors
+All effects that act in the air use this module.
+
+A flight is computed in time steps (stretches) of h seconds. In each stretch, motion A due to the air alone, dv/dt =
+d(v), and free flight B alternate: A(h/2) B(h) A(h/2) (Strang 1968, SIAM J. Numer. Anal. 5:506). Compared with the
+Taylor series of the exact motion, one stretch has the errors
 
     dx = h^3 d' (d / 24 + g / 6)                                 in position,
     dv = h^3 (d' d' g / 24 - d''(d, g) / 24 - d''(g, g) / 12)      in velocity,
@@ -18,13 +20,17 @@ import math
 from rpf3d_core.jit.dispatch import kernel
 
 FLIGHT = 5.0
-"""Duration (s) of the flight for which the accuracy is guaranteed; this is a fall of 120 m. In a longer flight, the
-error grows at most with the square of the duration."""
+"""Duration (s) of a flight for which the accuracy is guaranteed; this is a fall of 120 m.
+
+In a longer flight, the error grows at most with the square of the duration.
+"""
 
 
 @kernel
 def stretch_for(accuracy: float, place: float, speed: float, slowing: float) -> float:
-    """Return the stretch (s) that keeps the error of a flight of FLIGHT seconds within `accuracy` (m).
+    """Return the time step (s) of a flight through air that keeps its position error within `accuracy` (m).
+
+    The error counts after a flight of FLIGHT seconds.
 
     place : |dx| / h^3 (m/s^3); speed : |dv| / h^3 (m/s^4); slowing : |d| (m/s^2)
     """

@@ -1,4 +1,4 @@
-"""Nets and fences: vertical panels along lines. A rock is caught by a panel, breaks through it or flies over it.
+"""Nets and fences: vertical panels along lines, which catch a rock, or which the rock breaks through or flies over.
 
 The rule (physics reference 5.1): a rock meets a panel where the rock crosses the vertical plane of the panel, between
 the ground and the top of the panel. If the rock's translational energy E is at most the capacity C, the panel catches
@@ -28,10 +28,12 @@ from rpf3d_core.vectors import dot, scale
 
 CAUGHT = int(Outcome.CAUGHT)
 BELOW = 1e-3
-"""Distance (m) below the foot of a panel at which a rock still meets the panel. It is needed because the chord of a
-curved slide replaces the true path."""
+"""Distance (m) below the foot of a panel at which a rock still meets the panel.
+
+It is needed because the chord of a curved slide replaces the true path.
+"""
 CORNER = 1e-6
-"""Distance (m) at a corner within which a rock that has broken through one side does not also meet the other side."""
+"""Distance (m) at a corner of a barrier within which a rock that broke through one side has passed both sides."""
 
 
 class Panel(NamedTuple):
@@ -60,7 +62,7 @@ class Panel(NamedTuple):
 
 
 class Barriers(NamedTuple):
-    """The barriers of a scene; their segments are obstacles, numbered from `first` on.
+    """The barriers of a scene, as the simulation reads them; their segments are obstacles, numbered from `first` on.
 
     slack : m, a point within this distance of a panel's plane counts as on the plane
     cells : the segments, sorted into the cells of a grid in plan
@@ -73,17 +75,17 @@ class Barriers(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need mass and radius of the rock."""
+        """True: the rules for barriers need mass and radius of the rock."""
         return True
 
     @property
     def obstacles(self) -> int:
-        """Number of obstacles."""
+        """Number of obstacles: the panel segments."""
         return len(self.panel.x)
 
 
 class PanelCrossing(NamedTuple):
-    """The crossing of an arc with the plane of a segment: time t (s, inf for none) and height (m) above the foot."""
+    """Where an arc crosses the plane of a panel segment: time t (s, inf for none) and height (m) above its foot."""
 
     t: float
     height: float
@@ -91,7 +93,7 @@ class PanelCrossing(NamedTuple):
 
 @kernel
 def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> PanelCrossing:
-    """Return the crossing of an arc with the plane of segment k between the times 0 and `until` (s).
+    """Return where an arc crosses the plane of panel segment k, between the times 0 and `until` (s).
 
     A point within `slack` (m) of the plane counts as on the plane, so that no crossing is missed between two arcs.
     """
@@ -118,7 +120,9 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> P
 
 @time_to.rule(Barriers)
 def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
-    """Return the time (s) at which an arc meets segment k; inf above the panel or if the rock has passed the segment.
+    """Return the time (s) at which a rock on an arc meets panel segment k.
+
+    The result is inf above the panel or after the rock has passed it.
 
     A rock that breaks through one segment of a straight line has passed the whole line. A rock meets panels at the same
     place in the order of their numbers. So a rock that has just broken through one of these panels has passed the
@@ -137,7 +141,7 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
 
 @kernel
 def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> bool:
-    """Return True if a rock has passed segment k already, so that the crossing at t (s) does not count.
+    """Return True if a rock has already passed panel segment k, so that it does not meet this segment again at t (s).
 
     passed : index of the segment that the rock met last; below 0 for none
     """
@@ -151,7 +155,7 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
 
 @kernel
 def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
-    """Return True if the position x (m) is on segment k in plan, to within CORNER."""
+    """Return True if the position x (m) of a rock is on panel segment k in plan, to within CORNER."""
     dx, dy = panel.dx[k], panel.dy[k]
     length = math.sqrt(dx * dx + dy * dy)
     east, north = x[0] - panel.x[k], x[1] - panel.y[k]
@@ -161,7 +165,7 @@ def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
 
 @first_obstacle.rule(Barriers)
 def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first meeting of an arc with a panel."""
+    """Return the first panel that a rock on an arc meets."""
     past = passed - barriers.first
     past = past if past < len(barriers.panel.x) else -1
     speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
@@ -172,7 +176,7 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
 
 @at_obstacle.rule(Barriers)
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result of a meeting with a panel: the panel catches the rock, or the rock breaks through it."""
+    """Return the motion of a rock after it meets a panel: the panel catches the rock, or the rock breaks through."""
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):
         return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)

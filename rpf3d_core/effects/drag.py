@@ -1,7 +1,8 @@
-"""Quadratic air drag: F = 1/2 rho C_d A v^2 against the motion; A = pi R^2, R the radius of the sphere of equal volume.
+"""Quadratic air drag on flying rocks: F = 1/2 rho C_d A v^2 against the motion.
 
-Source: physics reference 6.1; rho = 1.2 kg/m3 is confirmed (C), C_d is set by the user. Spin and lift are neglected.
-Drag is also neglected while a rock slides and while bounces below `smallest_bounce` are summed up.
+A = pi R^2, with R the radius of the sphere of equal volume. Source: physics reference 6.1; rho = 1.2 kg/m3 is confirmed
+(C), C_d is set by the user. Spin and lift are neglected. Drag is also neglected while a rock slides and while bounces
+below `smallest_bounce` are summed up.
 """
 
 import math
@@ -15,12 +16,14 @@ from rpf3d_core.values import Motion, Rock
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Approximate largest share (-) of its speed that a rock may lose in one stretch. The error bound comes from a series
-that holds only for a small share."""
+"""Approximate largest share (-) of its speed that a rock may lose in one time step.
+
+The error bound comes from a series that holds only for a small share.
+"""
 
 
 class Drag(NamedTuple):
-    """The effect of quadratic air drag.
+    """The effect of quadratic air drag on flying rocks: its parameters.
 
     coefficient : C_d (-); density : kg/m3, of the air
     accuracy : m, largest position error after a flight of `air.FLIGHT` seconds
@@ -34,26 +37,28 @@ class Drag(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need mass and radius of the rock."""
+        """True: the rules for drag need mass and radius of the rock."""
         return True
 
 
 @kernel
 def drag_per_metre(drag: Drag, rock: Rock) -> float:
-    """Return k in dv/dt = -k |v| v (1/m): rho C_d pi R^2 / (2 m)."""
+    """Return the drag of a rock per metre of its path, k = rho C_d pi R^2 / (2 m) (1/m), where dv/dt = -k |v| v."""
     return 0.5 * drag.density * drag.coefficient * math.pi * rock.radius * rock.radius / rock.mass
 
 
 @in_air.rule(Drag)
 def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
-    """Return the exact solution of dv/dt = -k |v| v after t seconds: v / (1 + k |v| t)."""
+    """Return the motion of a rock that drag alone has braked for t seconds: the exact solution v / (1 + k |v| t)."""
     k = drag_per_metre(drag, rock.rock)  # type: ignore[arg-type]  # asks_rock: the rock is never None
     return Motion(t=motion.t, x=motion.x, v=scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), w=motion.w)
 
 
 @longest_flight.rule(Drag)
 def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
-    """Return the longest stretch (s) that keeps the accuracy, even at the speed reached at its end; inf without drag.
+    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at its end.
+
+    The result is inf without drag.
 
     For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g. The bounds in `air` become
     |dx| <= h^3 k v (k v^2 / 12 + g / 3) and |dv| <= h^3 k g (k v^2 / 4 + g / 6).
@@ -67,7 +72,10 @@ def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
 
 @kernel
 def _stretch(drag: Drag, k: float, v: float) -> float:
-    """Return the longest stretch (s) that keeps the accuracy at a speed v (m/s)."""
+    """Return the longest time step (s) of a flight that keeps the accuracy at a speed v (m/s).
+
+    k : drag per metre (1/m)
+    """
     g, slowing = drag.gravity, k * v * v
     place = k * v * (slowing / 12.0 + g / 3.0)
     speed = k * g * (slowing / 4.0 + g / 6.0)

@@ -1,4 +1,4 @@
-"""Forest as a layer that brakes flying rocks with F = -c v.
+"""Forest as a layer above the ground that brakes flying rocks with the force F = -c v.
 
 The layer reaches from the ground up to z_height; it covers the area inside given outlines, or the whole terrain.
 
@@ -9,8 +9,8 @@ speed is below 1 m/s for the lightest rock (`setup/warnings.py`). The layer cont
 `forest`). The layer brakes flights only, not sliding or rolling rocks, and not bounces that are summed up. With a
 ground model, the runout in a forest is therefore too long.
 
-The program decides at the beginning and at the end of each stretch of a flight whether the rock is inside the layer.
-The place where a rock enters or leaves the layer is therefore exact only to one stretch.
+The program decides at the beginning and at the end of each time step of a flight whether the rock is inside the layer.
+The place where a rock enters or leaves the layer is therefore exact only to one time step.
 """
 
 import math
@@ -24,12 +24,14 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Approximate largest share (-) of its speed that a rock may lose in one stretch. The error bound comes from a series
-that holds only for a small share."""
+"""Approximate largest share (-) of its speed that a rock may lose in one time step.
+
+The error bound comes from a series that holds only for a small share.
+"""
 
 
 class DragLayer(NamedTuple):
-    """A layer above the ground that brakes rocks.
+    """A layer above the ground that brakes flying rocks, such as a forest.
 
     coefficient : c, kg/s; height : m, top of the layer above the ground
     accuracy : m, largest position error after a flight of `air.FLIGHT` seconds wholly inside or outside the layer
@@ -45,12 +47,14 @@ class DragLayer(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need the mass of the rock."""
+        """True: the rules for the layer need the mass of the rock."""
         return True
 
 
 def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
-    """Return the final speed (m/s) of a rock that sinks in the layer: m g / c, where F = -c v balances the weight.
+    """Return the final speed (m/s) of a rock that sinks in the layer, m g / c: a warning says if it is too low.
+
+    At this speed the force -c v balances the weight.
 
     coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s2
     """
@@ -59,13 +63,13 @@ def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
 
 @asks_height.rule(DragLayer)
 def always(layer: DragLayer) -> bool:
-    """Return True: the rules need the rock's height above the ground, which decides if it is inside the layer."""
+    """Return True: the rules need the rock's height above the ground, to decide if the rock is inside the layer."""
     return True
 
 
 @in_air.rule(DragLayer)
 def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
-    """Return the exact solution of m dv/dt = -c v after t seconds: v exp(-c t / m)."""
+    """Return the motion of a rock that the layer alone has braked for t seconds: the exact solution v exp(-c t / m)."""
     if height >= layer.height or not stands_at(layer.edges, motion.x):
         return motion
     mass = rock.rock.mass  # type: ignore[union-attr]  # asks_rock: the rock is never None
@@ -74,7 +78,7 @@ def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: floa
 
 @kernel
 def stands_at(edges: Any, x: Vec) -> bool:
-    """Return True if the layer covers the point x in plan.
+    """Return True if the layer covers the point x in plan: the rock is then inside the layer's outline.
 
     This is so if a ray from x to the east crosses the outlines an odd number of times.
     """
@@ -90,7 +94,9 @@ def stands_at(edges: Any, x: Vec) -> bool:
 
 @longest_flight.rule(DragLayer)
 def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockContext) -> float:
-    """Return the longest stretch (s) that keeps the accuracy, even at the speed reached at its end; inf if c is zero.
+    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at its end.
+
+    The result is inf if c is zero.
 
     For d = -q v with q = c / m: d' = -q and d'' = 0. The bounds in `air` become |dx| <= h^3 q (q v / 24 + g / 6) and
     |dv| <= h^3 q^2 g / 24. The layer also brakes an error in speed: the error moves the rock by at most 1 / q times its
@@ -105,7 +111,10 @@ def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockCo
 
 @kernel
 def _stretch(layer: DragLayer, q: float, v: float) -> float:
-    """Return the longest stretch (s) that keeps the accuracy at a speed v (m/s)."""
+    """Return the longest time step (s) of a flight that keeps the accuracy at a speed v (m/s).
+
+    q : c / m (1/s)
+    """
     g = layer.gravity
     forgotten = min(1.0, 2.0 / (q * FLIGHT))
     h = stretch_for(layer.accuracy, q * (q * v / 24.0 + g / 6.0), forgotten * q * q * g / 24.0, q * v)

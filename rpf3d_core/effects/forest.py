@@ -35,15 +35,20 @@ CLASS, ANGLE, SIDE = int(Purpose.TREE_CLASS), int(Purpose.TREE_ANGLE), int(Purpo
 LOWER, UPPER, MIDDLE, STEEPNESS = -0.046, 0.98, 0.58, -8.007
 ENERGY_FACTOR, ENERGY_EXPONENT = 38.7, 2.31
 ROOTS = 2.0
-"""Depth below the foot of a tree, in contact distances (-), down to which a rock still hits the tree, because the
-ground is lower on the downhill side. The contact distance is the distance at which rock and stem touch."""
+"""Depth below the foot of a tree, in contact distances (-), down to which a rock still hits the tree.
+
+The ground is lower on the downhill side. The contact distance is the distance at which rock and stem touch.
+"""
 DEGREES = math.pi / 180.0
 NEAREST = 1e-9
-"""Depth (m) by which a rock may be inside the contact distance and still count as outside the stem."""
+"""Depth (m) by which a rock may be inside the contact distance of a stem and still count as outside the stem."""
 
 
 class Stems(NamedTuple):
-    """T trees; every array is (T,): foot x, y, z (m), radius (m), height (m), and E_max (J)."""
+    """The T trees of a scene as the simulation reads them, in arrays (T,).
+
+    The arrays are foot x, y, z (m), radius (m), height (m), and the energy E_max (J).
+    """
 
     x: Any
     y: Any
@@ -54,7 +59,7 @@ class Stems(NamedTuple):
 
 
 class Deflection(NamedTuple):
-    """The parameters by which stems deflect rocks.
+    """The parameters that decide by which angle a tree turns a rock away from its path.
 
     frontal, lateral : largest offset x (-) of a frontal and of a lateral blow; a larger offset is a scratching blow
     chances : (9,) chances of the three angle classes for frontal, for lateral and for scratching blows; each three
@@ -69,7 +74,10 @@ class Deflection(NamedTuple):
 
 
 class Forest(NamedTuple):
-    """The trees of a scene: obstacles, numbered from `first` on; cells : the trees, sorted into grid cells in plan."""
+    """The trees of a scene, as the simulation reads them: obstacles, numbered from `first` on.
+
+    cells : the trees, sorted into grid cells in plan
+    """
 
     first: int
     stems: Stems
@@ -78,28 +86,33 @@ class Forest(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need mass and radius of the rock."""
+        """True: the rules for trees need mass and radius of the rock."""
         return True
 
     @property
     def draws(self) -> bool:
-        """True: the rules draw the angle by which a rock is turned."""
+        """True: the rules draw the angle by which a tree turns a rock."""
         return True
 
     @property
     def obstacles(self) -> int:
-        """Number of obstacles."""
+        """Number of obstacles: the trees."""
         return len(self.stems.x)
 
 
 def most_energy(dbh_cm: Any, factor: Any) -> Any:
-    """Return the largest energy (J) that a stem can take; dbh_cm : DBH (cm); factor : FE of the tree species (-)."""
+    """Return the largest energy (J) that the stem of a tree can take from a rock.
+
+    dbh_cm : DBH (cm), the stem's diameter at breast height
+
+    factor : FE of the species (-)
+    """
     return factor * ENERGY_FACTOR * dbh_cm**ENERGY_EXPONENT
 
 
 @kernel
 def share_at_offset(x: float) -> float:
-    """Return the share of E_max (-) that a stem takes from a blow at the offset x (-): 0 head on, 1 grazing."""
+    """Return the share of E_max (-) that a stem takes when a rock hits it at the offset x (-): 0 head on, 1 grazing."""
     share = LOWER + (UPPER - LOWER) / (1.0 + math.exp((MIDDLE - x) * STEEPNESS * LN_10))
     return max(share, 0.0)
 
@@ -109,7 +122,10 @@ LN_10 = math.log(10.0)
 
 @time_to.rule(Forest)
 def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
-    """Return the time (s) at which an arc from outside reaches the contact distance of stem k; inf if never."""
+    """Return the time (s) at which a rock on an arc hits stem k: when it comes within the contact distance.
+
+    The result is inf if never.
+    """
     if k == passed:
         return math.inf
     stems = forest.stems
@@ -132,14 +148,14 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, ro
 
 @first_obstacle.rule(Forest)
 def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first meeting of an arc with a tree."""
+    """Return the first tree that a rock on an arc hits."""
     met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, rock)
     return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
 
 
 @at_obstacle.rule(Forest)
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result of a meeting with a tree: the rock stops, or is deflected with the remaining energy."""
+    """Return the motion of a rock after it hits a tree: the rock stops, or is deflected with the remaining energy."""
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
         return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
@@ -164,7 +180,7 @@ def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockCon
 
 @kernel
 def _turn(deflection: Deflection, offset: float, aside: float, met: int, rock: RockContext) -> float:
-    """Return the angle (rad, counter-clockwise in plan) by which the rock's path turns away from the axis."""
+    """Return the angle (rad, counter-clockwise in plan) by which a tree turns a rock's path away from its stem."""
     key, number = rock.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)
     chance = uniform_at(key.seed, key.source, key.rock, CLASS, number)  # type: ignore[union-attr]

@@ -25,21 +25,26 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 LOGS = tuple(math.log(k) for k in range(2, 12))
-"""Logarithms of k for the terms of a zeta function that are added one by one."""
+"""Logarithms of k = 2 to 11, for the terms of a zeta function that are added one by one."""
 LAST = 12.0
-"""First term that is not added one by one. The Euler-Maclaurin formula gives the sum from this term on, with a relative
-error below 1e-14."""
+"""First term of a zeta function that is not added one by one.
+
+The Euler-Maclaurin formula gives the sum from this term on, with a relative error below 1e-14.
+"""
 LOG_LAST = math.log(LAST)
 MOST = 60.0
-"""Largest value of 2 p / 3 - 1 (-): the second fragment then has 2^-91 of the rock's volume."""
+"""Largest value of 2 p / 3 - 1 (-) in the search; the second fragment then has only 2^-91 of the rock's volume."""
 EXACT = 1e-14
-"""Relative error of the surface (-) at which the search ends: a few rounding errors."""
+"""Relative error of the surface (-) at which the search for the size law ends: a few rounding errors."""
 TRIES = 100
-"""Largest number of steps of the search; 12 are usual."""
+"""Largest number of steps of the search for the size law; 12 are usual."""
 
 
 class Cascade(NamedTuple):
-    """The size law of a rock's fragments; exponent : p; largest : share of the volume in the largest fragment (-)."""
+    """The size law of a rock's fragments, from which the size of each fragment follows.
+
+    exponent : p; largest : share of the volume in the largest fragment (-)
+    """
 
     exponent: float
     largest: float
@@ -47,11 +52,13 @@ class Cascade(NamedTuple):
 
 @kernel
 def zeta_less_one(excess: float) -> float:
-    """Return zeta(1 + excess) - 1, for excess > 0, by the formula of Euler and Maclaurin.
+    """Return Riemann's zeta(1 + excess) - 1, for excess > 0, which the balances of volume and surface need.
 
     Sources
     -------
     NIST DLMF 25.2.8 to 25.2.10 (Euler-Maclaurin summation of the zeta function).
+
+    The function uses the formula of Euler and Maclaurin.
     """
     s, total = 1.0 + excess, 0.0
     for log in LOGS:
@@ -73,22 +80,28 @@ def zeta_less_one(excess: float) -> float:
 
 @kernel
 def log_surface(excess: float) -> float:
-    """Return ln(surface of all fragments / surface of the rock); excess : 2 p / 3 - 1 > 0."""
+    """Return the logarithm of the fragments' total surface over the rock's surface; excess : 2 p / 3 - 1 > 0."""
     return math.log1p(zeta_less_one(excess)) - 2.0 / 3.0 * math.log1p(zeta_less_one(0.5 + 1.5 * excess))
 
 
 @kernel
 def cascade_of(created: float) -> Cascade:
-    """Return the size law of a rock's fragments; created : A_new / A_0 (-), surface created / surface of the rock."""
+    """Return the size law of the fragments of a rock, from the surface that the impact creates.
+
+    created : A_new / A_0 (-), new surface / surface of the rock
+    """
     excess = _excess_of(created)
     return Cascade(1.5 * (1.0 + excess), 1.0 / (1.0 + zeta_less_one(0.5 + 1.5 * excess)))
 
 
 @kernel
 def _excess_of(created: float) -> float:
-    """Return 2 p / 3 - 1, found by false position (Illinois) between a lower and an upper bound.
+    """Return 2 p / 3 - 1, where p is the exponent of the size law that gives the fragments the wanted surface.
 
-    Bounds: 1 / t < zeta(1 + t) < 1 + 1 / t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.
+    created : A_new / A_0 (-), surface created by the impact / surface of the rock
+
+    The search is by false position (Illinois) between a lower and an upper bound. Bounds: 1 / t < zeta(1 + t) < 1 + 1 /
+    t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.
     """
     if not created > 0.0:
         return MOST
@@ -114,19 +127,22 @@ def _excess_of(created: float) -> float:
 
 @kernel
 def _off(excess: float, created: float) -> float:
-    """Return the logarithm of the total surface for this excess, minus the logarithm of the wanted surface."""
+    """Return how far the fragments' surface for `excess` is above the wanted surface (difference of logarithms)."""
     return math.log(math.expm1(log_surface(excess))) - math.log(created)
 
 
 @kernel
 def share_at(cascade: Cascade, rank: int) -> float:
-    """Return the share (-) of the rock's volume in the fragment with a rank by size (1 is the largest)."""
+    """Return the share (-) of the rock's volume in one fragment.
+
+    rank : place of the fragment by size (1 is the largest)
+    """
     return cascade.largest * math.exp(-cascade.exponent * math.log(rank))
 
 
 @kernel
 def count_from(cascade: Cascade, least: float) -> int:
-    """Return the number of fragments that have at least a share `least` > 0 of the rock's volume."""
+    """Return the number of fragments to follow: those with at least a share `least` > 0 of the rock's volume."""
     count = 0
     while share_at(cascade, count + 1) >= least:
         count += 1

@@ -1,5 +1,6 @@
-"""The condition for an impact to break a rock, and the new surface that it creates, after RockGIS (physics reference
-6.2).
+"""The condition for an impact to break a rock, and the new surface that the impact creates, after RockGIS.
+
+Source: physics reference 6.2.
 
     E_n = 1/2 M (k_n v_n)^2            k_n v_n: the speed off the ground that the rebound model leaves
     A_new = a E_n^e                      new surface, m2; A_0 = 6 V^(2/3); r = A_new / (A_new + A_0)
@@ -26,8 +27,10 @@ from rpf3d_core.values import Motion, Rock, Vec
 from rpf3d_core.vectors import dot
 
 TWO_FRAGMENTS = 8.0
-"""A rock breaks only if its volume is at least this multiple of `least_volume` (-), because the second largest fragment
-has at most 0.154 of the rock's volume."""
+"""Least volume of a rock that may break, as a multiple of `least_volume` (-).
+
+The second largest fragment has at most 0.154 of the rock's volume.
+"""
 BREAKING = int(Purpose.BREAKING)
 
 
@@ -55,24 +58,27 @@ class Fragmentation(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need mass and radius of the rock."""
+        """True: the rules for breaking need mass and radius of the rock."""
         return True
 
     @property
     def draws(self) -> bool:
-        """True: the ratio above which a rock breaks is drawn at random."""
+        """True: the rules draw the limit of the ratio r above which a rock breaks."""
         return True
 
 
 @kernel
 def volume_of(rock: Rock) -> float:
-    """Return the volume (m3) of a rock."""
+    """Return the volume (m3) of a rock, as a sphere."""
     return 4.0 / 3.0 * math.pi * rock.radius * rock.radius * rock.radius
 
 
 @kernel
 def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return A_new / A_0 (-), the surface created by an impact / surface of the rock; off : k_n v_n, m/s."""
+    """Return the surface that an impact creates over the surface of the rock, A_new / A_0 (-).
+
+    off : k_n v_n, m/s, speed off the ground
+    """
     energy = 0.5 * rock.mass * off * off
     new = effect.surface_factor * energy**effect.surface_exponent
     return float(new / (6.0 * volume_of(rock) ** (2.0 / 3.0)))
@@ -80,14 +86,20 @@ def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
 
 @kernel
 def new_surface_ratio(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return r (-), the new surface / total surface after an impact; off : k_n v_n, m/s."""
+    """Return the ratio r = A_new / (A_new + A_0) (-), which decides whether an impact breaks the rock.
+
+    off : k_n v_n, m/s, speed off the ground
+    """
     created = surface_created(effect, rock, off)
     return created / (1.0 + created)
 
 
 @breaks.rule(Fragmentation)
 def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
-    """Return True if the ratio r exceeds the drawn limit; a rock too small to give two fragments does not break."""
+    """Return True if an impact breaks the rock: the ratio r exceeds a limit drawn at random.
+
+    A rock too small to give two fragments does not break.
+    """
     body: Any = rock.rock  # asks_rock and draws: neither rock nor key is None
     key: Any = rock.key
     if volume_of(body) < TWO_FRAGMENTS * effect.least_volume:
@@ -97,5 +109,5 @@ def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Ve
 
 
 def unbroken(effect: Any) -> Any:
-    """Return an effect for fragments that cannot break again: `Fragmentation` is disabled, others are unchanged."""
+    """Return an effect for fragments that may not break again: `Fragmentation` is disabled, others are unchanged."""
     return effect._replace(least_ratio=math.inf) if isinstance(effect, Fragmentation) else effect

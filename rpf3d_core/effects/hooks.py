@@ -18,21 +18,24 @@ from rpf3d_core.values import MOVING, Motion, Vec
 
 
 class Chain(NamedTuple):
-    """One effect (`head`) and the chain of the following effects (`tail`); `tail` is None after the last effect."""
+    """The effects of a scene as a linked list: one effect (`head`) and the rest (`tail`), None after the last."""
 
     head: Any
     tail: Any
 
 
 class Meeting(NamedTuple):
-    """The first obstacle on an arc; t : s until the meeting, inf for none; number : of the obstacle in the scene."""
+    """The first obstacle that a rock on an arc meets.
+
+    t : s until the meeting, inf for none; number : of the obstacle in the scene
+    """
 
     t: float
     number: int
 
 
 class AfterObstacle(NamedTuple):
-    """The result of a meeting with an obstacle: the rock's motion, and its outcome, MOVING if the rock continues.
+    """The result for a rock that meets an obstacle: its motion, and its outcome, MOVING if the rock continues.
 
     facet : facet below the obstacle, on which the rock lies if its motion ends here; -1 if the rock continues
     """
@@ -46,7 +49,10 @@ NO_MEETING = Meeting(math.inf, -1)
 
 
 def chain_of(effects: Sequence[Any]) -> Chain | None:
-    """Return the effects as a chain that begins with the first effect; None if there are no effects."""
+    """Return the effects of a scene as a chain, in the given order, for the simulation.
+
+    The result is None if there are no effects.
+    """
     chain = None
     for effect in reversed(effects):
         chain = Chain(effect, chain)
@@ -54,13 +60,13 @@ def chain_of(effects: Sequence[Any]) -> Chain | None:
 
 
 def links_of(chain: Chain | None) -> list[Any]:
-    """Return the effects of a chain, in order."""
+    """Return the effects of a chain as a list, in order."""
     return [] if chain is None else [chain.head, *links_of(chain.tail)]
 
 
 @model_function
 def felt_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the felt normal (3,) of an impact: the unit normal that the rebound uses instead of the ground's normal n.
+    """Return the unit normal (3,) that a rebound uses instead of the ground's normal n: a hook for rough ground.
 
     n (3,) is turned against the velocity. The caller uses n instead of the result if v . result >= 0, or if the rebound
     with the result would send the rock into the ground.
@@ -75,15 +81,15 @@ def ground_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> 
 
 @felt_normal.rule(Chain)
 def normal_of_all(chain: Chain, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal after all effects of the chain, applied in order."""
+    """Return the normal for the rebound after all effects of the chain, applied in order."""
     return felt_normal(chain.tail, felt_normal(chain.head, n, motion, rock), motion, rock)  # type: ignore[no-any-return]
 
 
 @model_function
 def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a rock after it has entered soft ground, before the rebound; n (3,) is the felt normal.
+    """Return the motion of a rock that has entered soft ground, before it rebounds: a hook for soft ground.
 
-    A rule may change v and w; position and time are those of the impact.
+    A rule may change v and w; position and time are those of the impact. n (3,) is the normal from `felt_normal`.
 
     zone : zone of the facet that the rock hits
     """
@@ -91,20 +97,23 @@ def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Ve
 
 @in_ground.otherwise
 def hard_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion unchanged: the ground is hard."""
+    """Return the motion unchanged: for this effect the ground is hard."""
     return motion
 
 
 @in_ground.rule(Chain)
 def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after all effects of the chain, applied in order."""
+    """Return the motion of a rock that has entered the ground, after all effects of the chain, applied in order."""
     after = in_ground(chain.head, zone, surface, motion, n, rock)
     return in_ground(chain.tail, zone, surface, after, n, rock)  # type: ignore[no-any-return]
 
 
 @model_function
 def breaks(effect: object, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
-    """Return True if an impact breaks the rock; before, after : motion just before and just after the impact."""
+    """Return True if an impact breaks the rock: a hook for fragmentation.
+
+    before, after : motion just before and just after the impact
+    """
 
 
 @breaks.otherwise
@@ -121,42 +130,45 @@ def breaks_by_any(chain: Chain, before: Motion, after: Motion, n: Vec, rock: Roc
 
 @model_function
 def longest_flight(effect: object, motion: Motion, rock: RockContext) -> float:
-    """Return the time (s) for which one parabola may replace the flight, at the effect's accuracy; inf for no limit."""
+    """Return the longest time step (s) of a flight with which this effect stays accurate; inf for no limit.
+
+    A hook for effects of the air: a flight is a row of parabolas, one per time step.
+    """
 
 
 @longest_flight.otherwise
 def as_long_as_it_takes(effect: object, motion: Motion, rock: RockContext) -> float:
-    """Return inf: the effect does not limit the parabola."""
+    """Return inf: the effect does not act in the air and needs no time steps."""
     return math.inf
 
 
 @longest_flight.rule(Chain)
 def shortest_of_all(chain: Chain, motion: Motion, rock: RockContext) -> float:
-    """Return the shortest limit (s) of all effects of the chain."""
+    """Return the shortest of the longest time steps (s) that the effects of the chain allow."""
     one, others = longest_flight(chain.head, motion, rock), longest_flight(chain.tail, motion, rock)
     return min(one, others)  # type: ignore[no-any-return]
 
 
 @model_function
 def asks_height(effect: object) -> bool:
-    """Return True if the effect needs the height of the rock above the ground."""
+    """Return True if the effect needs the height of a flying rock above the ground, which costs a search."""
 
 
 @asks_height.otherwise
 def asks_nothing(effect: object) -> bool:
-    """Return False: the effect does not need the height."""
+    """Return False: the effect does not need the height of the rock."""
     return False
 
 
 @asks_height.rule(Chain)
 def any_asks_height(chain: Chain) -> bool:
-    """Return True if at least one effect of the chain needs the height."""
+    """Return True if at least one effect of the chain needs the height of the rock."""
     return bool(asks_height(chain.head) or asks_height(chain.tail))
 
 
 @model_function
 def in_air(effect: object, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
-    """Return the motion after the air alone, without gravity, has acted on a rock for t >= 0 seconds.
+    """Return the motion of a rock after the air alone, without gravity, has acted on it for t >= 0 s: a hook for drag.
 
     A rule changes the velocity, keeps the position and must not increase the speed.
     height : m above the ground below the rock, inf over a hole, 0.0 if no effect asks for the height
@@ -171,7 +183,7 @@ def in_nothing(effect: object, motion: Motion, height: float, t: float, rock: Ro
 
 @in_air.rule(Chain)
 def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
-    """Return the motion after all effects of the chain act in the air.
+    """Return the motion of a rock after all effects of the chain have acted on it in the air.
 
     The first effect acts for half of the time before the other effects and for half after them: second order (Strang).
     """
@@ -182,7 +194,9 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
 
 @model_function
 def first_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first obstacle on an arc before `until` (s), or NO_MEETING.
+    """Return the first obstacle that a rock on an arc meets before `until` (s): a hook for barriers and trees.
+
+    The result is NO_MEETING if there is none.
 
     passed : number of the obstacle that the rock has just met and does not meet again
     """
@@ -196,7 +210,10 @@ def no_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockC
 
 @first_obstacle.rule(Chain)
 def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first meeting with an obstacle of any effect; at the same time, the first effect in the chain wins."""
+    """Return the first obstacle of any effect that a rock meets.
+
+    At the same time, the first effect in the chain wins.
+    """
     one = first_obstacle(chain.head, arc, passed, until, rock)
     other = first_obstacle(chain.tail, arc, passed, until, rock)
     return _sooner(one, other)
@@ -204,13 +221,16 @@ def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockCo
 
 @kernel
 def _sooner(one: Meeting, other: Meeting) -> Meeting:
-    """Return the earlier of two meetings; `one` if both are at the same time."""
+    """Return the earlier of two meetings with obstacles; `one` if both are at the same time."""
     return other if other.t < one.t else one
 
 
 @kernel
 def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> int:
-    """Return `passed` if the rock is still at an obstacle, for example after an impact at the same place; else -1."""
+    """Return `passed` if the rock is still at the obstacle that it passed last, as after an impact at the same place.
+
+    Else -1.
+    """
     if passed < 0:
         return passed
     here = first_obstacle(effects, Arc(x=motion.x, v=motion.v, gravity=0.0), -1, 0.0, rock)
@@ -219,7 +239,9 @@ def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> in
 
 @model_function
 def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result of a meeting with obstacle `number`; nothing changes if the obstacle belongs to another effect.
+    """Return the result for a rock that meets obstacle `number`: a hook for barriers and trees.
+
+    Nothing changes if the obstacle belongs to another effect.
 
     met : number of obstacles that the rock has met before, for draws
     """
@@ -233,7 +255,7 @@ def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockCon
 
 @at_obstacle.rule(Chain)
 def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result of a meeting from the effect to which the obstacle belongs, known by the obstacle's number."""
+    """Return the result for a rock that meets an obstacle, by the effect to which this obstacle belongs."""
     one = at_obstacle(chain.head, motion, number, met, rock)
     if one.outcome != MOVING:
         return one  # type: ignore[no-any-return]
@@ -241,4 +263,4 @@ def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: Roc
 
 
 HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)
-"""An effect needs a rule in at least one of these hooks; the other hooks depend on these."""
+"""The hooks of which an effect must have a rule in at least one; the other hooks depend on these."""

@@ -16,15 +16,17 @@ from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""Largest number of cells per obstacle (-)."""
+"""Largest number of cells per obstacle (-), which limits the memory of the grid."""
 FEWEST_CELLS = 16
-"""Number of cells that the grid may always have, even with few obstacles."""
+"""Number of cells that a grid may always have, even with few obstacles."""
 SLOWEST = 1e-9
 """Speed (m/s) along a horizontal axis below which an arc counts as staying in one row or column of cells."""
 
 
 class ObstacleCells(NamedTuple):
-    """A grid of nx by ny square cells of side `cell` (m), with its corner at x, y (m).
+    """The obstacles of one kind (trees or panels) sorted into a grid of nx by ny square cells of side `cell` (m).
+
+    x, y : m, corner of the grid
 
     The obstacles of cell k are ids[starts[k] : starts[k + 1]].
     starts : (nx ny + 1,); ids : (M,) index of an obstacle, once for each cell that the obstacle touches
@@ -40,7 +42,7 @@ class ObstacleCells(NamedTuple):
 
 
 def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
-    """Sort N >= 0 obstacles into cells by their boxes in plan, from low (N, 2) m to high (N, 2) m.
+    """Return N >= 0 obstacles sorted into cells by their boxes in plan, from low (N, 2) m to high (N, 2) m.
 
     An obstacle is listed in every cell that its box touches.
     """
@@ -73,13 +75,13 @@ def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
 
 
 def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, ny: int) -> np.ndarray:
-    """Return column and row (N, 2) of points (N, 2) m, clamped to the grid."""
+    """Return column and row (N, 2) of the cells of points (N, 2) m; outside the grid, of the nearest cell."""
     return np.clip(np.floor((points - begin) / cell).astype(np.int64), 0, [nx - 1, ny - 1])
 
 
 @model_function
 def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
-    """Return the time (s), 0 to `until`, at which an arc meets obstacle k; inf if never. One rule per kind of obstacle.
+    """Return the time (s), 0 to `until`, at which a rock on an arc meets obstacle k; inf if never. One rule per kind.
 
     passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
     """
@@ -89,7 +91,7 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock
 def first_in_cells(
     obstacles: Any, arc: Arc, passed: int, until: float, instant: float, rock: RockContext
 ) -> Meeting:  # fmt: skip
-    """Return the first meeting of an arc with an obstacle of one kind before `until` (s), or NO_MEETING.
+    """Return the first obstacle of one kind that a rock on an arc meets before `until` (s), or NO_MEETING.
 
     `Meeting.number` is the index within this kind. Meetings within `instant` (s) count as simultaneous; of these, the
     meeting with the smallest index is returned.
@@ -118,7 +120,7 @@ def first_in_cells(
 
 @kernel
 def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
-    """Return True if the bounding box of an arc in plan touches the grid."""
+    """Return True if an arc may meet an obstacle at all: its box in plan touches the grid of obstacles."""
     if cells.nx == 0:
         return False
     end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until
@@ -128,15 +130,15 @@ def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
 
 @kernel
 def index_of(value: float, origin: float, cell: float, count: int) -> int:
-    """Return the row or column of a coordinate, clamped to the grid."""
+    """Return the row or column of the cell that contains a coordinate (m); outside the grid, of the nearest cell."""
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
 
 @kernel
 def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: float) -> float:
-    """Return the time (s) at which a point moves from row or column `index` to another one; inf if never.
+    """Return the time (s) at which an arc leaves a row or column `index` of cells; inf if never.
 
-    x, v : the point's coordinate (m) and its speed (m/s) along this axis
+    x, v : coordinate (m) at the start of the arc, and speed (m/s), along this axis
     """
     if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):
         return math.inf

@@ -34,11 +34,17 @@ from rpf3d_core.vectors import add, along, cross, norm, scale, without
 TILT, SHARE, SIDE = int(Purpose.ROUGHNESS), int(Purpose.ROUGHNESS_SHARE), int(Purpose.ROUGHNESS_SIDE)
 LATERAL = int(Purpose.ROUGHNESS_LATERAL)
 STEEPEST = math.radians(89.0)
-"""Largest tilt (rad). A normally distributed tilt has no bounds, but a tilt of 90 degrees or more is not possible."""
+"""Largest tilt (rad) of the normal of an impact.
+
+A normally distributed tilt has no bounds, but a tilt of 90 degrees or more is not possible.
+"""
 
 
 class CrspRoughness(NamedTuple):
-    """CRSP's law; amplitude : S (m), >= 0; deviates : true if part of the tilt is to the side."""
+    """Rough ground by CRSP's law: a random tilt of the normal, larger for small rocks.
+
+    amplitude : S (m), >= 0; deviates : true if part of the tilt is to the side
+    """
 
     amplitude: float
     deviates: bool
@@ -47,14 +53,17 @@ class CrspRoughness(NamedTuple):
 
 
 class RocfallRoughness(NamedTuple):
-    """RocFall's law; angle_sd : standard deviation of the tilt (rad), >= 0."""
+    """Rough ground by RocFall's law: a random tilt of the normal, equal for rocks of any size.
+
+    angle_sd : standard deviation of the tilt (rad), >= 0
+    """
 
     angle_sd: float
     draws = True  # type: ignore[misc]
 
 
 class SpreadRoughness(NamedTuple):
-    """RocFall's law with a tilt to the side.
+    """Rough ground by RocFall's law, with a tilt to the side as well.
 
     angle_sd, lateral_sd : standard deviations of the tilts along the motion and to the side (rad), >= 0
     """
@@ -66,7 +75,7 @@ class SpreadRoughness(NamedTuple):
 
 @felt_normal.rule(CrspRoughness)
 def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal tilted against the motion, and to a side if the effect deviates."""
+    """Return the normal of an impact by CRSP's law: tilted against the motion, and to a side if the effect deviates."""
     most = math.atan(effect.amplitude / rock.rock.radius)  # type: ignore[union-attr]  # asks_rock
     tilt = most * _drawn(rock, TILT)
     if not effect.deviates:
@@ -78,34 +87,34 @@ def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, rock: RockContext
 
 @felt_normal.rule(RocfallRoughness)
 def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal tilted against the motion or along it."""
+    """Return the normal of an impact by RocFall's law: tilted against the motion or along it."""
     return tilted(n, motion.v, _normal_tilt(effect.angle_sd, rock, TILT), 0.0)
 
 
 @felt_normal.rule(SpreadRoughness)
 def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal tilted along the motion as in RocFall's law, then to a side."""
+    """Return the normal of an impact: tilted along the motion as in RocFall's law, then to a side."""
     back = _normal_tilt(effect.angle_sd, rock, TILT)
     return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, rock, LATERAL))
 
 
 @kernel
 def _normal_tilt(sd: float, rock: RockContext, stream: int) -> float:
-    """Return a normally distributed tilt (rad) for the next impact, within +-STEEPEST."""
+    """Return a random tilt (rad) of the normal for the next impact, with standard deviation `sd`, within +-STEEPEST."""
     tilt = sd * standard_normal(_drawn(rock, stream))
     return min(max(tilt, -STEEPEST), STEEPEST)
 
 
 @kernel
 def _drawn(rock: RockContext, stream: int) -> float:
-    """Return a uniform number in [0, 1) for the next impact."""
+    """Return a random number in [0, 1) for the next impact, from one stream of the rock's random numbers."""
     key: Any = rock.key  # draws: the key is never None
     return uniform_at(key.seed, key.source, key.rock, stream, rock.impacts + 1)
 
 
 @kernel
 def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
-    """Return n turned by `back` (rad) against the motion along the ground, then by `aside` (rad) to its left."""
+    """Return the normal n of an impact turned by `back` (rad) against the motion, then by `aside` (rad) to its left."""
     level = without(along(v, n), n)  # twice, so that the rounding error across the plane is small in slow motion
     speed = norm(level)
     if speed == 0.0 or (back == 0.0 and aside == 0.0):
@@ -117,5 +126,5 @@ def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
 
 @kernel
 def turned(n: Vec, towards: Vec, angle: float) -> Vec:
-    """Return the unit vector n turned by an angle (rad) towards a unit vector that is perpendicular to n."""
+    """Return the unit vector n turned by an angle (rad) towards another unit vector, which is perpendicular to n."""
     return add(scale(math.cos(angle), n), scale(math.sin(angle), towards))

@@ -1,5 +1,4 @@
-"""Soft ground: a rock penetrates the soil in a straight line, is braked by the displaced soil, and slips out of its
-scar.
+"""Soft ground: a rock drives a scar into the soil, is braked by the displaced soil, and slips out of the scar.
 
 Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for the scar, with the depth of Gerber
 2019; Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47, for the friction. All formulas are confirmed
@@ -15,10 +14,10 @@ Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for
    in the ground. V = sqrt(V_n^2 + (c / s V_t)^2) follows from the integrals of both areas over depth. V is exact for
    both directions and at most 3 % too small in between (tested).
 4. The ground then takes the whole speed into the ground (Leine: e_N = 0). Friction reduces the speed along the ground
-by
-   mu(s) times the speed into the ground, at most to zero: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s). Here
-   s is the distance that the rock slips along the plane during the contact: the length of the scar. The rebound model
-   acts after this. If the scene sets `tangential_restitution: 1`, this effect alone gives the loss along the ground.
+   by mu(s) times the speed into the ground, at most to zero: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s).
+   Here s is the distance that the rock slips along the plane during the contact: the length of the scar. The rebound
+   model acts after this. If the scene sets `tangential_restitution: 1`, this effect alone gives the loss along the
+   ground.
 
 Simplifications: in flight, the slip s decays by exp(-beta t) (beta 50 to 200 1/s: to a few percent in 0.02 s). So s
 starts at 0 in each impact, and there is no parameter beta. The rocks of Leine have corners, so friction makes them
@@ -39,12 +38,16 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 KILO = 1e-3
 SHALLOW = 1e-5
-"""Ratio (-) of depth to radius at which the closed form and its first term are equally accurate, to 2e-6. At smaller
-depths, the closed form loses digits by cancellation."""
+"""Ratio (-) of depth to radius below which the first term of a series replaces the closed form of a soil volume.
+
+At this ratio both are equally accurate, to 2e-6. At smaller depths, the closed form loses digits by cancellation.
+"""
 
 
 class Scarring(NamedTuple):
-    """Soft ground, for each of Z zones; every array has Z rows. Hard ground has no drag and no friction.
+    """The properties of soft ground for each of Z zones; every array has Z rows.
+
+    Hard ground has no drag and no friction.
 
     stiffness : (Z,) M_E, Pa; drag : (Z,) C_d = C_f + C_s (-); density : (Z,) of the soil, kg/m3
     mu_min, mu_max : (Z,) friction (-); kappa : (Z,) 1/m
@@ -59,24 +62,25 @@ class Scarring(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need mass and radius of the rock."""
+        """True: the rules for soft ground need mass and radius of the rock."""
         return True
 
 
 @kernel
 def penetration(mass: float, stiffness: float, speed: float) -> float:
-    """Return the penetration depth (m) of a rock: 0.1 M^(1/3) M_E^(-0.4) v^0.8, M_E in kN/m2 (Gerber 2019).
+    """Return how deep (m) a rock penetrates the soil in an impact: 0.1 M^(1/3) M_E^(-0.4) v^0.8 (Gerber 2019).
 
-    mass : kg; stiffness : Pa; speed : m/s into the ground
+    mass : kg; stiffness : M_E, Pa (in the formula kN/m2); speed : m/s into the ground
     """
     return float(0.1 * mass ** (1.0 / 3.0) * (KILO * stiffness) ** -0.4 * speed**0.8)
 
 
 @kernel
 def volume_from_above(depth: float, radius: float) -> float:
-    """Return the integral (m3) over depth of the area of a sphere seen along the normal: the volume of its cap.
+    """Return the soil volume (m3) that a sphere drives through straight down to a depth: the volume of its cap.
 
-    Beyond a depth of one radius the area stays pi R^2.
+    This is the integral over depth of the sphere's area seen along the normal. Beyond a depth of one radius the area
+    stays pi R^2.
     """
     if depth <= radius:
         return math.pi * depth * depth * (radius - depth / 3.0)
@@ -85,7 +89,7 @@ def volume_from_above(depth: float, radius: float) -> float:
 
 @kernel
 def volume_from_ahead(depth: float, radius: float) -> float:
-    """Return the integral (m3) over depth of the area of a sphere seen along the plane: a segment of a circle.
+    """Return the integral (m3) over depth of a sphere's area seen along the ground: the soil that it pushes ahead.
 
     With cos(phi) = 1 - depth / R the segment is R^2 (phi - sin(phi) cos(phi)); integrated, R^3 (sin(phi) - phi cos(phi)
     - sin(phi)^3 / 3). At depths where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
@@ -101,9 +105,9 @@ def volume_from_ahead(depth: float, radius: float) -> float:
 
 @kernel
 def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float) -> float:
-    """Return mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s) (-), Leine et al. 2014, equation 46.
+    """Return the friction (-) of a rock that has slipped a distance in its scar (Leine et al. 2014, equation 46).
 
-    slipped : s, m
+    mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s); slipped : s, m
     """
     return mu_min + 2.0 / math.pi * (mu_max - mu_min) * math.atan(kappa * slipped)
 
@@ -112,7 +116,7 @@ def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float
 def through_the_scar(
     scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion of the rock at the end of its scar, after the losses by soil drag and friction."""
+    """Return the motion of a rock at the end of its scar in soft ground, after the losses by soil drag and friction."""
     into = -dot(motion.v, n)
     if into <= 0.0:
         return motion
@@ -138,7 +142,7 @@ def driven_through(depth: float, aside: float, radius: float) -> float:
 
 @kernel
 def slowed_along(motion: Motion, n: Vec, mu: float) -> Motion:
-    """Return the motion after the Coulomb friction impulse of an impact that stops the whole speed into the ground.
+    """Return the motion after the friction along the ground of an impact that stops all speed into the ground.
 
     The speed along the ground is reduced, at most to zero.
     n : unit normal of the ground with v . n <= 0; mu : friction (-)

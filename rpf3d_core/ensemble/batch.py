@@ -1,4 +1,4 @@
-"""Batches of flown rocks with their records of impacts and paths: select, join and sort the rocks."""
+"""Batches of flown rocks with their recorded impacts and paths: select, join and sort the rocks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.values import Outcome
 
 Rocks = NDArray[np.bool_]
-"""Flags (N,) of N rocks: True for each rock that is selected."""
+"""Flags (N,) that select some of N rocks: True for a selected rock."""
 
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """The recorded impacts and paths of N rocks, grouped by rock.
+    """The recorded impacts and paths of N rocks, grouped by rock, without the rocks' final results.
 
     rows : (N,) row of each rock in the releases
     impacts : (I, 9), facets : (I,), pieces : (S, 10) path segments, modes : (S,), all as in `simulation.record.Record`;
@@ -48,13 +48,16 @@ class Batch(Written):
 
 
 def written_of(rows: IntArray) -> Written:
-    """Return an empty record of N rocks, without impacts and paths; rows : (N,) rows in the releases."""
+    """Return a record of N rocks without impacts and paths, for runs that record nothing.
+
+    rows : (N,) rows in the releases
+    """
     none = np.empty(0, dtype=np.int64)
     return Written(rows, np.empty((0, 9)), none, np.empty((0, 10)), none, np.zeros((len(rows) + 1, 2), dtype=np.int64))
 
 
 def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
-    """Return copies of the impacts of the rocks flagged in `impacts` (N,) and of the paths of those in `paths` (N,)."""
+    """Return copies of the impacts and paths to keep: of the rocks flagged in `impacts` (N,), and in `paths` (N,)."""
     if not impacts.any() and not paths.any():
         return written_of(batch.rows)
     lengths = np.diff(batch.first, axis=0)
@@ -64,7 +67,10 @@ def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
 
 
 def only(batch: Batch, rocks: Rocks) -> Batch:
-    """Return a batch of only the flagged rocks (N,), with their records and results but without `broken`."""
+    """Return a batch of only the flagged rocks (N,), such as those to display, with their records and results.
+
+    The result has no `broken` rocks.
+    """
     lengths = np.diff(batch.first, axis=0)
     struck, moved = np.repeat(rocks, lengths[:, 0]), np.repeat(rocks, lengths[:, 1])
     written = (batch.impacts[struck], batch.facets[struck], batch.pieces[moved], batch.modes[moved])
@@ -72,7 +78,7 @@ def only(batch: Batch, rocks: Rocks) -> Batch:
 
 
 def joined_batches(batches: Sequence[Batch]) -> Batch:
-    """Join one or more batches into one batch; the rocks of each batch follow the rocks of the previous batch."""
+    """Return one or more batches joined into one; the rocks of each batch follow the rocks of the previous batch."""
     lengths = np.concatenate([np.diff(batch.first, axis=0) for batch in batches])
     names = ("rows", "impacts", "facets", "pieces", "modes", "finals", "counts")
     columns: dict[str, Any] = {name: _stacked([getattr(batch, name) for batch in batches]) for name in names}
@@ -80,12 +86,12 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """Return a batch from the records of N rocks and their results: finals (N, 8) and counts (N, 4)."""
+    """Return a batch of N rocks from their records and their final results: finals (N, 8) and counts (N, 4)."""
     return Batch(**vars(written), finals=finals, counts=counts)
 
 
 def in_order(parts: Sequence[Written]) -> Written:
-    """Join the records of one or more parts, sorted by the rocks' rows."""
+    """Return the records of several parts joined into one, sorted by the rocks' rows, for any order of flight."""
     rows = np.concatenate([part.rows for part in parts])
     if not any(len(part.facets) or len(part.modes) for part in parts):
         return written_of(np.flatnonzero(np.bincount(rows)))  # rows are distinct: ten times as fast as a sort
@@ -99,19 +105,22 @@ def in_order(parts: Sequence[Written]) -> Written:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return the arrays stacked by row. Empty arrays are left out, because they lack the columns of spin."""
+    """Return arrays of recorded rows, stacked by row.
+
+    Empty arrays are left out, because they lack the columns of spin.
+    """
     return np.concatenate([array for array in arrays if len(array)] or arrays[:1])
 
 
 def _firsts(lengths: IntArray) -> IntArray:
-    """Return the first row (N + 1, 2) of each rock, from the number of rows that each rock has (N, 2)."""
+    """Return the first row (N + 1, 2) of each rock's impacts and path segments, from the number of its rows (N, 2)."""
     return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(lengths, axis=0)])
 
 
 def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
-    """Return row indices that put N runs of rows into a new order.
+    """Return row indices that bring the rows of N rocks into a new order of the rocks.
 
-    lengths : (N,) number of rows in each run; order : (N,) the runs in their new order
+    lengths : (N,) number of rows of each rock; order : (N,) the rocks in their new order
     """
     if not lengths.any():
         return np.empty(0, dtype=np.int64)
@@ -122,13 +131,14 @@ def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
 
 
 NOTHING = with_ends(written_of(np.empty(0, dtype=np.int64)), np.empty((0, 8)), np.empty((0, 4), dtype=np.int64))
-"""A batch without rocks."""
+"""A batch without rocks, the result of a run that was stopped before any rock had flown."""
 
 
 def broken_of(batch: Batch) -> Broken:
-    """Return the rocks of a batch that broke; their state comes from their last impact and the end of their path.
+    """Return the rocks of a batch that broke, with their state when they broke, from which fragments are made.
 
-    Returns `NONE_BROKEN` itself if no rock broke.
+    The state comes from the last impact of a rock and the end of its path. Returns `NONE_BROKEN` itself if no rock
+    broke.
     """
     which = np.flatnonzero(batch.counts[:, 0] == Outcome.FRAGMENTED)
     if not which.size:
@@ -139,7 +149,10 @@ def broken_of(batch: Batch) -> Broken:
 
 
 def count_from_release(batch: Batch, t: FloatArray) -> None:
-    """Add to all times of a batch of N fragments the times t (N,) s at which their flights began, in place."""
+    """Make the times of a batch of N fragments count from the release of the rock: add t (N,) s, in place.
+
+    t : times at which the flights of the fragments began
+    """
     lengths = np.diff(batch.first, axis=0)
     batch.finals[:, 0] += t
     batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])

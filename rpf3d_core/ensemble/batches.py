@@ -1,4 +1,6 @@
-"""Fly rocks in batches on several threads. A batch is flown into a record of fixed size, examined and passed on.
+"""Fly rocks in batches on several threads, so that memory stays small and a run can be stopped between batches.
+
+A batch is flown into a record of fixed size, examined and passed on.
 
 A group of batches takes rocks from all parts of the releases and is flown as a whole. So when a run is interrupted, the
 flown rocks represent all sources and all their places. The batches of a group start close to each other. The closer the
@@ -39,27 +41,37 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome
 
 LARGEST_BATCH = 4096
-"""Largest number of rocks in a batch of the compiled engine."""
+"""Largest number of rocks that one thread of the compiled engine flies at once (a batch)."""
 BATCHES_A_GROUP = 2
-"""Batches in a group, if all have the largest size. Long falls take 1.6 times as long in groups of 512 rocks as in
-groups of 4096, and 10 % less in groups of 8192 than in groups of 4096. But after an interrupt, a group is still flown
-to its end, so groups must not be too large."""
+"""Number of batches in a group, if all have the largest size.
+
+Long falls take 1.6 times as long in groups of 512 rocks as in groups of 4096, and 10 % less in groups of 8192 than in
+groups of 4096. But after an interrupt, a group is still flown to its end, so groups must not be too large.
+"""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-"""Ratio of the golden section (-)."""
+"""Ratio of the golden section (-), which spreads the rocks of each group evenly."""
 STRIPS = 0.25
-"""Number of strips into which the start places of R rocks are sorted, divided by the square root of R. Consecutive
-rocks then start close to each other and need the same facets, which are still in the cache."""
+"""Number of strips into which the start places of R rocks are sorted, divided by the square root of R.
+
+Consecutive rocks then start close to each other and need the same facets, which are still in the cache.
+"""
 REFERENCE_BATCH = 4
-"""Largest number of rocks in a batch of the reference engine. After an interrupt, two batches are still flown to their
-end, which takes about 0.3 s."""
+"""Largest number of rocks in a batch of the reference engine.
+
+After an interrupt, two batches are still flown to their end, which takes about 0.3 s.
+"""
 SMALLEST_BATCH = 512
-"""Smallest number of rocks in a batch of the compiled engine, except for the last batch of a group. Starting a batch of
-this size takes about 1 % of the time of flying it."""
+"""Smallest number of rocks in a batch of the compiled engine, except for the last batch of a group.
+
+Starting a batch of this size takes about 1 % of the time of flying it.
+"""
 BATCHES_A_THREAD = 4
-"""A batch takes at most 1 / BATCHES_A_THREAD of one thread's share of the remaining rocks, so that no thread waits long
-for the last batch."""
+"""Least number of batches into which one thread's share of the remaining rocks is divided.
+
+So no thread waits long for the last batch of another thread.
+"""
 ROOM = 16_384
-"""Rows for path segments, and rows for impacts, in the record of a batch: 3 MB, which stay in the cache."""
+"""Rows for path segments, and for impacts, in the record of a batch: 3 MB, which stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -72,17 +84,24 @@ class Flight:
 
 
 Advance = Callable[[int], None]
-"""Called with the number of rocks flown since the last call."""
+"""Callback for the progress of a run: called with the number of rocks flown since the last call."""
 Progress = Callable[[int], Advance]
-"""Called with the number of rocks after the compilation and before the first flight; returns the progress callback."""
+"""Callback that starts the display of progress: called with the number of rocks, returns the callback for the flights.
+
+It is called after the compilation and before the first flight.
+"""
 Watch = Callable[[Batch, Releases], FloatArray]
-"""Called with each batch and its releases, on the thread that flew the batch; returns the largest height of each rock
-above the terrain (N,) m."""
+"""Callback that examines each flown batch, with its releases, as for hazard maps.
+
+It runs on the thread that flew the batch, and returns the largest height of each rock above the terrain (N,) m.
+"""
 
 
 @dataclass(frozen=True)
 class BatchControl:
-    """Threads, interruption and progress of flights in batches. No result depends on them, unless `stop` ends the run.
+    """Settings for flights in batches: threads, interruption and progress.
+
+    Results do not depend on these settings, unless `stop` ends the run.
 
     threads : number of threads of the compiled engine; None for one per core
     stop : called between batches; after it returns True, the started groups are flown to their end and no new one
@@ -96,12 +115,12 @@ class BatchControl:
 
 
 UNCONTROLLED = BatchControl()
-"""One thread per core; never stopped; progress is not reported."""
+"""Settings of flights by default: one thread per core; never stopped; progress is not reported."""
 
 
 @dataclass(frozen=True, eq=False)
 class Keep:
-    """Which records of R rocks are kept after their batch has been examined.
+    """Selects the records of R rocks to keep in memory after their batch has been examined.
 
     paths, impacts : (R,) flags of the rocks whose paths, and whose impacts, are kept
     record : False if the engine records no impacts and no paths at all
@@ -114,7 +133,7 @@ class Keep:
 
 @dataclass(frozen=True, eq=False)
 class Crew:
-    """The data that all threads share to fly R rocks: inputs, and arrays for the results.
+    """Data that all threads share while they fly R rocks: inputs, and arrays for the results.
 
     finals : (R, 8), or (R, 10) if rocks spin; counts : (R, 4); the threads fill in both
     broken : list to which the threads add one entry for each batch in which rocks broke
@@ -157,7 +176,10 @@ def fly_batches(
 
 
 def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
-    """Return empty arrays for the results of R rocks: finals and counts; energy columns of spin hold NaN."""
+    """Return empty arrays for the final results of R rocks: finals and counts.
+
+    Energy columns of spin hold NaN until they are computed.
+    """
     more = len(SPIN_FINALS) if spins else 0
     finals = np.empty((rocks, len(FINAL_COLUMNS) + more))
     finals[:, len(FINAL_COLUMNS) :] = np.nan
@@ -167,7 +189,7 @@ def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
 def _flown_by(
     workers: int, at_hand: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
 ) -> Iterator[list[Written]]:
-    """Yield the records of each batch, in the order of the batches.
+    """Fly the batches on several threads; yield the records to keep of each batch, in the order of the batches.
 
     A new group starts as soon as fewer than `at_hand` batches are flying or waiting.
     """
@@ -184,7 +206,10 @@ def _flown_by(
 
 
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
-    """Return the rocks of all parts as one batch, sorted by row; finals (R, 8), counts (R, 4) : of all R rocks."""
+    """Return the rocks of all parts as one batch, sorted by row, for any order in which they flew.
+
+    finals (R, 8), counts (R, 4) : results of all R rocks
+    """
     if not parts:
         return NOTHING
     written = in_order(parts)
@@ -194,12 +219,15 @@ def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) ->
 
 
 def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[IntArray]:
-    """Yield the rows (N,) of the releases that each batch flies, in order of flight; at most `largest` rows a batch."""
+    """Yield the rows (N,) of the rocks in each batch, in the order in which the batches fly.
+
+    A batch has at most `largest` rows.
+    """
     return (rows for group in _dealt(releases, workers, largest) for rows in group)
 
 
 def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntArray]]:
-    """Yield the batches of each group, as arrays of rows.
+    """Yield the batches of each group of rocks, as arrays of rows; each group holds rocks of all sources and places.
 
     The rows of a group are consecutive steps of the golden section: any number of such steps is spread evenly.
     """
@@ -211,7 +239,7 @@ def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntA
 
 
 def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[IntArray]:
-    """Yield the batches of one group; they shrink with the number of remaining rocks, so that all threads end together.
+    """Yield the batches of one group, smaller and smaller as fewer rocks remain, so that all threads end together.
 
     Sources
     -------
@@ -225,7 +253,9 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[
 
 
 def _golden_step(rocks: int) -> int:
-    """Return a step that reaches each of R rows once, modulo R; the rows reached so far are always spread evenly.
+    """Return the step from one rock's row to the next in a group, which spreads the rows of each group evenly.
+
+    The step reaches each of R rows once, modulo R.
 
     A step of n rows is not suitable: if a source assigns its rocks to n points in turn, a group would hold the rocks of
     one point only.
@@ -237,7 +267,10 @@ def _golden_step(rocks: int) -> int:
 
 
 def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
-    """Return the rows (N,) of the releases, sorted in strips so that consecutive rocks start near each other."""
+    """Return the rows (N,) of rocks in a new order, in which consecutive rocks start near each other.
+
+    Such rocks need the same facets, which are still in the processor's cache.
+    """
     x, y = releases.x.take(rows, axis=0)[:, :2].T
     if np.ptp(x) > np.ptp(y):
         x, y = y, x
@@ -248,7 +281,7 @@ def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
 
 
 def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
-    """Fly the rocks of some rows, in parts that fit into the record; return the kept records of each part."""
+    """Fly the rocks in some rows of the releases, in parts that fit into the record; return the records to keep."""
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
@@ -273,7 +306,9 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:
-    """Pass a batch to `watch` and gather the rocks that broke; return copies of the records to keep.
+    """Pass a flown batch to the callback `watch` and collect the rocks that broke.
+
+    Return copies of the records to keep.
 
     Copies are needed because the next rocks overwrite the record. The path of a rock that failed may hold invalid
     numbers, which cannot be drawn, so it is not kept.
@@ -295,7 +330,7 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
 
 
 def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record, first: IntArray) -> Batch:
-    """Return a batch whose arrays are views of the record, without copies."""
+    """Return flown rocks as a batch that shares the memory of the engine's record, without copies."""
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, *written, first, finals, counts)

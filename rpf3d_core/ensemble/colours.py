@@ -20,8 +20,10 @@ GROUND_COLOURS = np.array(
     ],
     dtype=np.uint8,
 )  # fmt: skip
-"""One colour for each group of zones, in order of first mention: sand, stone, clay, dust, ochre and others. No colour
-looks like water."""
+"""One sRGB colour for each group of zones, in order of first mention: sand, stone, clay, dust, ochre and others.
+
+No colour looks like water.
+"""
 
 ALTERNATE = 0.86
 """Brightness (-) of every second zone of a group, so that neighbouring benches differ."""
@@ -38,16 +40,16 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     Outcome.LOST_TO_HOLE: (0, 190, 190),
     Outcome.FELL_THROUGH: (150, 0, 60),
 }
-"""sRGB colour of each outcome."""
+"""The sRGB colour of each outcome in pictures."""
 
 SPEED_COLOURS = np.array(
     [(44, 90, 182), (0, 166, 202), (120, 205, 120), (249, 208, 87), (242, 140, 46), (200, 20, 28)], dtype=float
 )
-"""Colours of evenly spaced speeds, from zero (blue) to the fastest (red)."""
+"""Colours of evenly spaced speeds in pictures, from zero (blue) to the fastest (red)."""
 
 
 def zone_groups(zones: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
-    """Group zones whose names differ only by a trailing number; return the group names and the group (Z,) of each zone.
+    """Return groups of zones whose names differ only by a trailing number, and the group (Z,) of each zone.
 
     Examples
     --------
@@ -60,7 +62,7 @@ def zone_groups(zones: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
 
 
 def zone_colours(zones: Sequence[str]) -> Colours:
-    """Return colours (Z, 3) of Z zones: one hue for each group, and every second zone of a group darker."""
+    """Return the colours (Z, 3) of Z zones: one hue for each group of zones; every second zone of a group is darker."""
     _, group = zone_groups(zones)
     place = np.array([np.count_nonzero(group[:i] == group[i]) for i in range(len(group))], dtype=np.int64)
     brightness = np.where(place % 2 == 0, 1.0, ALTERNATE)[:, None]
@@ -68,7 +70,7 @@ def zone_colours(zones: Sequence[str]) -> Colours:
 
 
 def speed_colours(speed: ArrayLike, fastest: float) -> Colours:
-    """Return colours (N, 3) of speeds (N,) from 0 to `fastest`, both m/s."""
+    """Return the colours (N, 3) of speeds (N,) from 0 to `fastest`, both m/s, for drawn paths."""
     at = np.clip(np.asarray(speed, dtype=float) / max(fastest, np.finfo(float).tiny), 0.0, 1.0)
     stops = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
     return np.stack([np.interp(at, stops, channel) for channel in SPEED_COLOURS.T], axis=-1).astype(np.uint8)

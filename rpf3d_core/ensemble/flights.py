@@ -1,4 +1,4 @@
-"""The result of flying an ensemble: one row per rock, one row per impact, one row per event of a path.
+"""The result of flying an ensemble, as tables: one row per rock, one row per impact, one row per event of a path.
 
 All positions are in the terrain's local frame; `io` converts them to the input's coordinates.
 """
@@ -13,18 +13,20 @@ IntArray = NDArray[np.int64]
 
 
 def no_pieces() -> IntArray:
-    """Return an empty array (0,) that stands for a column of zeros: no rock is a fragment."""
+    """Return an empty array (0,) that stands for fragment numbers of zero: no rock is a fragment."""
     return np.empty(0, dtype=np.int64)
 
 
 def no_spins() -> FloatArray:
-    """Return an empty array (0,) that stands for a column of rocks that do not spin."""
+    """Return an empty array (0,) that stands for spins or energies of rocks that do not spin."""
     return np.empty(0)
 
 
 @dataclass(frozen=True, eq=False)
 class Deposits:
-    """End position and results of each of R rocks; every array has R rows, block after block, by source, then by rock.
+    """End position and results of each of R rocks, the table behind `deposits.csv`.
+
+    Every array has R rows, one block of rocks after another, by source, then by rock.
 
     source : index of the scene's source; rock : number within its source, from 0
     outcome : `values.Outcome`; facet : facet of the last contact, -1 if the rock never touched the ground
@@ -92,14 +94,14 @@ class Impacts:
 
 
 def on_ground(impacts: Impacts) -> Impacts:
-    """Return the impacts on the ground, without the meetings with obstacles."""
+    """Return the impacts on the ground only, without the meetings with obstacles."""
     struck = impacts.facet >= 0
     return Impacts(*(getattr(impacts, column.name)[struck] for column in fields(Impacts)))
 
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """Every event of the paths; S rows, grouped by rock in order of time: the start of each segment, then the end.
+    """Every event of the paths of rocks, S rows, grouped by rock in order of time: starts of segments, then the end.
 
     row : row of the rock in `Deposits`; t : s; x : (S, 3) m; v : (S, 3) m/s just after the event
     v_end : (S, 3) m/s at the end of the segment that begins with this event
@@ -117,7 +119,7 @@ class Paths:
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """The result of flying an ensemble: all deposits, and the impacts and paths that the caller asked to keep.
+    """The result of flying an ensemble: the deposits of all rocks, and the impacts and paths that the caller keeps.
 
     engine : the engine used ("reference" or "compiled"); compile_s, fly_s : wall seconds
     """

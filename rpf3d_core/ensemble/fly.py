@@ -13,10 +13,12 @@ from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, pr
 from rpf3d_core.simulation.record import IMPACT_COLUMNS
 
 REFERENCE_ROCKS = 200
-"""Up to this number of rocks, `auto` selects the reference engine, which ends before the other one is compiled."""
+"""Largest number of rocks for which `auto` selects the reference engine: it ends before the other is compiled."""
 REFERENCE_SPHERES = 40
-"""As REFERENCE_ROCKS, for rocks that touch the ground as spheres: such a rock takes about 0.5 s in plain Python (demo
-pit, rolling friction 0.3)."""
+"""Largest number of rocks for which `auto` selects the reference engine, if rocks touch the ground as spheres.
+
+Such a rock takes about 0.5 s in plain Python (demo pit, rolling friction 0.3).
+"""
 
 
 def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) -> str:
@@ -40,7 +42,7 @@ def fly_ensemble(
     threads: int | None = None,
     watch: Watch | None = None,
 ) -> Flights:
-    """Fly R rocks to their ends and return their deposits, impacts and paths.
+    """Fly R rocks and return their deposits, impacts and paths, all in memory.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ def fly_ensemble(
 
 
 def spread_over(rocks: int, some: int) -> IntArray:
-    """Return at most `some` rows (N,) of R rocks, evenly spread."""
+    """Return at most `some` rows (N,) of R rocks, evenly spread, as a selection for display."""
     rows = np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)
     return rows[np.diff(rows, prepend=-1) > 0]
 
@@ -77,7 +79,7 @@ def spread_over(rocks: int, some: int) -> IntArray:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """Return the `Flights` of batches; in sequence, the batches hold the rocks in the order of the releases."""
+    """Return the deposits, impacts and paths of some batches, which hold the rocks in the order of the releases."""
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s
@@ -108,7 +110,7 @@ def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Dep
 
 
 def impacts_of(batch: Batch) -> Impacts:
-    """Return the impacts of a batch; row numbers count the rocks of the batch from 0."""
+    """Return the table of impacts of a batch; row numbers count the rocks of the batch from 0."""
     rows = batch.impacts
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 0]))
     spins = rows[:, IMPACT_COLUMNS:].T  # two columns if rocks spin, else none
@@ -116,7 +118,7 @@ def impacts_of(batch: Batch) -> Impacts:
 
 
 def _paths(batch: Batch) -> Paths:
-    """Return the paths of a batch; row numbers count the rocks of the batch from 0."""
+    """Return the table of path events of a batch; row numbers count the rocks of the batch from 0."""
     rows = batch.pieces
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     return Paths(owner, rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], batch.modes)

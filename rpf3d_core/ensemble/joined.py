@@ -1,4 +1,4 @@
-"""Join the flights of several parts of an ensemble."""
+"""Join the flights of several parts of an ensemble, such as those of several processes."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -12,7 +12,9 @@ Rows = TypeVar("Rows", Impacts, Paths)
 
 
 def joined(parts: Sequence[Flights]) -> Flights:
-    """Join the flights of one or more parts; the rocks are sorted by source, then rock, for any order of the parts.
+    """Return the flights of several parts of an ensemble as one result, the same for any order of the parts.
+
+    The rocks are sorted by source, then rock, for any order of parts.
 
     In the result, compile_s (s) is the maximum of all parts, fly_s (s) their sum.
     """
@@ -32,7 +34,7 @@ def joined(parts: Sequence[Flights]) -> Flights:
 
 
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
-    """Join tables of impacts or paths into one table, in the order of the rocks.
+    """Return tables of impacts or paths joined into one table, in the order of the rocks.
 
     place : (R,) new row of each rock; the rocks of all parts are counted in sequence
     """
@@ -43,5 +45,5 @@ def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntAr
 
 
 def _columns(tables: Sequence[Deposits] | Sequence[Impacts] | Sequence[Paths]) -> list[np.ndarray]:
-    """Return the columns of all tables, each concatenated over the tables."""
+    """Return the columns of several tables, each column joined over all tables."""
     return [np.concatenate([getattr(table, field.name) for table in tables]) for field in fields(tables[0])]

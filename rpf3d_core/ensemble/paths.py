@@ -1,4 +1,4 @@
-"""Points along the paths of rocks, between the recorded events.
+"""Points along the paths of rocks, between the recorded events, for pictures and exports.
 
 A FLIGHT segment is the exact parabola x + v t + g t^2/2. SETTLING and SLIDING segments are drawn as the cubic Hermite
 curve with the exact position and velocity at both ends; between the ends the curve is only an approximation. The drawn
@@ -19,12 +19,12 @@ FINEST_STEP, COARSEST_STEP = 0.01, 1.0
 """Bounds of the step at which paths are drawn (m): a laboratory ramp is 2 m long, a pit wall 300 m."""
 
 STEPS_ACROSS = 400
-"""Number of drawing steps over the widest extent of all paths: about the resolution of a picture on a screen."""
+"""Number of drawing steps over the largest extent of all paths: about the resolution of a picture on a screen."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathSamples:
-    """S points along paths, grouped by rock in order of time.
+    """Points along the paths of rocks, S of them, grouped by rock in order of time: for drawing.
 
     row : (S,) row of the rock in `Deposits`; t : (S,) s; x : (S, 3) m; v : (S, 3) m/s; mode : (S,) `values.Mode`
     An impact is two points of the same t and x: the first has the velocity before the impact, the second after it.
@@ -38,17 +38,17 @@ class PathSamples:
 
     @property
     def speed(self) -> FloatArray:
-        """Speed (S,) in m/s."""
+        """Speed of the rock at each point (S,), m/s."""
         return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.v, self.v)))
 
     @property
     def starts(self) -> IntArray:
-        """Index (N,) of the first point of each of N rocks."""
+        """Index (N,) of the first point of each of N rocks, where its path begins."""
         return run_starts(self.row)
 
 
 def displayed_rows(paths: Paths, limit: int) -> IntArray:
-    """Return at most `limit` rows (N,) of the rocks that have a path, spread evenly over them."""
+    """Return at most `limit` rows (N,) of the rocks that have a path, spread evenly, to display them."""
     rows = np.unique(paths.row)
     if len(rows) <= limit:
         return rows
@@ -56,7 +56,7 @@ def displayed_rows(paths: Paths, limit: int) -> IntArray:
 
 
 def display_step(paths: Paths) -> float:
-    """Return the distance (m) between drawn points of paths, from the extent of all paths."""
+    """Return the distance (m) between the drawn points of paths, from the extent of all paths."""
     extent = float(np.ptp(paths.x, axis=0).max()) if len(paths.x) else COARSEST_STEP
     return float(np.clip(extent / STEPS_ACROSS, FINEST_STEP, COARSEST_STEP))
 
@@ -67,7 +67,7 @@ def sample_paths(
     max_step: float | None = None,
     gravity: float = STANDARD_GRAVITY,
 ) -> PathSamples:
-    """Return points along the paths of some rocks, at most `max_step` apart along each segment.
+    """Return points along the paths of some rocks, at most `max_step` apart, to draw the paths.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def sample_paths(
 
 
 def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STANDARD_GRAVITY) -> FloatArray:
-    """Return positions (T, 3) m of one rock at times (T,) s.
+    """Return the positions (T, 3) m of one rock at given times (T,) s, as for an animation.
 
     Times before the release give the release position; times after the end give the end position.
 
@@ -122,9 +122,9 @@ def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STA
 def along_pieces(
     paths: Paths, piece: IntArray, fraction: FloatArray, gravity: float = STANDARD_GRAVITY
 ) -> tuple[FloatArray, FloatArray]:
-    """Return position (S, 3) m and velocity (S, 3) m/s at fractions (S,) in [0, 1] of the durations of segments (S,).
+    """Return position (S, 3) m and velocity (S, 3) m/s of rocks within path segments, to draw points between events.
 
-    piece : (S,) row in `Paths` of the event that begins each segment
+    piece : (S,) row in `Paths` of the event that begins each segment; fraction : (S,) in [0, 1], share of its duration
     """
     duration = _durations(paths)[piece]
     x, v = (rows.take(piece, axis=0) for rows in (paths.x, paths.v))  # take() is four times as fast as indexing
@@ -140,26 +140,26 @@ def along_pieces(
 
 
 def run_starts(values: NDArray[np.integer]) -> IntArray:
-    """Return the index of the first value of every run of equal values in values (S,)."""
+    """Return the index at which each run of equal values begins, such as each rock in a column of row numbers (S,)."""
     if len(values) == 0:
         return np.empty(0, dtype=np.int64)
     return np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
 
 
 def _durations(paths: Paths) -> FloatArray:
-    """Return the duration (S,) s of the segment that begins at each event; 0 for the end of a path."""
+    """Return the duration (S,) s of the path segment that begins at each event; 0 for the end of a path."""
     duration = np.zeros(len(paths.t))
     duration[:-1] = np.diff(paths.t)
     return np.where(paths.mode == Mode.END, 0.0, duration)
 
 
 def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return the row (P,) of the event that ends each segment; the last event of all paths is its own end."""
+    """Return the row (P,) of the event that ends each path segment; the last event of all paths is its own end."""
     return np.minimum(pieces + 1, len(paths.row) - 1)
 
 
 def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
-    """Return the number of drawing steps (P,), at least 1, along each segment.
+    """Return the number of drawing steps (P,), at least 1, along each path segment.
 
     A flight is fastest at one of its ends, so its length is at most that speed times its duration.
     """
@@ -168,13 +168,16 @@ def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
 
 
 def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return 1 for each segment at whose end the velocity jumps, so that the end needs an additional point; else 0."""
+    """Return 1 for each path segment at whose end the velocity jumps, so that one more point must be drawn.
+
+    For all other segments the result is 0.
+    """
     jumps = np.any(paths.v_end[pieces] != paths.v[_next_event(paths, pieces)], axis=1)
     return np.asarray(jumps & (paths.mode[pieces] != Mode.END), dtype=np.int64)
 
 
 def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tuple[FloatArray, FloatArray]:
-    """Return x + v t + g t^2/2 and v + g t; x, v (S, 3), t (S,)."""
+    """Return places and velocities of flying rocks after t (S,) s: x + v t + g t^2/2 and v + g t; x, v (S, 3)."""
     later, faster = x + v * t[:, None], v.copy()
     later[:, 2] -= 0.5 * gravity * (t * t)
     faster[:, 2] -= gravity * t
@@ -184,7 +187,7 @@ def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tu
 def _hermite(
     start: tuple[FloatArray, FloatArray], end: tuple[FloatArray, FloatArray], s: FloatArray, duration: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return points on cubic curves between given ends, and the velocity, which changes linearly between the ends.
+    """Return points on the cubic curves drawn for settling and sliding, and the velocity there, linear along the curve.
 
     start, end : x (S, 3) m and v (S, 3) m/s at both ends; s : (S,) share of the duration; duration : (S,) s
     """

@@ -1,4 +1,4 @@
-"""Make the fragments of rocks that broke, as new releases.
+"""Make the fragments of rocks that broke, as new releases that fly like rocks.
 
 All fragments of a rock form a family. A fragment has the source and the rock number of this rock, and a number within
 the family. Numbers count from 1 in the order in which fragments are made: by generation, then by parent, then by size.
@@ -25,15 +25,15 @@ from rpf3d_core.values import Rock, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 TILT, TURN = int(Purpose.PIECE_TILT), int(Purpose.PIECE_TURN)
-"""Purposes of the random numbers for a fragment's direction: angle from its parent's direction, and angle around it."""
+"""Purposes of the two random numbers for a fragment's direction: its angle from the rock's direction, and around it."""
 PIECES = 65_536
-"""Approximate number of fragments in memory at a time. One rock may have more."""
+"""Approximate number of fragments in memory at a time; one rock may have more."""
 
 
 class Breaking:
-    """Makes the fragments of the rocks of one block, generation by generation.
+    """Makes the fragments of rocks that broke, generation by generation, for the rocks of one block.
 
-    flight : physics for the fragments made last; the last generation cannot break again
+    flight : physics of the fragments made last; the last generation cannot break again
     compiled : True if compiled code makes the fragments
     """
 
@@ -47,11 +47,13 @@ class Breaking:
 
     @property
     def goes_on(self) -> bool:
-        """True if the rocks of the current generation may break."""
+        """True if the rocks or fragments of the current generation may break."""
         return self._left > 0
 
     def pieces_of(self, releases: Releases, broken: Broken) -> Iterator[tuple[Releases, int]]:
-        """Yield the fragments of broken parents in parts, each with the mass of its dust in DUST_UNITS.
+        """Yield the fragments of rocks that broke, in parts, each with the mass of its dust in DUST_UNITS.
+
+        The dust is the mass of the fragments that are too small to fly.
 
         A parent is a rock or a fragment that flew and broke. Each part holds about PIECES fragments, of any number of
         parents. The parts follow the order of the parents.
@@ -67,7 +69,7 @@ class Breaking:
             yield pieces_of(self._effect, seed, releases, some, self._numbered, self._compiled)
 
     def precompile(self) -> None:
-        """Compile the functions that make fragments."""
+        """Compile the functions that make fragments now, so that the first broken rock does not wait."""
         nothing = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
         pieces_of(self._effect, self.flight.settings.seed, nothing, NONE_BROKEN, {}, self._compiled)
 
@@ -105,7 +107,7 @@ def pieces_of(
 def _sized(
     effect: Fragmentation, releases: Releases, broken: Broken, compiled: bool
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
-    """Return, for N rocks that broke, exponent and largest share of the size law (N, 2) and fragment count (N,)."""
+    """Return the size law of the fragments of N rocks, exponent and largest share (N, 2), and the fragment counts."""
     mass, radius = releases.mass[broken.rows], releases.radius[broken.rows]
     cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
     size: Any = _size_all
@@ -114,14 +116,20 @@ def _sized(
 
 
 def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
-    """Split N parents into ranges (begin, end) with about `most` fragments each; counts : (N,) fragments per parent."""
+    """Return ranges (begin, end) of N broken rocks with about `most` fragments each, to limit the memory.
+
+    counts : (N,) fragments of each rock
+    """
     part = (np.cumsum(counts) - counts) // most
     begins = np.flatnonzero(np.diff(part, prepend=-1)).tolist()
     return list(zip(begins, [*begins[1:], len(counts)], strict=True))
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return the last fragment number (N,) in the family of each of N rocks; add the new ones to `numbered`."""
+    """Return the last fragment number (N,) used so far in the family of each of N rocks.
+
+    The new fragments are added to `numbered`.
+    """
     last = []
     for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):
         last.append(numbered.get((place, number), 0))
@@ -136,7 +144,7 @@ def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: 
 
 @loop
 def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cascades: Any, counts: Any) -> None:
-    """Fill in, for N rocks, cascades (N, 2): exponent and largest share; and counts (N,): number of fragments."""
+    """Write the size law of the fragments of N rocks into cascades (N, 2), and their number into counts (N,)."""
     for i in range(len(mass)):
         rock = Rock(mass[i], radius[i])
         off = v[i, 0] * n[i, 0] + v[i, 1] * n[i, 1] + v[i, 2] * n[i, 2]
@@ -147,7 +155,7 @@ def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cas
 
 @loop
 def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: Any, v: Any, shares: Any) -> None:
-    """Fill in the velocities v (P, 3) and mass shares (P,) of P fragments.
+    """Write the velocities v (P, 3) m/s of P fragments, and their shares (P,) of the rock's mass.
 
     which : row of the parent, and rank by size; key : counter words of the random numbers
     parents : cascades, velocities and normals
@@ -167,7 +175,7 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 
 @kernel
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
-    """Return the velocity of a fragment; its rock left ground of unit normal n with velocity v.
+    """Return the velocity of a fragment of a rock that broke and left ground of unit normal n with velocity v.
 
     The directions are spread evenly over a cone about v. A direction that is too close to the ground is raised.
     tilt, turn : uniform numbers in [0, 1)
@@ -188,5 +196,5 @@ def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> V
 
 @kernel
 def _unit(a: Vec) -> Vec:
-    """Return the unit vector along a, whose length is above 0."""
+    """Return the unit vector along vector a, whose length is above 0."""
     return scale(1.0 / norm(a), a)

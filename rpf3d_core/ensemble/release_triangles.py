@@ -1,4 +1,4 @@
-"""Release places spread evenly over the true area of a surface. With the area in plan, steep slopes would get too few.
+"""Release places on a surface, spread evenly over its true area; evenly in plan, steep slopes would get too few.
 
 Three uniform numbers select the place of a rock. The first selects the triangle, through the running sum of all areas.
 The others select the place in the triangle, with a square root that makes the places even (Turk 1990, Graphics Gems,
@@ -15,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class ReleaseTriangles:
-    """The triangles on which rocks may be released.
+    """The triangles of an area source, on which rocks may be released.
 
     corners : (P, 3, 3) m, local frame; reached : (P,) m^2, the running sum of the triangles' areas
     """
@@ -25,12 +25,15 @@ class ReleaseTriangles:
 
 
 def release_triangles(corners: FloatArray) -> ReleaseTriangles:
-    """Return release triangles with the running sum of their areas, from corners (P, 3, 3) m, P >= 1."""
+    """Return the release triangles of an area source, from corners (P, 3, 3) m, P >= 1.
+
+    They hold the running sum of their areas.
+    """
     return ReleaseTriangles(corners, np.cumsum(areas_of(corners)))
 
 
 def places_on(triangles: ReleaseTriangles, which: FloatArray, across: FloatArray, along: FloatArray) -> FloatArray:
-    """Return places (R, 3) m, spread evenly over the triangles, from uniform numbers (R,) in [0, 1).
+    """Return release places (R, 3) m, spread evenly over the triangles, from uniform numbers (R,) in [0, 1).
 
     which : (R,) numbers that select the triangle; across, along : (R,) numbers that select the place in the triangle
     """

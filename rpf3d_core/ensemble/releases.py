@@ -1,4 +1,4 @@
-"""Draw the releases of all sources: start position, velocity and mass of each rock."""
+"""Draw the releases of all sources at random: start position, velocity and mass of each rock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -22,12 +22,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ABOVE_EVERYTHING = 1.0
-"""Height above the highest point of the terrain at which a vertical search for the ground starts (m)."""
+"""Height (m) above the highest point of the terrain at which a vertical search for the ground starts."""
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A place from which rocks may fall, in the terrain's local frame.
+    """A place from which rocks may fall, in the terrain's local frame: points, a line or an area.
 
     points : (P, 3) m; rocks start at the points in turn or, if `line`, spread uniformly along the line through the
         points
@@ -53,7 +53,7 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Releases:
-    """The releases of R rocks, in order of source, then rock.
+    """The releases of R rocks: place, velocity and size at the start, in order of source, then rock.
 
     source, rock : (R,) indices; x : (R, 3) m, local; v : (R, 3) m/s; mass : (R,) kg; radius : (R,) m
     piece : (R,) number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
@@ -85,7 +85,9 @@ def releases_of(
     first: int = 0,
     count: int | None = None,
 ) -> Releases:
-    """Draw the releases of all sources, or only `count` releases from row `first` on, with the same bits.
+    """Return the releases of all sources, or only `count` releases from row `first` on, drawn at random.
+
+    A part has the same bits as these rows of all releases.
 
     engine : engine over the terrain, which gives the terrain height for `above_ground`
 
@@ -107,7 +109,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Draw the releases of each source for a range of rock numbers; a range may go beyond `Source.rocks`.
+    """Return the releases of each source for a range of its rock numbers, which may go beyond `Source.rocks`.
 
     Raises
     ------
@@ -128,7 +130,7 @@ def releases_in(
 
 
 def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) -> list[range]:
-    """Return, for each source, the range of its rock numbers that are in the `count` rows from row `first` on.
+    """Return, for each source, the range of its rock numbers among `count` rows of the ensemble from row `first` on.
 
     Rows are numbered through all sources, in order of source.
     rocks : number of rocks of each source; count : None for all rows to the end
@@ -142,7 +144,9 @@ def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) ->
 
 
 def share_out(sources: Sequence[int], total: int) -> list[int]:
-    """Split `total` rocks over the sources in proportion to their numbers of rocks, by the largest remainder method.
+    """Return how many of `total` rocks each source gets, in proportion to the sources' own numbers of rocks.
+
+    The largest remainder method gives whole numbers.
 
     If remainders are equal, the first source gets the additional rock.
     """
@@ -155,7 +159,7 @@ def share_out(sources: Sequence[int], total: int) -> list[int]:
 
 
 def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: Engine, frame: Frame) -> FloatArray:
-    """Return positions (R, 3) m of the rocks of a source, from their numbers (R,)."""
+    """Return the release positions (R, 3) m of the rocks of a source, from their numbers (R,)."""
     if source.triangles is not None:
         purposes = (Purpose.IN_AREA, Purpose.ACROSS_FACET, Purpose.ALONG_FACET)
         places = places_on(source.triangles, *(uniform(seed, number, rocks, purpose) for purpose in purposes))
@@ -171,14 +175,14 @@ def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: 
 
 
 def _velocities(source: Source, number: int, rocks: IntArray, seed: int) -> FloatArray:
-    """Return velocities (R, 3) m/s of the rocks of a source, from their numbers (R,)."""
+    """Return the release velocities (R, 3) m/s of the rocks of a source, from their numbers (R,)."""
     purposes = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
     spread = _spread(source.velocity_spread, purposes, seed, number, rocks)
     return spread + (np.array(source.velocity) if source.throw is None else _thrown(source.throw, number, rocks, seed))
 
 
 def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray:
-    """Return velocities (R, 3) m/s of rocks thrown with a drawn speed in a drawn direction."""
+    """Return the release velocities (R, 3) m/s of rocks thrown with a drawn speed in a drawn direction."""
     speed = quantiles(throw.speed, uniform(seed, number, rocks, Purpose.SPEED))
     if throw.spread == 0.0:
         return thrown(throw, speed, speed, speed)
@@ -187,7 +191,10 @@ def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray
 
 
 def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rocks: IntArray) -> FloatArray:
-    """Return uniform deviations (R, 3) with given half-widths (3,); no number is drawn for a half-width of 0."""
+    """Return random deviations (R, 3) of positions or velocities, within given half-widths (3,).
+
+    No number is drawn for a half-width of 0.
+    """
     deviations = np.zeros((len(rocks), 3))
     for k, purpose in enumerate(purposes):
         if half[k] > 0.0:
@@ -196,14 +203,14 @@ def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rock
 
 
 def _along(points: FloatArray, share: FloatArray) -> FloatArray:
-    """Return points (R, 3) at given shares (R,) of the length of the line through points (P, 3)."""
+    """Return points (R, 3) on a line source through points (P, 3), at given shares (R,) of its length."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     reached = np.concatenate([[0.0], np.cumsum(steps)])
     return np.stack([np.interp(share * reached[-1], reached, points[:, k]) for k in range(3)], axis=1)
 
 
 def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) -> FloatArray:
-    """Return the positions x, with their heights replaced by the highest terrain there plus `above_ground`."""
+    """Return the release positions x, with heights replaced by the highest terrain there plus `above_ground`."""
     top = np.array(x)
     top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
     found = engine.ground_below(top)
@@ -215,7 +222,7 @@ def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) ->
 
 
 def check_above_ground(releases: Releases, names: Sequence[str], engine: Engine, frame: Frame) -> None:
-    """Refuse rocks that start under the ground or outside the terrain.
+    """Refuse releases under the ground or outside the terrain, before the first flight.
 
     Raises
     ------

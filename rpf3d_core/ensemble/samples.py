@@ -15,13 +15,15 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 
 EXACT = 100_000
-"""Largest number of values that are kept without rounding."""
+"""Largest number of values of a sample that are kept without rounding."""
 BITS = 11
-"""Significant bits of a rounded value; the relative error is at most 2^-BITS."""
+"""Number of significant bits of a rounded value; the relative error is at most 2^-BITS."""
 
 
 class Sample:
-    """A growing sample of values; values that are not finite count as unknown and are left out.
+    """A growing sample of the values of one quantity, from which percentiles and means are computed.
+
+    Values that are not finite count as unknown and are left out.
 
     count : number of values; low, high : smallest and largest value
     """
@@ -35,7 +37,7 @@ class Sample:
         self.add(values)
 
     def add(self, values: ArrayLike) -> None:
-        """Add values (N,) to the sample."""
+        """Add more values (N,) to the sample."""
         some = np.asarray(values, dtype=float)
         some = some[np.isfinite(some)]
         self._waiting.append(some)
@@ -45,7 +47,10 @@ class Sample:
             self._settle()
 
     def join(self, other: "Sample") -> None:
-        """Add the values of another sample; the result has the same bits as if all values were added to this sample."""
+        """Add the values of another sample, such as another part of a run.
+
+        The result has the same bits as if all values were added to this sample.
+        """
         other._settle()
         self._settle()
         self.count += other.count
@@ -53,12 +58,12 @@ class Sample:
         self._merge(np.concatenate([self._values, other._values]), np.concatenate([self._counts, other._counts]))
 
     def sorted(self) -> tuple[FloatArray, IntArray]:
-        """Return the distinct values (V,), ascending, in the unit of the added values, and the count of each (V,)."""
+        """Return the distinct values (V,) of the sample, ascending, and how often each occurs (V,)."""
         self._settle()
         return self._values, self._counts
 
     def percentiles(self, wanted: tuple[int, ...]) -> list[float]:
-        """Return percentiles of at least one value, interpolated linearly between values."""
+        """Return percentiles of a sample of at least one value, interpolated linearly between values."""
         values, counts = self.sorted()
         ends = np.cumsum(counts)
         rank = np.array(wanted) / 100.0 * (self.count - 1)
@@ -67,7 +72,7 @@ class Sample:
         return cuts
 
     def interval(self, wanted: int) -> tuple[float | None, float | None]:
-        """Return the 95 % interval of a percentile, for any distribution; an end without a bound is None.
+        """Return the 95 % confidence interval of a percentile, for any distribution; an end without a bound is None.
 
         The bounds are values of the sample. Between them are all values for which the share of smaller values agrees
         with `wanted` by the score test, which also gives Wilson's interval. With too few values, a high percentile has
@@ -83,14 +88,17 @@ class Sample:
         return self._ranked(low), self._ranked(high)
 
     def _ranked(self, rank: int) -> float | None:
-        """Return the value of a rank, counted from 1; None if there is no such rank."""
+        """Return the value of a rank in the sample, counted from 1 in ascending order.
+
+        The result is None if there is no such rank.
+        """
         if not 1 <= rank <= self.count:
             return None
         values, counts = self.sorted()
         return float(values[np.searchsorted(np.cumsum(counts), rank)])
 
     def mean(self) -> float:
-        """Return the mean of at least one value."""
+        """Return the mean of a sample of at least one value."""
         values, counts = self.sorted()
         return float((values * counts).sum() / self.count)
 
@@ -100,14 +108,17 @@ class Sample:
         return float(np.sqrt((counts * (values - self.mean()) ** 2).sum() / (self.count - 1)))
 
     def summary(self, wanted: tuple[int, ...]) -> dict[str, Any]:
-        """Return the number of values, percentiles (p5 and so on) and the largest value; None for unknown figures."""
+        """Return the figures for a run's summary: number of values, percentiles (p5 and so on) and largest value.
+
+        Unknown figures are None.
+        """
         if self.count == 0:
             return {"rocks": 0, **{f"p{p}": None for p in wanted}, "max": None}
         cuts = {f"p{p}": cut for p, cut in zip(wanted, self.percentiles(wanted), strict=True)}
         return {"rocks": self.count, **cuts, "max": float(self.high)}
 
     def _settle(self) -> None:
-        """Merge the waiting values into the distinct values and their counts."""
+        """Merge the values added since the last call into the distinct values and their counts."""
         some = np.concatenate(self._waiting) if self._waiting else np.empty(0)
         self._waiting = []
         ones = np.ones(len(some), dtype=np.int64)
@@ -120,6 +131,6 @@ class Sample:
 
 
 def rounded(values: FloatArray) -> FloatArray:
-    """Return values (N,) rounded to BITS significant bits."""
+    """Return values (N,) rounded to BITS significant bits, so that a large sample has few distinct values."""
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.round(mantissa * 2.0**BITS), exponent - BITS))

@@ -19,7 +19,7 @@ UNIT_SPHERE_VOLUME = 4.0 / 3.0 * math.pi
 
 @dataclass(frozen=True)
 class DrawnRock:
-    """Rocks of one density (kg/m^3) with a drawn size.
+    """Rocks of one density (kg/m^3) whose size is drawn at random.
 
     measure : the drawn quantity: diameter (m), mass (kg) or volume (m^3)
     """
@@ -32,7 +32,7 @@ class DrawnRock:
 def sizes_of(
     rock: Rock | DrawnRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the masses (R,) kg and radii (R,) m of rocks, from their numbers (R,) within a source.
+    """Return the masses (R,) kg and radii (R,) m of the rocks of a source, from their numbers (R,).
 
     source : number of the source, one for all rocks or one for each rock (R,)
     """
@@ -47,7 +47,7 @@ def sizes_of(
 
 
 def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
-    """Return the smallest and the largest mass (kg) that a rock can have."""
+    """Return the smallest and the largest mass (kg) that a rock of the scene can have, to check other settings."""
     if isinstance(rock, Rock):
         return rock.mass, rock.mass
     bounds = (rock.size.low, rock.size.high)
@@ -59,12 +59,15 @@ def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
 
 
 def diameter_of(mass: FloatArray | float, density: float) -> Any:
-    """Return diameters (R,) m of spheres with masses (R,) kg and one density (kg/m^3); a single mass gives a number."""
+    """Return the diameters (R,) m of rocks as spheres, from their masses (R,) kg and density (kg/m^3).
+
+    A single mass gives a single number.
+    """
     return 2.0 * np.cbrt(np.asarray(mass) / (density * UNIT_SPHERE_VOLUME))
 
 
 def _radii(volume: FloatArray) -> FloatArray:
-    """Return radii (R,) m of spheres of given volumes (R,) m^3."""
+    """Return the radii (R,) m of rocks as spheres, from their volumes (R,) m^3."""
     radius = np.empty(len(volume))
     if len(volume) <= FEW:
         _radius_all.py_func(volume.tolist(), radius)  # type: ignore[attr-defined]
@@ -75,6 +78,9 @@ def _radii(volume: FloatArray) -> FloatArray:
 
 @loop
 def _radius_all(volume: FloatArray, radius: FloatArray) -> None:
-    """Fill in radius (R,) m. A loop, because the last bit of NumPy's powers depends on the number of values."""
+    """Write the radii (R,) m of spheres with given volumes.
+
+    This is a loop, because the last bit of NumPy's powers depends on the number of values.
+    """
     for i in range(len(radius)):
         radius[i] = (volume[i] / UNIT_SPHERE_VOLUME) ** (1.0 / 3.0)

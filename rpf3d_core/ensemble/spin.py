@@ -1,4 +1,4 @@
-"""Rotational and total kinetic energy of spinning rocks, computed from their records. Rocks count as solid spheres."""
+"""Rotational and total kinetic energy of spinning rocks (as solid spheres), computed from their records."""
 
 from typing import Any, NamedTuple
 
@@ -11,12 +11,15 @@ from rpf3d_core.values import SPHERE_INERTIA_RATIO
 
 
 def rotational_energy(mass: FloatArray, radius: FloatArray, w: FloatArray) -> FloatArray:
-    """Return I w^2 / 2 (N,) J with I = 2/5 m R^2, from masses (N,) kg, radii (N,) m and spins (N,) rad/s."""
+    """Return the rotational energy (N,) J of rocks, I w^2 / 2 with I = 2/5 m R^2.
+
+    mass : (N,) kg; radius : (N,) m; w : (N,) rad/s, spins
+    """
     return np.asarray(0.5 * SPHERE_INERTIA_RATIO * mass * (radius * w) ** 2)
 
 
 def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> FloatArray:
-    """Return the largest rotational and the largest total energy (N, 2) J of N rocks, each over the rock's whole path.
+    """Return the largest rotational and the largest total energy (N, 2) J of each of N rocks on its whole path.
 
     Both maxima are at the ends of path segments: in flight the spin is constant, on a slide w^2 is convex in time.
     mass : (N,) kg; radius : (N,) m
@@ -33,7 +36,7 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
 
 
 class Spins(NamedTuple):
-    """The spin's share in the kinetic energy, as a squared speed: 2/5 (R w)^2 in m^2/s^2.
+    """The rotation of rocks as a squared speed that adds to v^2 in the kinetic energy: 2/5 (R w)^2 in m^2/s^2.
 
     pieces : (S, 2) at the start and at the end of each path segment; impacts : (I,) just before each impact
     """
@@ -43,7 +46,10 @@ class Spins(NamedTuple):
 
 
 def spins_squared(batch: Batch, radius: FloatArray) -> Spins:
-    """Return the squared speeds (m^2/s^2) due to spin for the records of N rocks; radius : (N,) m."""
+    """Return the squared speeds (m^2/s^2) due to spin for all recorded segments and impacts of N rocks.
+
+    radius : (N,) m
+    """
     if batch.pieces.shape[1] == PIECE_COLUMNS:
         return Spins(np.zeros((len(batch.pieces), 2)), np.zeros(len(batch.impacts)))
     struck, moved = (np.repeat(radius, np.diff(batch.first[:, k])) for k in range(2))

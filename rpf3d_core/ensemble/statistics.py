@@ -1,4 +1,4 @@
-"""Shares with their 95 % intervals, as plain values that can be written to JSON."""
+"""Shares of rocks with their 95 % intervals, as plain values that can be written to JSON."""
 
 from typing import Any
 
@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 NORMAL_QUANTILE_95 = 1.959963984540054
-"""Two-sided 95 % quantile of the normal distribution."""
+"""Two-sided 95 % quantile of the normal distribution, for confidence intervals."""
 
 PERCENTILES = (5, 25, 50, 75, 95)
-"""Percentiles that the summary reports."""
+"""Percentiles that the summary of a run reports."""
 
 
 def wilson_interval(count: int, total: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a share of `count` out of `total` >= 1.
+    """Return the 95 % confidence interval of a share of `count` out of `total` >= 1, due to the number of rocks.
 
     Sources
     -------
@@ -32,7 +32,7 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
 
 
 def wilson_intervals(count: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper ends (N,) of the 95 % confidence intervals of shares: counts (N,) out of `total` >= 1.
+    """Return the 95 % confidence intervals of several shares: their ends (N,), (N,); counts (N,) out of `total` >= 1.
 
     A count may be an effective number: the number of rocks whose unweighted share is as certain as a weighted share.
     Counts may therefore have fractions. Source: as `wilson_interval`.
@@ -46,7 +46,10 @@ def wilson_intervals(count: FloatArray, total: int) -> tuple[FloatArray, FloatAr
 
 
 def share_of(count: int, total: int) -> dict[str, Any]:
-    """Return a count, its share of `total` (-) and the share's 95 % Wilson interval; None if `total` is 0."""
+    """Return a count of rocks with its share of `total` (-) and the share's 95 % interval, as the outputs report them.
+
+    Share and interval are None if `total` is 0.
+    """
     if total == 0:
         return {"rocks": 0, "share": None, "interval_95": None}
     return {"rocks": int(count), "share": count / total, "interval_95": list(wilson_interval(int(count), total))}

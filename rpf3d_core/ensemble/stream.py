@@ -1,4 +1,4 @@
-"""Fly any number of rocks in bounded memory: draw a block of rocks, fly it, pass on its results, free it."""
+"""Fly any number of rocks in bounded memory, one block of rocks after another: draw it, fly it, pass on its results."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -16,18 +16,24 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Compiled, Engine
 
 BLOCK = 16_384
-"""Largest number of rocks in a block. With 200 impacts per rock, sorting a block needs some hundreds of megabytes."""
+"""Largest number of rocks that are drawn and flown together (a block), which limits the memory.
+
+With 200 impacts per rock, sorting a block needs some hundreds of megabytes.
+"""
 
 NO_RELEASES = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
-"""Empty releases, without rocks."""
+"""Releases without rocks, as a start for joining releases."""
 
 Sink = Callable[[Deposits, Impacts], None]
-"""Called with the deposits and impacts of each block, in order; `Impacts.row` counts from the block's first rock."""
+"""Callback that receives the deposits and impacts of each block of rocks, in order, such as to write them to a file.
+
+`Impacts.row` counts from the block's first rock.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """The rocks that are kept in memory for display.
+    """Selects the rocks that are kept in memory for display.
 
     rocks : (N,) rows of the rocks, None for all; paths : (P,) rows of the rocks whose paths are also kept
     """
@@ -37,7 +43,7 @@ class Shown:
 
 
 def precompile_fragments(engine: Engine, flight: Flight) -> None:
-    """Compile the functions that make fragments, if rocks may break."""
+    """Compile the functions that make fragments, if rocks may break, so that the first broken rock does not wait."""
     effects = links_of(flight.models.effects)
     if isinstance(engine, Compiled) and any(breaks.has_rule(type(effect)) for effect in effects):
         from rpf3d_core.ensemble.pieces import Breaking
@@ -46,7 +52,10 @@ def precompile_fragments(engine: Engine, flight: Flight) -> None:
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
-    """Select `shown` of R rocks for display (None: all), evenly spread, and among these `paths` rocks with paths."""
+    """Return the rocks to keep for display: `shown` of R rocks (None: all), and `paths` of these with their paths.
+
+    Both selections are evenly spread.
+    """
     if shown is None:
         return Shown(None, spread_over(rocks, paths))
     some = spread_over(rocks, shown)
@@ -54,7 +63,7 @@ def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
 
 
 def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None) -> Iterator[list[range]]:
-    """Yield the ranges of rock numbers of each source for each block.
+    """Yield the blocks of rocks to fly, one after another: a range of rock numbers for each source.
 
     first, last : first rock number of each source, and the number after its last rock
     size : approximate number of rocks in a block; None for BLOCK
@@ -68,7 +77,7 @@ def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None
 
 
 def _share(low: int, high: int, b: int, blocks: int) -> range:
-    """Return the rock numbers of one source, among low to high - 1, that are in block b."""
+    """Return the rock numbers of one source, among low to high - 1, that belong to block number b."""
     if high - low >= blocks:
         return range(low + b, high, blocks)
     return range(low + b * (high - low) // blocks, low + (b + 1) * (high - low) // blocks)
@@ -76,7 +85,7 @@ def _share(low: int, high: int, b: int, blocks: int) -> range:
 
 @dataclass(eq=False)
 class Stream:
-    """Flies an ensemble block by block, passes the results to the sink and keeps the rocks to display.
+    """Flies an ensemble one block of rocks after another, passes the results on and keeps the rocks to display.
 
     Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
     `dust` is the mass of fragments too small to fly, in `broken.DUST_UNITS`.
@@ -105,7 +114,7 @@ class Stream:
         self._releases: list[Releases] = []
 
     def fly(self, blocks: Iterable[Releases]) -> bool:
-        """Fly blocks of rocks; return False if the run was stopped before all had flown."""
+        """Fly blocks of rocks, and their fragments; return False if the run was stopped before all rocks had flown."""
         for releases in blocks:
             flown = self._fly_block(releases)
             self.rows += len(releases.x)
@@ -114,7 +123,7 @@ class Stream:
         return True
 
     def _fly_block(self, releases: Releases) -> int:
-        """Fly one block and then its fragments; return the number of rocks of the block that flew."""
+        """Fly one block of rocks and then its fragments; return the number of rocks of the block that flew."""
         rocks, struck = len(releases.x), None if self.impacts else self.shown.rocks
         keep = Keep(self._chosen(self.shown.paths, rocks), self._chosen(struck, rocks))
         control = BatchControl(threads=self.threads, stop=self.stop, advance=self.advance)
@@ -125,7 +134,7 @@ class Stream:
         return len(batch.rows)
 
     def _fly_pieces(self, batch: Batch, releases: Releases) -> None:
-        """Fly the fragments of rocks that broke, and their fragments, to their ends, whatever `stop` returns.
+        """Fly the fragments of the rocks that broke, and then their fragments, even if the run was stopped.
 
         Paths and impacts of fragments are kept only if those of every rock are kept.
         """
@@ -143,7 +152,7 @@ class Stream:
             broken = in_turn([part for _, part in parts])
 
     def _fly_some(self, pieces: Releases, flight: Flight) -> tuple[Releases, Broken]:
-        """Fly fragments to their ends; return the releases of those that broke, and their state when they broke."""
+        """Fly some fragments; return the releases of those that broke, and their state when they broke."""
         shown = np.full(len(pieces.x), self.shown.rocks is None)
         keep = Keep(shown, shown | self.impacts)
         batch = fly_batches(self.engine, flight, pieces, keep, self.watch, BatchControl(threads=self.threads))
@@ -152,7 +161,7 @@ class Stream:
         return taken(pieces, batch.broken.rows), batch.broken
 
     def _hand_on(self, batch: Batch, releases: Releases, chosen: NDArray[np.bool_]) -> None:
-        """Pass deposits and impacts of a batch to the sink and keep the rocks chosen for display."""
+        """Pass the deposits and impacts of a batch to the sink and keep the rocks chosen for display."""
         if self.sink:
             self.sink(deposits_of(batch.finals, batch.counts, taken(releases, batch.rows)), impacts_of(batch))
         shown = chosen[batch.rows]
@@ -161,7 +170,10 @@ class Stream:
         self._releases.append(taken(releases, batch.rows[shown]))
 
     def _chosen(self, rows: IntArray | None, count: int) -> NDArray[np.bool_]:
-        """Return flags (count,) of the next `count` rocks: True for the given rows; all True if `rows` is None."""
+        """Return flags (count,) of the next `count` rocks, True for those among the given rows.
+
+        All flags are True if `rows` is None.
+        """
         chosen = np.full(count, rows is None)
         if rows is None:
             return chosen
@@ -169,18 +181,21 @@ class Stream:
         return chosen
 
     def flights(self, compile_s: float, fly_s: float) -> Flights:
-        """Return the flights of the rocks kept for display; compile_s, fly_s : wall seconds."""
+        """Return the results of the rocks kept for display.
+
+        compile_s, fly_s : wall seconds of the run
+        """
         releases = _joined(self._releases)
         return flights_of(self._batches, releases, self.engine.name, compile_s, fly_s)
 
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
-    """Return the releases in the given rows (N,)."""
+    """Return some of the releases, in the given rows (N,)."""
     return Releases(*(column[rows] for column in _columns(releases)))
 
 
 def _joined(parts: Sequence[Releases]) -> Releases:
-    """Join several releases into one, in sequence."""
+    """Return several releases joined into one, one after another."""
     return Releases(*(np.concatenate(columns) for columns in zip(*map(_columns, parts), strict=True)))
 
 

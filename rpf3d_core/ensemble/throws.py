@@ -1,4 +1,4 @@
-"""Velocities of thrown rocks: a given or drawn speed, in a direction that may vary within a cone."""
+"""Release velocities of thrown rocks, as from a blast: a speed, in a direction that may vary within a cone."""
 
 import math
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from rpf3d_core.values import Vec
 
 
 class Throw(NamedTuple):
-    """Speed and direction of thrown rocks.
+    """Speed and direction of the rocks that a source throws.
 
     speed : distribution (m/s); azimuth : radians clockwise from +y of the local frame (north)
     elevation : radians above the horizontal
@@ -26,14 +26,14 @@ class Throw(NamedTuple):
 
 
 def axes_of(throw: Throw) -> tuple[Vec, Vec, Vec]:
-    """Return three orthogonal unit vectors: the throw's direction, the horizontal to its right, and the third."""
+    """Return the axes of a throw's cone of directions, three unit vectors: ahead, horizontally right, and the third."""
     sa, ca = math.sin(throw.azimuth), math.cos(throw.azimuth)
     se, ce = math.sin(throw.elevation), math.cos(throw.elevation)
     return (sa * ce, ca * ce, se), (ca, -sa, 0.0), (-sa * se, -ca * se, ce)
 
 
 def thrown(throw: Throw, speed: FloatArray, tilt: FloatArray, turn: FloatArray) -> FloatArray:
-    """Return velocities (R, 3) m/s of thrown rocks with speeds (R,) m/s.
+    """Return the release velocities (R, 3) m/s of thrown rocks with speeds (R,) m/s.
 
     tilt, turn : (R,) uniform numbers in [0, 1) that select the direction in the cone; used only with a spread
     """
@@ -52,7 +52,7 @@ def thrown(throw: Throw, speed: FloatArray, tilt: FloatArray, turn: FloatArray) 
 def _throw_all(
     axes: tuple[Vec, Vec, Vec], closeness: float, speed: FloatArray, tilt: FloatArray, turn: FloatArray, v: FloatArray
 ) -> None:
-    """Fill in the velocities v (R, 3) m/s, with directions spread evenly over the cone.
+    """Write the velocities v (R, 3) m/s of thrown rocks, with directions spread evenly over the cone.
 
     On a sphere, equal steps along the axis cut off equal areas (Archimedes).
     """

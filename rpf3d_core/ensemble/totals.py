@@ -1,4 +1,4 @@
-"""Totals of an ensemble, added up block after block: number of rocks per outcome, and distributions over all rocks."""
+"""Totals of an ensemble, added up while it flies: number of rocks per outcome, and distributions over all rocks."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -14,15 +14,17 @@ from rpf3d_core.simulation.engines import SPIN_FINALS
 from rpf3d_core.values import DEPOSITED, Outcome
 
 PATH_UNITS = 2**20
-"""Path lengths are added in units of 1/2^20 m, as whole numbers, because the sum is then the same in any order."""
+"""Units per metre in which path lengths are added, as whole numbers, because the sum is then the same in any order."""
 
 Position = Callable[[FloatArray], FloatArray]
-"""Function that returns the coordinates (N,) m of points (N, 3), local frame, along a given direction."""
+"""Function that returns the coordinates (N,) m of points (N, 3), local frame, along the direction of field data."""
 
 
 @dataclass(eq=False)
 class Totals:
-    """Counts and distributions over all flown rocks. Rocks that failed are counted, but are in no distribution.
+    """Counts and distributions over all flown rocks, for the summary of a run.
+
+    Rocks that failed are counted, but are in no distribution.
 
     position : function for the coordinate in which stops are compared with field data; None without field data
     pieces : number of rocks that are fragments; dust : mass of fragments too small to fly, in DUST_UNITS
@@ -62,7 +64,7 @@ class Totals:
         return float(Fraction(self.dust, DUST_UNITS))
 
     def add(self, deposits: Deposits) -> None:
-        """Add the deposits of more rocks."""
+        """Add the results of more rocks to the totals."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
         self.impacts += int(deposits.impacts.sum())
@@ -77,7 +79,7 @@ class Totals:
             self.stops.add(self.position(deposits.x[at_rest]))
 
     def join(self, other: "Totals") -> None:
-        """Add the totals of another part of the same ensemble."""
+        """Add the totals of another part of the same ensemble, such as from another process."""
         self.outcomes.update(other.outcomes)
         self.impacts += other.impacts
         self.path += other.path
@@ -88,6 +90,6 @@ class Totals:
 
 
 def runout(deposits: Deposits) -> FloatArray:
-    """Return the horizontal distance (R,) m from release to end."""
+    """Return the runout (R,) m of rocks: the horizontal distance from release to end."""
     run: FloatArray = np.linalg.norm(deposits.x[:, :2] - deposits.release[:, :2], axis=1)
     return run

@@ -1,4 +1,4 @@
-"""Test whether the shares of two independent ensembles differ: interval, p value, and Holm's correction.
+"""Test whether the shares of two independent ensembles differ: confidence interval, p value, and Holm's correction.
 
 A share is a count out of a total, as in `statistics.share_of`.
 """
@@ -9,14 +9,17 @@ from collections.abc import Sequence
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 LEAST_EXPECTED = 5.0
-"""Expected count below which the normal approximation is not trusted (Cochran 1954, Biometrics 10:417-451)."""
+"""Expected count below which an exact test replaces the normal approximation (Cochran 1954, Biometrics 10:417-451)."""
 AS_LIKELY = 1.0 + 1e-7
-"""Tolerance factor for rounding, as in R's fisher.test: a table counts as no more likely than the observed table if its
-chance is at most this factor times the chance of the observed table."""
+"""Tolerance factor for rounding, by which Fisher's exact test compares chances, as in R's fisher.test.
+
+A table counts as no more likely than the observed table if its chance is at most this factor times the chance of the
+observed table.
+"""
 
 
 def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]:
-    """Return the 95 % interval of the difference of two shares, a / n_a - b / n_b; both totals >= 1.
+    """Return the 95 % confidence interval of the difference of two shares, a / n_a - b / n_b; both totals >= 1.
 
     Sources
     -------
@@ -29,7 +32,7 @@ def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]
 
 
 def p_value(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the two-sided p value of the hypothesis that the shares a / n_a and b / n_b are equal.
+    """Return the two-sided p value of the hypothesis that two shares, a / n_a and b / n_b, are equal.
 
     The test is the pooled z test, or Fisher's exact test for small counts.
     """
@@ -39,14 +42,19 @@ def p_value(a: int, n_a: int, b: int, n_b: int) -> float:
 
 
 def pooled_z_p(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the two-sided p value of the pooled z test, without continuity correction (Pearson's chi-square)."""
+    """Return the two-sided p value that two shares are equal, by the pooled z test, for large counts.
+
+    The test has no continuity correction; it equals Pearson's chi-square test.
+    """
     pooled = (a + b) / (n_a + n_b)
     spread = math.sqrt(pooled * (1.0 - pooled) * (1.0 / n_a + 1.0 / n_b))
     return 1.0 if spread == 0.0 else math.erfc(abs(a / n_a - b / n_b) / spread / math.sqrt(2.0))
 
 
 def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the two-sided p value of Fisher's exact test: the chance of all tables no likelier than the observed one.
+    """Return the two-sided p value that two shares are equal, by Fisher's exact test, for small counts.
+
+    It is the chance of all tables that are no likelier than the observed table.
 
     Sources
     -------
@@ -60,7 +68,10 @@ def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
 
 
 def _chance(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Return the hypergeometric chance of the counts a out of n_a and b out of n_b, given their sum a + b."""
+    """Return the chance of the counts a out of n_a and b out of n_b if both shares are equal, given their sum a + b.
+
+    This is the hypergeometric distribution.
+    """
     return math.exp(_log_choose(n_a, a) + _log_choose(n_b, b) - _log_choose(n_a + n_b, a + b))
 
 
@@ -69,7 +80,7 @@ def _log_choose(n: int, k: int) -> float:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Return p values corrected for the number of tests (Holm), in the order of `p_values`.
+    """Return p values corrected for the number of tests by Holm's method, in the order of `p_values`.
 
     If every difference with a corrected p value below 0.05 is called real, then at most 5 % of such sets of tests
     contain one or more wrong calls.

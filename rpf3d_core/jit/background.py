@@ -1,4 +1,4 @@
-"""Compile functions in a background process, into the disk cache that both processes share.
+"""Compile functions in a background process during start-up, into the disk cache that both processes share.
 
 numba compiles only one function at a time in a process, with any number of threads. A second process saves time: the
 main process loads the compiled functions from the cache. The main process waits for a function before the first call,
@@ -27,16 +27,22 @@ PATIENCE = 60.0
 """Longest time (s) that the main process waits for the background process; an idle machine needs 15 s for all loops."""
 FEWEST_CORES = 2
 HOME = Path(__file__).parents[2]
-"""Folder that contains the package `rpf3d_core`, for any current folder of the caller."""
+"""Folder that contains the package `rpf3d_core`, so that the background process finds it from any folder."""
 
 Call = tuple[Any, tuple[Any, ...]]
-"""A loop with example arguments, which have exactly the types of the later arguments."""
+"""A loop (a function to compile) with example arguments, which have exactly the types of the later arguments."""
 Work = tuple[str, str, tuple[Any, ...] | None]
-"""Module and name of a loop, and the argument types to compile; None instead of types means: call the function."""
+"""A request to the background process: module and name of a loop, and the argument types to compile.
+
+None instead of types means: call the function.
+"""
 
 
 class BackgroundCompiler:
-    """A background process that compiles the ordered loops one by one; without a process, all methods do nothing."""
+    """A background process that compiles loops while the main process does other work.
+
+    Without a process, all methods do nothing.
+    """
 
     def __init__(self, process: "subprocess.Popen[bytes] | None") -> None:
         self._process = process
@@ -46,7 +52,7 @@ class BackgroundCompiler:
             threading.Thread(target=_listen, args=(process, self._answers), daemon=True).start()
 
     def compile(self, *calls: Call) -> None:
-        """Order the compilation of loops; the caller must call `wait` before the first call of these loops.
+        """Request the compilation of loops; the caller must call `wait` before it first calls these loops.
 
         Otherwise two processes could write the same file in the cache.
         """
@@ -54,7 +60,10 @@ class BackgroundCompiler:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
-        """Order calls of functions that call loops; the caller must call `wait` before it calls these loops."""
+        """Request calls of functions that call loops, so that these loops are compiled.
+
+        The caller must call `wait` before it calls these loops.
+        """
         self._order([(*_address(function), None) for function in functions])
 
     def wait(self, *parts: Any) -> None:
@@ -73,7 +82,7 @@ class BackgroundCompiler:
             self.end()
 
     def has_done(self, part: Any) -> bool:
-        """True if the process has finished a loop or function, or if there is no order or no process."""
+        """True if a loop or function needs no waiting: it is done, was not requested, or there is no process."""
         with suppress(queue.Empty):
             while True:
                 self._note(self._answers.get_nowait())
@@ -91,7 +100,7 @@ class BackgroundCompiler:
         process.wait()
 
     def _order(self, work: list[Work]) -> None:
-        """Send orders to the background process."""
+        """Send requests to the background process."""
         if self._process is None or self._process.stdin is None:
             return
         self._awaited += [f"{module}.{name}" for module, name, _ in work]
@@ -100,7 +109,7 @@ class BackgroundCompiler:
             self._process.stdin.flush()
 
     def _note(self, answer: str) -> None:
-        """Record a finished loop or function, or the end of the process."""
+        """Record that the background process has finished a loop or function, or has ended."""
         if answer == ENDED:
             self.end()
         elif answer.strip() in self._awaited:
@@ -108,14 +117,16 @@ class BackgroundCompiler:
 
 
 ENDED = ""
-"""Answer that marks the end of the process."""
+"""Message that marks the end of the background process."""
 NO_BACKGROUND = BackgroundCompiler(None)
-"""A compiler without a background process."""
+"""A compiler without a background process, for callers that compile everything themselves."""
 
 
 @contextmanager
 def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
-    """Yield a background compiler for some loops; the process starts at once, because its imports take a second.
+    """Yield a background compiler for some loops, which ends with the `with` block.
+
+    The process starts at once, because its imports take a second.
 
     No process starts if no core is free, if the loops are already compiled, or if they cannot be kept on disk.
     """
@@ -127,23 +138,23 @@ def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
 
 
 def has_spare_core() -> bool:
-    """True if a core is free for the background process: two processes need a sixth more computing time than one."""
+    """True if a processor core is free for the background process; two processes need a sixth more computing time."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)
 
 
 def _are_missing(loops: Sequence[Any]) -> bool:
-    """True if no loop is in the cache, and the cache can store all loops."""
+    """True if a background process helps: no loop is in the disk cache, and the cache can store all loops."""
     return all(hasattr(loop, "typeof_pyval") and not is_cached(loop) and keeps_compiled(loop) for loop in loops)
 
 
 def _address(part: Any) -> tuple[str, str]:
-    """Return the module and name with which another process imports a loop or function."""
+    """Return the module and name with which another process can import a loop or function."""
     return part.__module__, part.__name__
 
 
 def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]") -> None:
-    """Put the output of a process into a queue, line by line, and ENDED after the last line."""
+    """Pass the messages of the background process to a queue, line by line, and ENDED after the last line."""
     if process.stdout is not None:
         with process.stdout as lines:
             for line in lines:
@@ -152,7 +163,7 @@ def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]
 
 
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
-    """Start the background process with the modules of the loops; return None if the process cannot be started."""
+    """Return the started background process, with the modules of the loops; None if the process cannot be started."""
     modules = {loop.__module__ for loop in loops}
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])}
     with suppress(OSError):
@@ -164,7 +175,7 @@ def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
 
 
 def main(modules: Sequence[str]) -> None:
-    """Execute the orders from standard input and print the name of each finished loop or function.
+    """Compile what the main process requests on standard input, and print the name of each finished loop or function.
 
     The process ends as soon as standard input closes, because the main process has then ended.
     """
@@ -179,7 +190,7 @@ def main(modules: Sequence[str]) -> None:
 
 
 def _take(orders: "queue.SimpleQueue[bytes]") -> None:
-    """Put each arriving order into a queue, still pickled: unpickling imports modules, which one thread only may do."""
+    """Put each request that arrives into a queue, still pickled, for the main loop of the background process."""
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:
@@ -190,7 +201,7 @@ def _take(orders: "queue.SimpleQueue[bytes]") -> None:
 
 
 def _work(digests: Sequence[str], work: Sequence[Work]) -> Iterator[str]:
-    """Compile loops and call functions; yield the name of each finished part."""
+    """Compile loops and call functions as requested; yield the name of each one when it is finished."""
     for digest in digests:
         compile_apart(digest)
     for module, name, types in work:

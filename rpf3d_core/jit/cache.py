@@ -17,22 +17,22 @@ except ImportError:
     numba = None
 
 SOURCES = Path(__file__).parents[1]
-"""The package whose sources are compiled."""
+"""Folder of the package whose sources are compiled."""
 PACKAGE = f"{__name__.partition('.')[0]}."
 STUB = re.compile(r"^@model_function\ndef (\w+)", re.MULTILINE)
-"""Matches the registration of a model function."""
+"""Pattern that finds the registration of a model function in a source file."""
 RULE = re.compile(r"^@(\w+)\.(?:rule|otherwise)\b", re.MULTILINE)
-"""Matches the registration of a rule of a model function."""
+"""Pattern that finds the registration of a rule of a model function in a source file."""
 IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|([^#\n]*))", re.MULTILINE)
 
 LOOPS: list[Any] = []
-"""All loops, so that `compile_apart` can change the cache folder of each."""
+"""All compiled loops, so that `compile_apart` can change the cache folder of each."""
 _foreign: set[str] = set()
-"""Digests of user code that kernels call."""
+"""Digests of the user's own models that compiled code calls; with them, code is kept in a cache folder of its own."""
 
 
 def compile_apart(digest: str) -> None:
-    """Store all code compiled after this call in a separate cache folder, because kernels call user-defined code.
+    """Store all code compiled from now on in a separate cache folder, because it calls the user's own code.
 
     digest : of the user-defined code. In a common folder, numba would not notice an edit of the user's code, and a
     process without the user's code could not read the index of the cache.
@@ -45,12 +45,12 @@ def compile_apart(digest: str) -> None:
 
 
 def compiled_apart() -> list[str]:
-    """Return all digests given to `compile_apart`, for another process that must use the same folder."""
+    """Return all digests given to `compile_apart`, so that another process can use the same cache folder."""
     return sorted(_foreign)
 
 
 def cache_folder(module: str) -> Path:
-    """Return the cache folder for the loops of a module; each version of their source files has its own folder."""
+    """Return the disk cache folder for the loops of a module; each version of their source files has its own folder."""
     digest = source_digest(module)
     if _foreign:
         digest += "-" + hashlib.sha256("".join(sorted(_foreign)).encode()).hexdigest()[:16]
@@ -58,7 +58,7 @@ def cache_folder(module: str) -> Path:
 
 
 def is_cached(loop: Any, *classes: type) -> bool:
-    """True if the disk cache contains a loop, compiled for arguments of the given classes."""
+    """True if the disk cache contains a loop, compiled for arguments of given classes: its first call is fast."""
     with suppress(OSError):
         found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")
         return any(all(cls.__name__.encode() in index for cls in classes) for index in map(Path.read_bytes, found))
@@ -66,14 +66,14 @@ def is_cached(loop: Any, *classes: type) -> bool:
 
 
 def keeps_compiled(loop: Any) -> bool:
-    """True if the compiled code of a loop is kept on disk."""
+    """True if the compiled code of a loop is kept on disk for the next process."""
     with in_cache_folder(loop.__module__) as usable:
         return usable
 
 
 @contextmanager
 def in_cache_folder(module: str) -> Iterator[bool]:
-    """Point numba's cache at the folder for the loops of a module; yield whether the folder is usable.
+    """Make numba use our cache folder for the loops of a module; yield true if the folder is usable.
 
     numba checks only the file of the decorated function. In numba's own folder, stale code would therefore run after an
     edit in another file whose functions are called. If the folder is not writable, each process compiles again.
@@ -92,7 +92,12 @@ def in_cache_folder(module: str) -> Iterator[bool]:
 
 
 def source_digest(module: str) -> str:
-    """Return the first 16 hex digits of the SHA-256 of all source files that the loops of a module depend on."""
+    """Return a digest of all source files that the loops of a module depend on.
+
+    It changes if compiled code is out of date.
+
+    The digest is the first 16 hex digits of the SHA-256.
+    """
     return _digest(SOURCES, module.removeprefix(PACKAGE).replace(".", "/"))
 
 
@@ -112,13 +117,13 @@ def _package(root: Path) -> "PackageSources":
 
 
 class PackageSources:
-    """The source files of a package, to find the files that the compiled code of one file depends on.
+    """The source files of the package, to find out which files the compiled code of one file depends on.
 
     texts : mapping from a file of the package, without its suffix (`terrain/facets`), to its text
     """
 
     def __init__(self, texts: Mapping[str, str]) -> None:
-        """Find the files that register model functions, and the files that register rules."""
+        """Find the files that register model functions, and the files that register their rules."""
         self.texts = texts
         self._stubs = {name: set(STUB.findall(text)) for name, text in texts.items()}
         self._rules = {name: set(RULE.findall(text)) for name, text in texts.items()}
@@ -126,7 +131,7 @@ class PackageSources:
         self._always = {name for name, rules in self._rules.items() if rules - known}
 
     def kernel_sources(self, file: str) -> set[str]:
-        """Return all files that the compiled loops of a file may depend on, including the file itself.
+        """Return all source files that the compiled loops of a file may depend on, including the file itself.
 
         The result contains all files that are imported, directly or indirectly: compiled code contains the values of
         globals. For each model function in these files, the result contains the files that register its rules. A file
@@ -147,7 +152,7 @@ class PackageSources:
 
 
 def _imported(text: str) -> Iterator[str]:
-    """Yield the paths of all imports from the package: files, or names in files, in the same form."""
+    """Yield the paths of all imports of a source file from the package: files, or names in files, in the same form."""
     for match in IMPORT.finditer(text):
         package = match[1].strip(".").replace(".", "/")
         yield package

@@ -1,4 +1,4 @@
-"""The interface of the package to numba, with a fallback without numba: physics written once for both engines.
+"""The use of numba in the package: the physics is written once, and runs compiled or, without numba, in plain Python.
 
 `kernel` marks a function that both engines call. `model_function` marks a function with one rule for each model. `loop`
 marks a loop that is compiled if numba is installed. Without numba, all three leave plain Python functions, and only the
@@ -29,8 +29,11 @@ HAS_NUMBA = numba is not None
 F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS = {"error_model": "numpy", "_nrt": False}
-"""Options of all compiled code. Compiled code allocates no memory, so reference counts are switched off (`_nrt`): the
-code is then three times as fast, because an access to an array in a NamedTuple would change a count twice."""
+"""Options of all compiled code.
+
+Compiled code allocates no memory, so reference counts are switched off (`_nrt`): the code is then three times as fast,
+because an access to an array in a NamedTuple would change a count twice.
+"""
 
 INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Options of functions that only compiled code calls: they are copied into their callers."""
@@ -39,25 +42,25 @@ if Inlined is not None:
 
 
 class ModelFunction(Protocol):
-    """A function with one rule per class of its first argument."""
+    """A function with one rule per model: the class of its first argument selects the rule."""
 
     __name__: str
 
     def __call__(self, model: Any, *args: Any) -> Any:
-        """Call the rule of the model's class."""
+        """Call the rule for the model's class."""
 
     def rule(self, cls: type) -> Callable[[F], F]:
-        """Register the rule of a class."""
+        """Return a decorator that registers a function as the rule for a class."""
 
     def otherwise(self, function: F) -> F:
-        """Register the rule of all classes without a rule of their own."""
+        """Register a function as the rule for all classes without a rule of their own."""
 
     def has_rule(self, cls: type) -> bool:
         """True if a class has a rule of its own."""
 
 
 def kernel(function: F) -> F:
-    """Mark a function of plain values as callable from compiled code; Python calls the function unchanged."""
+    """Mark a function of plain values so that both engines can call it: compiled code, and Python unchanged."""
     if numba is None:
         return function
     marked: F = numba.extending.register_jitable(**INLINED)(function)
@@ -65,7 +68,9 @@ def kernel(function: F) -> F:
 
 
 def loop(function: F) -> F:
-    """Compile a loop over rocks or facets on its first call, without the interpreter's lock, into the disk cache.
+    """Compile a loop over rocks or facets on its first call, into the disk cache.
+
+    Other threads can run at the same time.
 
     The loop runs on the calling thread; `ensemble/fly.py` spreads batches over threads, which also serves progress and
     Ctrl-C. `py_func` keeps the undecorated function. The order of summation is kept (no fastmath, no contraction), so
@@ -81,7 +86,7 @@ def loop(function: F) -> F:
 
 
 def model_function(stub: Callable[..., Any]) -> ModelFunction:
-    """Turn a stub `f(model, *args)` into a dispatch on the class of `model`.
+    """Turn a stub `f(model, *args)` into a function that calls the rule for the class of `model`.
 
     `@f.rule(Model)` registers the rule of a class: a NamedTuple of numbers if the rule must compile. `@f.otherwise`
     registers the rule of all classes without one, including None: if a scene names no model, no other rule is compiled.
@@ -126,18 +131,23 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
 
 
 OTHERWISE = "otherwise"
-"""Key of the rule for all classes without a rule of their own."""
+"""Key of the rule for all classes without a rule of their own, among the rules of a model function."""
 
 
 def _class_of(kind: Any) -> type:
-    """Return the class of the values of a numba type: NamedTuples and None have one; other types have no rules."""
+    """Return the Python class that belongs to a numba type, which selects the rule of a model function.
+
+    NamedTuples and None have one; other types have no rules.
+    """
     if isinstance(kind, types.NoneType):
         return type(None)
     return getattr(kind, "instance_class", type(kind))
 
 
 def guarded(instead: F) -> Callable[[F], F]:
-    """Mark a kernel `f(*args)` whose arithmetic may fail: where Python raises, the result is `instead(*args)`.
+    """Mark a kernel `f(*args)` whose arithmetic may fail, so that a bad number ends one rock and not the run.
+
+    In Python, the result is `instead(*args)` where the kernel raises.
 
     Compiled code never raises: the root of a negative number is NaN, a division by zero is infinite, and the
     computation continues.

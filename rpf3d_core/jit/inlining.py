@@ -1,4 +1,4 @@
-"""Copy the code of kernels into the loops that call the kernels, and generate machine code for the loops only.
+"""Save time at the first call: copy the code of kernels into the loops that call them, and compile only the loops.
 
 numba optimises every function and generates its machine code, as if Python called the function directly. For kernels,
 this work is not needed and takes a third of the time of a first call. This file depends on numba's internals: if the
@@ -15,8 +15,11 @@ NEEDLESS = frozenset((
     "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "InlineInlinables", "FindLiterallyCalls",
     "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites", "AnnotateTypes",
 ))  # fmt: skip
-"""Compilation steps that kernels do not need: `with`, functions within functions, loops over mixed tuples, arithmetic
-of whole arrays, and listings. A kernel with such code does not compile."""
+"""Compilation steps of numba that kernels do not need, and that are left out to save time.
+
+These are the steps for `with`, functions within functions, loops over mixed tuples, arithmetic of whole arrays, and
+listings. A kernel with such code does not compile.
+"""
 
 for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_finalize_final_module", "_finalized"):
     if not hasattr(JITCodeLibrary, _name):
@@ -24,14 +27,14 @@ for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_
 
 
 class _NoMachineCode:
-    """Stand-in for the object that holds the machine code of a function; numba passes Python objects to this object."""
+    """Stand-in for the object that holds a function's machine code: numba asks for one, and a kernel has none."""
 
     def set_env(self, name: str, env: Any) -> None:
         """Do nothing: a kernel needs no Python objects."""
 
 
 class _Copied(JITCodeLibrary):
-    """The simplified code of one kernel and of the kernels that it calls."""
+    """The simplified code of one kernel and of the kernels that it calls, to be copied into a loop."""
 
     @property
     def codegen(self) -> _NoMachineCode:
@@ -50,10 +53,10 @@ class _Copied(JITCodeLibrary):
 
 
 class Inlined(Compiler):
-    """The compiler of kernels: `pipeline_class` of numba's options."""
+    """The compiler of kernels, which leaves out needless steps (`pipeline_class` of numba's options)."""
 
     def define_pipelines(self) -> list[PassManager]:
-        """Return the compilation steps of a kernel."""
+        """Return the compilation steps of a kernel: numba's usual steps without those that kernels do not need."""
         state: Any = self.state
         state.library = _Copied(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         state.library.enable_object_caching()

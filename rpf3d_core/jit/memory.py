@@ -12,46 +12,52 @@ import numpy as np
 from numpy.typing import NDArray
 
 Memory = Callable[[str, int, Any], NDArray[Any]]
-"""A function that returns an array for a name, a length and a type; the content is undefined."""
+"""A function that provides an array with undefined content, from a name, a length and a type: new or reused memory."""
 Share = Callable[[Sequence[Callable[[], Any]]], list[Any]]
-"""A function that calls functions, in any order or in parallel, and returns their results in the given order."""
+"""A function that calls several functions, in any order or in parallel, and returns their results in order."""
 
 SPARE = 8
-"""An array that is too short gets the requested length plus 1 / SPARE of this length, because surveys grow slowly."""
+"""Divisor of the requested length that gives the spare length of a new array, because surveys grow slowly."""
 
 
 def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:
-    """Return a new array (N,) of a length N; a `Memory`."""
+    """Return a new array (N,): the `Memory` that reuses nothing."""
     return np.empty(length, dtype)
 
 
 def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Call the functions on this thread, in order; a `Share`."""
+    """Call the functions on this thread, in order, and return their results: the `Share` without threads."""
     return [piece() for piece in work]
 
 
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
-    """Return the array (N,) if it is long enough, else a longer array with spare elements, filled up with `rest`."""
+    """Return the array (N,) if it is long enough, else a longer copy with spare elements, filled up with `rest`."""
     if len(array) >= length:
         return array
     return np.concatenate([array, np.full(length + length // SPARE - len(array), rest, dtype=array.dtype)])
 
 
 class Kept:
-    """A `Memory` that returns the same array again for the same name; two users must not share it at the same time."""
+    """A `Memory` that returns the same array again for a name: a new survey reuses the memory of an old one.
+
+    Two users must not share it at the same time.
+    """
 
     def __init__(self) -> None:
         self._arrays: dict[str, NDArray[Any]] = {}
 
     def __call__(self, name: str, length: int, dtype: Any) -> NDArray[Any]:
-        """Return the first `length` elements of the array of this name; a new, empty array if it is too short."""
+        """Return the first `length` elements of the array kept under this name; a new array if it is too short."""
         if name not in self._arrays or len(self._arrays[name]) < length:
             self._arrays.pop(name, None)  # frees the old array before the new one is allocated
             self._arrays[name] = np.empty(length + length // SPARE, dtype)
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the first `length` elements (N,) of the array of a name; a new, longer array keeps the content."""
+        """Return the first `length` elements (N,) of the array kept under a name.
+
+        If it is too short, a longer copy replaces it.
+        """
         array = self._arrays[name]
         if len(array) < length:
             self._arrays[name] = np.empty(length + length // SPARE, array.dtype)
@@ -60,18 +66,18 @@ class Kept:
 
     @property
     def size(self) -> int:
-        """Bytes of all arrays."""
+        """Number of bytes of all arrays that are kept."""
         return sum(array.nbytes for array in self._arrays.values())
 
 
 class Threads:
-    """A pool of threads that stays alive; a `Share`."""
+    """A `Share` that runs functions in parallel, on a pool of threads that stays alive."""
 
     def __init__(self, count: int) -> None:
         self._pool = ThreadPoolExecutor(count, thread_name_prefix="ground")
 
     def __call__(self, work: Sequence[Callable[[], Any]]) -> list[Any]:
-        """Call the functions on the threads; raise the first error after all functions have ended."""
+        """Call the functions on the threads and return their results; raise the first error after all have ended."""
         tasks = [self._pool.submit(piece) for piece in work]
         errors = [task.exception() for task in tasks]
         for error in errors:
@@ -81,5 +87,5 @@ class Threads:
 
 
 def halves(count: int) -> list[tuple[int, int]]:
-    """Return begin and end of the two halves of `count` items."""
+    """Return begin and end of the two halves of `count` items, for two threads."""
     return [(0, count // 2), (count // 2, count)]

@@ -1,4 +1,4 @@
-"""Give the processor the hint to load a cache line early, because the cache line will soon be written."""
+"""Ask the processor to load data early that a loop will soon write, which makes counting in large grids faster."""
 
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +16,10 @@ except ImportError:
 
 
 def _ask_for(array, row, column):  # type: ignore[no-untyped-def]  # numba needs equal parameters in all overloads
-    """Ask the processor to load the cache line of the element (row, column) for writing; only a hint."""
+    """Ask the processor to load the element (row, column) of an array before it is written.
+
+    This is only a hint: the content does not change.
+    """
 
 
 prefetch: Callable[[Any, Any, Any], None] = _ask_for
@@ -32,7 +35,7 @@ if numba is not None and ir is not None:
 
     @numba.extending.intrinsic
     def _prefetch(typing_context, array, row, column):  # type: ignore[no-untyped-def]
-        """Call LLVM's intrinsic: https://llvm.org/docs/LangRef.html#llvm-prefetch-intrinsic."""
+        """Call LLVM's prefetch instruction, https://llvm.org/docs/LangRef.html#llvm-prefetch-intrinsic."""
 
         def build(context, builder, signature, args):  # type: ignore[no-untyped-def]
             word, kind = cgutils.int32_t, signature.args[0]

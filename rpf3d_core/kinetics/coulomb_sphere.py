@@ -1,4 +1,4 @@
-"""Impact of a spinning rigid sphere: normal restitution, with Coulomb friction and rolling moment along the ground.
+"""Impact of a spinning rigid sphere on the ground, with restitution, Coulomb friction and a rolling moment.
 
 Let v_c = v_t + w x (-R n) be the slip of the contact point and v_n the speed into the ground. Per unit of mass:
     normal impulse      P = (1 + e) v_n
@@ -35,7 +35,9 @@ MATERIALS_OWN = -1.0
 
 
 class CoulombSphere(NamedTuple):
-    """Rebound of a rigid sphere. e is the material's R_n, mu_r its rolling friction; the material's R_t is not used.
+    """Rebound model of a rigid sphere with friction and spin.
+
+    e is the material's R_n, mu_r its rolling friction; the material's R_t is not used.
 
     impact_friction : mu (-), or MATERIALS_OWN; tangential_restitution : e_t (-), in [0, 1]
     """
@@ -45,24 +47,27 @@ class CoulombSphere(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need the radius."""
+        """True: the rules for the sphere need the radius of the rock."""
         return True
 
     @property
     def spins(self) -> bool:
-        """True: the rules change the spin."""
+        """True: the rules change the spin, so spins are recorded."""
         return True
 
 
 @kernel
 def slip_of(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Return the slip (3,) m/s: the velocity of the sphere's contact point along the ground with unit normal n."""
+    """Return the slip (3,) m/s of a sphere: the velocity of its contact point along the ground with unit normal n."""
     return without(add(v, scale(-radius, cross(w, n))), n)
 
 
 @kernel
 def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion:
-    """Return the motion after an impulse k (m/s, per mass) at the contact point, opposite to a slip (3,) m/s."""
+    """Return the motion of a sphere after a friction impulse k (m/s, per mass) at its contact point, against the slip.
+
+    slip : (3,) m/s, from `slip_of`
+    """
     speed = norm(slip)
     if speed == 0.0 or k == 0.0:
         return motion
@@ -73,7 +78,7 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 
 @rebound.rule(CoulombSphere)
 def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact, with a rolling moment if the ground has rolling friction."""
+    """Return the motion of a sphere after an impact, with a rolling moment if the ground has rolling friction."""
     body = rock.rock
     radius, into = body.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
     mu = model.impact_friction if model.impact_friction >= 0.0 else surface.mu
@@ -89,7 +94,7 @@ def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: float, e_t: float) -> Motion:
-    """Return the motion after the friction impulse and the rolling moment of an impact.
+    """Return the motion of a sphere after the friction impulse and the rolling moment of an impact.
 
     friction, moment : limits of the impulse and of the moment (m/s: per mass, and per mass and radius)
     """
@@ -103,6 +108,6 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a `Rest` of zero duration: on average, small bounces push the ground as a sphere at rest on it does."""
+    """Report no further bounces: on average, small bounces push on the ground as a sphere at rest on it does."""
     v = subtract(motion.v, scale(dot(motion.v, n), n))
     return Rest(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

@@ -12,15 +12,18 @@ from rpf3d_core.materials.library import Surface
 
 
 class NoGround(NamedTuple):
-    """The thesis' rule: a rock slower than stop_speed has stopped; a faster rock is left unresolved."""
+    """The rule of the thesis in place of a ground model: a rock slower than stop_speed has stopped.
+
+    A faster rock is left unresolved.
+    """
 
 
 class Sliding(NamedTuple):
-    """Coulomb sliding from facet to facet, with the friction angle of the material."""
+    """The ground model of Coulomb sliding from facet to facet, with the friction angle of the material."""
 
 
 class Law(NamedTuple):
-    """Law of motion of a rock along the ground at its position.
+    """The numbers of a law of motion along the ground, which a ground model gives for the rock's position.
 
     share : A, share of the gravity along the ground that accelerates the rock (-); friction : k (m/s^2)
     stop_speed : m/s below which the rock has stopped
@@ -35,17 +38,20 @@ class Law(NamedTuple):
 
 @model_function
 def law_on_facet(ground: object, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law on a facet whose unit normal has the vertical component n_z > 0."""
+    """Return the law of motion of a ground model on a facet whose unit normal has the vertical component n_z > 0."""
 
 
 @model_function
 def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float) -> Law:
-    """Return the law in a gully between two facets; pushes : push of each facet on the rock (m/s^2, at least 0)."""
+    """Return the law of motion of a ground model in a gully between two facets.
+
+    pushes : push of each facet on the rock (m/s^2, at least 0)
+    """
 
 
 @law_on_facet.rule(Sliding)
 def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of Coulomb friction: k = mu g_n."""
+    """Return the law of motion of a rock that slides on a facet with Coulomb friction: k = mu g_n."""
     return Law(share=1.0, friction=surface.mu * gravity * n_z, stop_speed=surface.stop_speed, anywhere=False)
 
 
@@ -53,13 +59,16 @@ def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: flo
 def coulomb_in_gully(
     ground: Sliding, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of Coulomb friction in a gully: each facet brakes with its own friction and its own push."""
+    """Return the law of motion of a rock that slides in a gully: each facet brakes with its own friction and push."""
     friction = first.mu * pushes[0] + second.mu * pushes[1]
     return Law(share=1.0, friction=friction, stop_speed=max(first.stop_speed, second.stop_speed), anywhere=False)
 
 
 @kernel
 def shared(first: float, second: float, pushes: tuple[float, float]) -> float:
-    """Return the mean of a coefficient of two facets, weighted by their pushes; the larger value if both are 0."""
+    """Return the mean of a friction coefficient of two facets in a gully, weighted by their pushes.
+
+    The result is the larger value if both pushes are 0.
+    """
     both = pushes[0] + pushes[1]
     return (first * pushes[0] + second * pushes[1]) / both if both > 0.0 else max(first, second)

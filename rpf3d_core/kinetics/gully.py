@@ -1,4 +1,4 @@
-"""Gullies: the line between two facets that hold a rock, the pushes of both facets, and how far a rock climbs them."""
+"""Gullies: the line between two facets that a rock touches at once, their pushes, and how far a rock climbs them."""
 
 import math
 from typing import NamedTuple
@@ -18,12 +18,14 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract
 
 WEAKEST = 1e-9
-"""Share of gravity (-) below which a facet counts as level across a gully: gravity pulls the rock neither back to the
-gully nor away from it."""
+"""Least share of gravity (-) across a gully that counts: below it, a facet counts as level in that direction.
+
+Gravity then pulls the rock neither back to the gully nor away from it.
+"""
 
 
 class Gully(NamedTuple):
-    """Two facets that hold a rock between them.
+    """A gully: two facets that carry a rock between them.
 
     direction : (3,) unit vector along both facets; pull : gravity along this direction (m/s^2)
     first, second : push of each facet (m/s^2); the facet's friction is proportional to its push
@@ -37,7 +39,9 @@ class Gully(NamedTuple):
 
 @kernel
 def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
-    """Return the gully of two facets with unit normals n_first, n_second and the unit direction (3,) of their line.
+    """Return the gully of two facets, with the push of each facet on a rock in it.
+
+    n_first, n_second : unit normals of the facets; direction : (3,) unit, of the line between them
 
     The pushes balance gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Two facets that are almost one plane
     share the push equally. This changes only the friction, by at most the difference of mu.
@@ -52,10 +56,11 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 
 @kernel
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
-    """Return the unit direction (3,) of the line between two facets at point x, pointing along v (at rest: downwards).
+    """Return the unit direction (3,) in which a rock moves along the line between two facets, at point x.
 
-    The direction is the cross product of the normals. For facets that are almost one plane, the line is the common edge
-    at x: an edge of the first facet that also runs along the second facet. Returns zero if there is no such edge.
+    The direction points along v, or downwards for a rock at rest. It is the cross product of the normals. For facets
+    that are almost one plane, the line is the common edge at x: an edge of the first facet that also runs along the
+    second facet. Returns zero if there is no such edge.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     if kink(n, m) > PARALLEL:
@@ -75,7 +80,10 @@ def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec
 
 @kernel
 def _in_sense(direction: Vec, v: Vec) -> Vec:
-    """Return `direction` or its reverse, so that it points along v; downwards if v is perpendicular to it."""
+    """Return `direction` or its reverse: the one along the velocity v, in which a rock slides along a gully.
+
+    The result points downwards if v is perpendicular to it.
+    """
     along = dot(v, direction)
     reverse = along < 0.0 or (along == 0.0 and direction[2] > 0.0)
     return scale(-1.0, direction) if reverse else direction
@@ -83,15 +91,15 @@ def _in_sense(direction: Vec, v: Vec) -> Vec:
 
 @kernel
 def kink(n_first: Vec, n_second: Vec) -> float:
-    """Return the sine of the angle between two facets (-)."""
+    """Return the sine of the angle between two facets (-), from their unit normals."""
     return norm(cross(n_first, n_second))
 
 
 @kernel
 def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
-    """Return how far (m) a rock with velocity v moves up one facet, away from the line between this facet and another.
+    """Return how far (m) a rock with velocity v climbs one facet of a gully before gravity brings it back to the line.
 
-    Only gravity brings the rock back. A pull of gravity smaller than the share WEAKEST is taken as this share. The
+    A pull of gravity smaller than the share WEAKEST is taken as this share. The
     result is inf if gravity pulls the rock away from the line.
 
     n_over : (3,) normal of the facet that the rock climbs; n_from : (3,) normal of the other facet

@@ -1,4 +1,4 @@
-"""Effect of an impact on a rock's motion: one rule per rebound model.
+"""The motion of a rock after an impact: one rule per rebound model.
 
 This module holds the constant model; the folder `rebounds/` holds the other models.
 
@@ -17,11 +17,11 @@ from rpf3d_core.vectors import add, dot, scale, without
 
 
 class ConstantRestitution(NamedTuple):
-    """Rebound with the material's R_n and R_t, independent of speed and angle."""
+    """The rebound model with the material's R_n and R_t, independent of speed and angle."""
 
 
 class Rest(NamedTuple):
-    """The sum of all remaining bounces on one plane.
+    """All remaining bounces of a rock on one plane, summed up: its displacement, time and final velocity.
 
     along : (3,) m, displacement due to the speed along the facet; down : (3,) m, displacement due to gravity
     v : (3,) m/s along the facet after the last bounce; t : total time of the bounces (s)
@@ -38,19 +38,27 @@ class Rest(NamedTuple):
 
 @model_function
 def rebound(model: object, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion just after an impact on ground of unit normal n; v . n <= 0 before, v . n >= 0 after it."""
+    """Return the motion of a rock just after an impact on ground of unit normal n; one rule per rebound model.
+
+    v . n <= 0 before the impact, v . n >= 0 after it
+    """
 
 
 @model_function
 def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return the sum of all further bounces; `motion` : just after an impact on a plane of normal n."""
+    """Return all further bounces of a rock summed up, so that small bounces need not be simulated.
+
+    One rule per rebound model.
+
+    motion : just after an impact on a plane of normal n
+    """
 
 
 @rebound.rule(ConstantRestitution)
 def constant_restitution(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:
-    """Return the rebound of a lumped mass with constant restitution.
+    """Return the motion of a lumped mass after an impact with constant restitution.
 
     Source: thesis, equations 3-1 to 3-3; physics reference 1.1.
     """
@@ -59,7 +67,7 @@ def constant_restitution(
 
 @kernel
 def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """Return the motion of a lumped mass after an impact with restitution R_n and R_t (-); the spin is unchanged."""
+    """Return the motion of a lumped mass after an impact, from restitution R_n and R_t (-); the spin is unchanged."""
     v_n = dot(motion.v, n)
     v = add(scale(-R_n * v_n, n), scale(R_t, without(motion.v, n)))
     return Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
@@ -69,13 +77,13 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def constant_rest(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the sum of all bounces on a plane, a geometric series."""
+    """Return all remaining bounces on a plane summed up, for the constant model."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
 
 
 @kernel
 def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> Rest:
-    """Return the sum of all bounces on a plane with R_n = r and R_t = q: a geometric series.
+    """Return all remaining bounces on a plane summed up for constant R_n = r and R_t = q: a geometric series.
 
     Source: validation reference 2.2.
     The k-th bounce takes T_k = T_0 R_n^k. The speed along the facet follows u_{k+1} = R_t (u_k + g_t T_k). The sum is
@@ -99,17 +107,17 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 
 @kernel
 def endless(motion: Motion) -> Rest:
-    """Return a `Rest` without a sum: each bounce is computed as a flight."""
+    """Report that the remaining bounces have no known sum, so that each bounce is computed as a flight."""
     return Rest(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
 
 @kernel
 def at_once(motion: Motion, n: Vec) -> Rest:
-    """Return a `Rest` of zero duration: the rock stays on the ground and keeps its speed along the ground."""
+    """Report no further bounces: the rock stays on the ground and keeps its speed along the ground."""
     return Rest(along=ZERO, down=ZERO, v=without(motion.v, n), t=0.0, ends=True)
 
 
 @rest_of_bounces.otherwise
 def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a `Rest` of zero duration, below `smallest_bounce`: no closed form is known for this model."""
+    """Report no further bounces: below `smallest_bounce` they are left out, because their sum has no closed form."""
     return at_once(motion, n)

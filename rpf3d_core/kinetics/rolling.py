@@ -1,4 +1,4 @@
-"""A sphere that rolls without slipping; the rolling resistance is proportional to the push of the ground.
+"""Ground model of a sphere that rolls without slipping; its resistance is proportional to the push of the ground.
 
 Down a slope of angle b, v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s, with v the speed of the sphere's centre, s the
 distance and A = m / (m + I / R^2). A is 5/7 for a sphere, because rotation takes part of the energy. As a vector along
@@ -13,16 +13,19 @@ from rpf3d_core.kinetics.ground import Law, law_in_gully, law_on_facet
 from rpf3d_core.materials.library import Surface
 
 ROLLING_SHARE = 5.0 / 7.0
-"""A of a solid sphere (-): I = 2/5 m R^2."""
+"""Share A of gravity that accelerates a rolling solid sphere (-): I = 2/5 m R^2."""
 
 
 class Rolling(NamedTuple):
-    """Rolling with the material's rolling friction; a rock held by this friction stops below stop_speed."""
+    """The ground model of rolling, with the material's rolling friction.
+
+    A rock held by this friction stops below stop_speed.
+    """
 
 
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of rolling on a facet: k = A mu_r g_n."""
+    """Return the law of motion of a rolling rock on a facet: k = A mu_r g_n."""
     return Law(
         share=ROLLING_SHARE,
         friction=ROLLING_SHARE * surface.mu_r * gravity * n_z,
@@ -35,7 +38,7 @@ def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: flo
 def rolling_in_gully(
     ground: Rolling, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of rolling in a gully: each facet resists with its own rolling friction and its own push.
+    """Return the law of motion of a rolling rock in a gully: each facet resists with its own rolling friction and push.
 
     A is the same as on a facet (a simplification: in a groove, A would be smaller).
     """

@@ -26,15 +26,18 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, norm, scale, subtract
 
 STICKS = 2.0 / 7.0
-"""Impulse that stops the slip of a solid sphere, per unit of mass and slip: 1 / (1 + m R^2 / I), I = 2/5 m R^2."""
+"""Impulse that stops the slip of a solid sphere, per unit of mass and slip (-): 1 / (1 + m R^2 / I), I = 2/5 m R^2."""
 ROUNDS = 64
-"""Largest number of steps to find the length L; usually 12 suffice. Every second step at least halves the bracket."""
+"""Largest number of steps to solve for the length L (see above); usually 12 suffice.
+
+Every second step at least halves the bracket.
+"""
 ROUNDING = 4e-16
 """Relative difference (-) between the two sides of the equation for L, below which the difference is rounding error."""
 
 
 class Impulses(NamedTuple):
-    """Impulses of the ground on a sphere at an impact, per unit of mass, along the ground.
+    """The impulses along the ground that the ground gives a sphere in an impact, per unit of mass.
 
     push : (3,) m/s, p; moment : (3,) m/s, m: the angular impulse M x n / R
     """
@@ -45,7 +48,9 @@ class Impulses(NamedTuple):
 
 @kernel
 def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
-    """Return the impulses of an impact that dissipate the most energy.
+    """Return the friction impulse and the rolling moment that the ground gives a sphere in an impact.
+
+    These impulses dissipate the most energy.
 
     u, s : (3,) m/s along the ground, velocity of the centre and surface velocity due to spin
     friction, moment : mu P and mu_r P (m/s), the largest size of each impulse
@@ -67,14 +72,14 @@ def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
 
 @kernel
 def _within(impulse: Vec, most: float) -> Vec:
-    """Return the impulse (3,), shortened to the length `most` if it is longer."""
+    """Return an impulse (3,), shortened to the length `most` that friction allows if it is longer."""
     size = norm(impulse)
     return impulse if size <= most else scale(most / size, impulse)
 
 
 @kernel
 def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
-    """Return the impulses of a contact that sticks, as if friction had no limit: y = 1."""
+    """Return the impulses of an impact whose contact point stops slipping, as if friction had no limit: y = 1."""
     both = add(u, q)
     size = norm(both)
     if size <= moment:
@@ -85,7 +90,10 @@ def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
 
 @kernel
 def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulses:
-    """Return the impulses of a contact that slips while the sphere keeps a spin; L is exact except for rounding."""
+    """Return the impulses of an impact whose contact point slips to the end while the sphere keeps a spin.
+
+    The length L is exact except for rounding.
+    """
     c = subtract(u, s)
     low, high = max(3.5 * friction, norm(c) - 2.5 * moment), norm(c) + 2.5 * moment
     over, under = _excess(u, c, q, friction, moment, low), _excess(u, c, q, friction, moment, high)
@@ -110,13 +118,13 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
 @kernel
 def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
-    """Return a vector (3,) parallel to the remaining surface velocity of the spin: k (u + y q)."""
+    """Return a vector (3,) along the surface velocity that spin leaves after an impact: k (u + y q), for a length L."""
     return add(scale(friction, u), scale(length - 2.5 * friction, q))
 
 
 @kernel
 def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> float:
-    """Return the difference (5/2 + y) |p| - L, with L = k (5/2 + y); its sign changes once, where |p| = k."""
+    """Return the error of a trial value of the length L, (5/2 + y) |p| - L; it is zero where |p| = k."""
     left, share = _spin_left(u, q, friction, length), length - 2.5 * friction
     size = norm(left)
     if size <= share * moment:
@@ -126,7 +134,7 @@ def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: floa
 
 @kernel
 def _at_length(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> Impulses:
-    """Return the impulses for a length L."""
+    """Return the impulses of an impact for a given length L, the unknown of the equations above."""
     left = _spin_left(u, q, friction, length)
     size = norm(left)
     against = scale(-moment / size, left) if size > 0.0 else ZERO

@@ -1,4 +1,4 @@
-"""Rolling by STONE's rule: gravity along the ground against a constant deceleration, and a stop by speed alone.
+"""Ground model of rolling by STONE's rule: a constant deceleration, and a stop by speed alone.
 
 dv/dt = g_t - g sin(atan(mu_r)) v / |v|: neither Coulomb's k = mu g cos(b) nor Azzoni's (physics reference 0.9, 2.1).
 
@@ -14,7 +14,7 @@ from rpf3d_core.materials.library import Surface
 
 
 class RollingStone(NamedTuple):
-    """STONE's rule with the material's rolling friction.
+    """The ground model of STONE's rule, with the material's rolling friction.
 
     stop_speed : m/s below which a rock on the ground has stopped, on any slope
     """
@@ -24,7 +24,7 @@ class RollingStone(NamedTuple):
 
 @law_on_facet.rule(RollingStone)
 def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of STONE on a facet: k = g sin(atan(mu_r)), the same on any slope."""
+    """Return STONE's law of motion on a facet: k = g sin(atan(mu_r)), the same on any slope."""
     return Law(share=1.0, friction=_deceleration(surface.mu_r, gravity), stop_speed=ground.stop_speed, anywhere=True)
 
 
@@ -32,7 +32,10 @@ def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: 
 def stone_in_gully(
     ground: RollingStone, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of STONE with the mean friction of two facets, weighted by their pushes; STONE has no gullies."""
+    """Return STONE's law of motion in a gully, with the mean friction of two facets, weighted by their pushes.
+
+    STONE itself has no gullies.
+    """
     return Law(
         share=1.0,
         friction=_deceleration(shared(first.mu_r, second.mu_r, pushes), gravity),
@@ -43,5 +46,5 @@ def stone_in_gully(
 
 @kernel
 def _deceleration(mu: float, gravity: float) -> float:
-    """Return g sin(atan(mu)), m/s^2."""
+    """Return the deceleration of STONE's rule, g sin(atan(mu)), m/s^2."""
     return gravity * mu / math.sqrt(1.0 + mu * mu)

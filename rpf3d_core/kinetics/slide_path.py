@@ -1,9 +1,9 @@
-"""The exact path of a block that slides on a plane with Coulomb friction, in any direction on the slope.
+"""The exact path of a rock that slides on a plane with Coulomb friction, in any direction on the slope.
 
 Let g_s be the gravity along the plane, k = mu g_n the deceleration by friction, and phi the angle between the velocity
 and the line of steepest descent. From u' = g_s cos(phi) - k and u phi' = -g_s sin(phi) it follows, with m = k / g_s
-and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of a sliding block. Time, position and
-path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the block turns downhill. The integrals
+and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of the sliding rock. Time, position and
+path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the rock turns downhill. The integrals
 are written with y = -ln r, so that neither m near 1 nor a nearly straight path loses digits. In this module y is the
 parameter of a point on the path: 0 at the start, inf at the end.
 
@@ -18,22 +18,26 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 
 STRAIGHT = 1e-9
-"""Value of tan(phi / 2) below which a path counts as a straight line, as it does above the inverse of this value: the
-path bends by less than 1e-9 of its length."""
+"""Value of tan(phi / 2) below which a path counts as a straight line, as it does above the inverse of this value.
+
+Such a path bends by less than 1e-9 of its length.
+"""
 STEEPEST = 1e9
-"""Value of m above which friction stops the block before gravity turns its velocity by 1e-9."""
+"""Value of m above which friction stops the rock before gravity can turn its velocity by 1e-9."""
 BEND = 0.0625
-"""Tangent of half the largest angle by which one segment turns; this angle is 7 degrees."""
+"""Tangent of half the largest angle by which one segment of a sliding path turns; this angle is 7 degrees."""
 HALVING = math.log(2.0)
 SLIGHT = 5e-4
 """Value of tan(phi / 2) below which the rest of a path is one segment: it bends by less than 1e-3 of its length."""
 FARTHEST = 1e40
-"""Value of y after which a path crosses no more edges. At m = 1, where a path grows slowest with y, it is 1e20 m long
-at this value."""
+"""Value of the parameter y after which a path crosses no more edges.
+
+At m = 1, where a path grows slowest with y, it is 1e20 m long at this value.
+"""
 LARGEST_EXPONENT = 700.0
-"""Largest argument of exp. A larger one overflows float64: Python then raises, compiled code gives inf."""
+"""Largest argument of exp that is allowed; a larger one overflows: Python then raises, compiled code gives inf."""
 ROOT_STEPS = 200
-"""Largest number of steps of a search for a root.
+"""Largest number of steps in the search for the parameter y of an event.
 
 Bisection needs 64 steps in float64 if both ends of the bracket are of similar size, and more if their sizes differ
 much.
@@ -41,9 +45,9 @@ much.
 
 
 class SlidePath(NamedTuple):
-    """The path of a sliding block, which turns downhill.
+    """The path of a sliding rock, which turns downhill: the numbers from which any point of the path follows.
 
-    down, across : unit vectors in the plane: steepest descent, and the horizontal towards which the block moves
+    down, across : unit vectors in the plane: steepest descent, and the horizontal towards which the rock moves
     speed : u_0 (m/s); w : tan(phi_0 / 2); m : friction over slope, k / g_s; pull : g_s (m/s^2)
     """
 
@@ -56,7 +60,7 @@ class SlidePath(NamedTuple):
 
 
 class SlideState(NamedTuple):
-    """A point on the path: t (s), offset (3,) m from the start, velocity v (3,) m/s, path length so far (m)."""
+    """A sliding rock at a point of its path: t (s), offset (3,) m from the start, v (3,) m/s, path length (m)."""
 
     t: float
     offset: Vec
@@ -66,7 +70,7 @@ class SlideState(NamedTuple):
 
 @kernel
 def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
-    """Return the path of a block with velocity v along the plane of normal n.
+    """Return the path of a sliding rock with velocity v along the plane of normal n.
 
     g_t : (3,) m/s^2, gravity along the plane; friction : k, deceleration by friction (m/s^2)
     If the path is a straight line (`is_straight`), only `down` and `speed` have a meaning.
@@ -91,13 +95,16 @@ def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
 
 @kernel
 def is_straight(path: SlidePath) -> bool:
-    """Return True if the path deviates from a straight line by less than 1e-9 of its length."""
+    """Return True if a sliding path deviates from a straight line by less than 1e-9 of its length."""
     return not (STRAIGHT < path.w < 1.0 / STRAIGHT) or path.m > STEEPEST
 
 
 @kernel
 def slide_state(path: SlidePath, y: float) -> SlideState:
-    """Return the block at y >= 0, where w = w_0 exp(-y); y = inf is the stop of a block that friction stops."""
+    """Return the time, place and velocity of the rock at the parameter y >= 0 of its sliding path.
+
+    At this point w = w_0 exp(-y). At y = inf, a rock that friction stops has stopped.
+    """
     m, w2 = path.m, path.w * path.w
     time = path.speed / (path.pull * (1.0 + w2))
     t = time * (_power(m - 1.0, y) + w2 * _power(m + 1.0, y))
@@ -112,7 +119,7 @@ def slide_state(path: SlidePath, y: float) -> SlideState:
 
 @kernel
 def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
-    """Return the distances (m) of the point y from the start: down the slope, and across the slope."""
+    """Return how far (m) the rock has moved down the slope and across it, at the parameter y of its sliding path."""
     m, w2 = path.m, path.w * path.w
     spread = 1.0 + w2
     area = path.speed * path.speed / (path.pull * spread * spread)
@@ -123,7 +130,7 @@ def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
 
 @kernel
 def slide_velocity(path: SlidePath, y: float) -> Vec:
-    """Return the velocity (3,) m/s at y, where w = w_0 exp(-y): the hodograph."""
+    """Return the velocity (3,) m/s of the rock at the parameter y of its sliding path, where w = w_0 exp(-y)."""
     if y == math.inf:
         return 0.0, 0.0, 0.0
     r = math.exp(-y)
@@ -134,7 +141,10 @@ def slide_velocity(path: SlidePath, y: float) -> Vec:
 
 @kernel
 def _power(q: float, y: float) -> float:
-    """Return the integral of s^(q-1) over s from exp(-y) to 1: (1 - exp(-q y)) / q, and y at q = 0."""
+    """Return the integral of s^(q-1) over s from exp(-y) to 1; times and lengths of a sliding path consist of these.
+
+    It is (1 - exp(-q y)) / q, and y at q = 0.
+    """
     if q == 0.0:
         return y
     if y == math.inf:
@@ -146,11 +156,11 @@ def _power(q: float, y: float) -> float:
 
 @kernel
 def bend_point(path: SlidePath) -> float:
-    """Return the y at which the path must continue as a new segment; inf if one segment is enough for the whole path.
+    """Return the parameter y at which a sliding path must continue as a new segment, because it has turned too far.
 
-    At this point the path has turned by 7 degrees or, if it already runs nearly downhill, its angle to the line of
-    steepest descent has halved. Within a segment, speed and direction differ from those of a constant acceleration by
-    at most 1 %.
+    The result is inf if one segment is enough for the whole path. At this point the path has turned by 7 degrees or, if
+    it already runs nearly downhill, its angle to the line of steepest descent has halved. Within a segment, speed and
+    direction differ from those of a constant acceleration by at most 1 %.
     """
     if path.w <= SLIGHT:
         return math.inf
@@ -161,7 +171,7 @@ def bend_point(path: SlidePath) -> float:
 
 @kernel
 def turning_point(path: SlidePath, inward: Vec) -> float:
-    """Return the y at which the block moves parallel to an edge; -1 if never.
+    """Return the parameter y at which the sliding rock moves parallel to an edge; -1 if never.
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet
 
@@ -178,7 +188,7 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 
 @kernel
 def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
-    """Return the y at which the block crosses an edge of its facet outwards; inf if never.
+    """Return the parameter y at which the sliding rock crosses an edge of its facet outwards; inf if never.
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet; of any length
     distance : distance of the start from the edge (m), times the length of `inward`
@@ -189,7 +199,7 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
     heads_in, ends_inwards = dot(inward, slide_velocity(path, 0.0)) >= 0.0, A > 0.0
     if heads_in and A >= 0.0:
         return math.inf
-    if ends_inwards and turn < 0.0:  # the block moves along the edge, outwards only by rounding
+    if ends_inwards and turn < 0.0:  # the rock moves along the edge, outwards only by rounding
         return math.inf
     low = max(turn, 0.0) if heads_in else 0.0
     if _height(path, inward, distance, low) <= 0.0:
@@ -208,7 +218,7 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
 
 @kernel
 def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
-    """Return the distance of the block from the edge at y, times the length of `inward`."""
+    """Return the distance of the sliding rock from an edge at the parameter y, times the length of `inward`."""
     A, B = dot(inward, path.down), dot(inward, path.across)
     down, across = _offsets(path, y)
     height = distance + B * across
@@ -217,7 +227,10 @@ def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
 
 @kernel
 def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: float) -> float:
-    """Return the y from low to high where `_height` changes from >= 0 (at low) to < 0 (at high): Illinois method."""
+    """Return the parameter y from low to high where the sliding rock crosses the edge.
+
+    There `_height` changes from >= 0 (at low) to < 0 (at high). The search is the Illinois method.
+    """
     h_low, h_high = _height(path, inward, distance, low), _height(path, inward, distance, high)
     kept = 0
     for _ in range(ROOT_STEPS):
@@ -240,7 +253,7 @@ def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: f
 
 @kernel
 def time_point(path: SlidePath, t: float, latest: float) -> float:
-    """Return the y of the block after t seconds; the result is known to be below `latest`."""
+    """Return the parameter y of the sliding rock after t seconds; the result is known to be below `latest`."""
     low, high = 0.0, min(latest, 1.0 / (1.0 + path.m))
     while high < latest and slide_state(path, high).t < t:
         low, high = high, min(2.0 * high, latest)
@@ -257,9 +270,11 @@ def time_point(path: SlidePath, t: float, latest: float) -> float:
 
 @kernel
 def stop_point(path: SlidePath, stop_speed: float) -> float:
-    """Return the y at which the block has slowed to stop_speed >= 0; inf if it reaches this speed only at the end.
+    """Return the parameter y at which the sliding rock has slowed to stop_speed >= 0.
 
-    The result is also inf if the block never reaches this speed. With m < 1 the speed has a minimum, where
+    The result is inf if the rock reaches this speed only at the end of the path.
+
+    The result is also inf if the rock never reaches this speed. With m < 1 the speed has a minimum, where
     w^2 = (1 - m) / (1 + m).
     """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):

@@ -1,4 +1,4 @@
-"""Sliding over facets, one segment at a time: on a facet, or along the line between two facets that hold the rock.
+"""Sliding over facets, one segment at a time: on a facet, or in a gully along the line between two facets.
 
 Rolling uses the same functions with other numbers in the ground model's `Law`. A segment ends where the rock leaves a
 facet or stops. It also ends where an uphill slide has lost its speed and friction does not hold the rock: the next
@@ -36,17 +36,17 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 HOLDS = 1.0 - 1e-9
-"""Share (-) of the gravity along the ground that friction must reach to hold a rock.
+"""Share (-) of the gravity along the ground that friction must reach to keep a rock in place.
 
 Because the share is below 1, a slope at exactly the friction angle holds the rock despite rounding. The neglected part
 of gravity would move a rock less than 0.1 m in an hour.
 """
 CREEP = 1e-9
-"""Speed (m/s, 4 um per hour) below which a rock held by friction has stopped, even if stop_speed is lower."""
+"""Speed (m/s, 4 um per hour) below which a rock that friction can hold has stopped, even if stop_speed is lower."""
 
 
 class SlideSegment(NamedTuple):
-    """One path segment of sliding: the motion at its end, its length (m) and how it ended.
+    """One ground segment of a sliding or rolling rock: the motion at its end, its length (m) and how it ended.
 
     stopped : True if friction holds the rock; late : True if max_time was reached
     left_first, left_second : True if the rock has slid off the first, or the second, facet of its contact
@@ -63,7 +63,7 @@ class SlideSegment(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A straight slide: unit direction (3,), speed (m/s), acceleration along the direction (m/s^2).
+    """The data of a straight slide: unit direction (3,), speed (m/s), acceleration along the direction (m/s^2).
 
     holds : True if friction can hold the rock
     """
@@ -75,7 +75,7 @@ class Line(NamedTuple):
 
 
 class SlidePlane(NamedTuple):
-    """The facet that a rock slides over.
+    """The facet that a rock slides over, with its normal towards the rock.
 
     f : number of the facet; n : (3,) normal of the facet, turned towards the rock, n_z > 0
     slack : distance (m) by which a rock that moves along an edge may be outside the edge
@@ -90,7 +90,7 @@ class SlidePlane(NamedTuple):
 def slide_on_facet(
     facets: Facets, plane: SlidePlane, motion: Motion, law: Law, gravity: float, time_left: float
 ) -> SlideSegment:
-    """Slide over a facet until the rock leaves the facet or stops; return the segment.
+    """Return the next segment of a rock that slides over a facet, until it leaves the facet or stops.
 
     motion.v must lie in the plane of the facet; time_left : s until max_time, where the segment ends in any case
     """
@@ -122,7 +122,9 @@ def slide_on_facet(
 def _slide_on_curve(
     path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float
 ) -> SlideSegment:
-    """Slide along a curve to the edge of the facet, the stop, a bend or max_time, whichever is first.
+    """Return the segment of a rock that slides along a curve: to the edge of the facet, the stop, a bend or max_time.
+
+    The first of these ends the segment.
 
     leave, stop : path parameter y of the edge and of the stop
     """
@@ -150,7 +152,7 @@ def _slide_on_curve(
 def slide_on_line(
     motion: Motion, line: Line, first: float, second: float, stop_speed: float, time_left: float
 ) -> SlideSegment:
-    """Slide straight until the rock leaves one of two facets or has slowed down; return the segment.
+    """Return the segment of a rock that slides straight, until it leaves one of two facets or has slowed down.
 
     If friction holds the rock, the rock stops at stop_speed. Otherwise its speed falls to zero and the next segment
     goes downhill.
@@ -204,7 +206,7 @@ def slide_on_line(
 def slide_in_gully(
     facets: Facets, first: int, second: int, held: Gully, motion: Motion, law: Law, time_left: float
 ) -> SlideSegment:
-    """Slide along a gully until the rock leaves one of its facets or stops; return the segment."""
+    """Return the segment of a rock that slides along a gully, until it leaves one of its facets or stops."""
     speed = max(dot(motion.v, held.direction), 0.0)
     pull = law.share * held.pull
     holds = law.anywhere or law.friction >= HOLDS * abs(pull)

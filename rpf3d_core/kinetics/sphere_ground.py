@@ -1,13 +1,13 @@
-"""A sphere on the ground: it skids until its slip is zero, then it rolls (the scene's `ground: sphere`).
+"""Ground model of a sphere: it skids until its slip is zero, then it rolls (the scene's `ground: sphere`).
 
 Let v_c be the slip of the contact point, g_t the gravity along the ground and N the push of the ground per mass:
     skidding    dv/dt = g_t - mu N v_c/|v_c|,   dv_c/dt = g_t - 7/2 mu N v_c/|v_c|
     rolling     dv/dt = 5/7 (g_t - mu_r N v/|v|), as long as 2/7 |g_t| <= mu N; otherwise it skids down
-Rolling resistance acts through friction, so mu limits it. If mu_r exceeds this limit, the centre moves like a block
-that slides with mu, with no further resistance; the reported spin is still the spin of a rolling sphere.
-Each segment has a constant acceleration. It is exact if the direction of friction is constant: straight down a slope,
-on level ground, and for a sphere that rolls without rolling friction. Otherwise the friction at the middle of the
-segment is used, and the segment ends before friction has turned by TURN.
+Rolling resistance acts through friction, so mu limits it. If mu_r exceeds this limit, the centre moves like a rock that
+slides with mu, with no further resistance; the reported spin is still the spin of a rolling sphere. Each segment has a
+constant acceleration. It is exact if the direction of friction is constant: straight down a slope, on level ground, and
+for a sphere that rolls without rolling friction. Otherwise the friction at the middle of the segment is used, and the
+segment ends before friction has turned by TURN.
 
 Derived from rigid-body mechanics (validation reference 2.5).
 """
@@ -23,33 +23,35 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TURN = 1.0 / 16.0
-"""Tangent of the largest angle by which friction may turn in one segment: 3.6 degrees."""
+"""Tangent of the largest angle by which the direction of friction may turn in one segment: 3.6 degrees."""
 CRAWL = 1e-2
 """Speed (m/s) below which a turning slip, or the turning motion of a sphere not held by friction, counts as zero.
 
 At this speed the kinetic energy corresponds to a height of 5 um.
 """
 STRAIGHT = 1e-9
-"""Ratio (-) of the gravity across the motion to the sum of gravity and friction along the ground, below which the
-motion counts as straight."""
+"""Share (-) of the gravity across the motion in all forces along the ground, below which the motion counts as straight.
+
+The forces are gravity and friction along the ground.
+"""
 ROLLS = 1e-9
-"""Ratio (-) of slip to speed below which a sphere rolls; also the share of the stop speed that counts as rounding.
+"""Ratio (-) of slip to speed below which a sphere counts as rolling, and rounding share of the stop speed.
 
 Both limits are a million times the rounding error.
 """
 
 
 class SphereGround(NamedTuple):
-    """Skidding, then rolling, with the material's friction angle and, if it has one, its rolling friction."""
+    """The ground model of a sphere, with the material's friction angle and, if it has one, its rolling friction."""
 
     @property
     def asks_rock(self) -> bool:
-        """True: the rules need the radius."""
+        """True: the rules for the sphere need the radius of the rock."""
         return True
 
 
 class RollingSegment(NamedTuple):
-    """One segment of a sphere's path on the ground, under a constant acceleration a (3,) m/s^2.
+    """One ground segment of a sphere, under a constant acceleration a (3,) m/s^2.
 
     v : (3,) m/s at the start; turn : (3,) rad/s^2, angular acceleration while the sphere skids
     t : s until the motion changes
@@ -68,7 +70,7 @@ class RollingSegment(NamedTuple):
 
 @kernel
 def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Surface, radius: float) -> RollingSegment:
-    """Return the next segment of a sphere with velocity v along ground that pushes the sphere along n.
+    """Return the next ground segment of a sphere with velocity v, which skids or rolls; n : normal of the ground.
 
     slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground; push : m/s^2
     """
@@ -84,10 +86,10 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
-    """Return the largest rolling resistance (m/s^2) without slip if friction is at most `friction` (m/s^2).
+    """Return the largest rolling resistance (m/s^2) that a sphere can have without slip, for a given friction (m/s^2).
 
     A resistance r needs a friction of 2/7 g_t + 5/7 r along the motion (at rest: down the slope). The limit is mu N; at
-    the limit 5/7 (g_t - r) = g_t - mu N, as for a block that slides.
+    the limit 5/7 (g_t - r) = g_t - mu N, as for a rock that slides.
     """
     speed = norm(v)
     pull = dot(g_t, v) / speed if speed > 0.0 else norm(g_t)
@@ -96,14 +98,17 @@ def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
 
 @kernel
 def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> tuple[Vec, Vec]:
-    """Return the accelerations of the centre (m/s^2) and of the spin (rad/s^2); direction : (3,) unit, of the slip."""
+    """Return the accelerations of a skidding sphere: of the centre (m/s^2) and of the spin (rad/s^2).
+
+    direction : (3,) unit, of the slip
+    """
     turn = scale(2.5 * friction / radius, cross(n, direction))
     return add(g_t, scale(-friction, direction)), turn
 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return a segment of skidding; it ends when the slip is zero or its direction has turned."""
+    """Return the segment on which a sphere skids, which ends when the slip is zero or its direction has turned."""
     slips = norm(slip)
     direction = scale(1.0 / slips, slip)
     across = norm(without(g_t, direction))
@@ -127,7 +132,10 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> RollingSegment:
-    """Return a segment of rolling; it ends at the stop speed, at speed zero, or when the direction has turned."""
+    """Return the segment on which a sphere rolls.
+
+    It ends at the stop speed, at speed zero, or when the direction has turned.
+    """
     speed, pull = norm(v), norm(g_t)
     holds = resistance >= HOLDS * pull
     lowest = max(stop_speed, CREEP) if holds else 0.0

@@ -1,6 +1,7 @@
-"""Distributions of the random numbers of a scene; each number is drawn by inversion from one uniform number.
+"""Distributions of the random numbers of a scene, such as rock sizes; each number comes from one uniform number.
 
-No draw is rejected. So each number takes the same time, for any bounds, and is a function of one counter.
+Numbers are drawn by inversion, and no draw is rejected. So each number takes the same time, for any bounds, and is a
+function of one counter.
 """
 
 import math
@@ -13,12 +14,15 @@ from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.materials.normal_quantile import normal_quantile
 
 FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW = range(5)
-"""Kinds of distribution."""
+"""Kinds of distribution, as numbers that compiled code can compare."""
 
 RAREST = 2.0**-54
-"""Replaces a uniform number 0 where 0 would give an infinite result: half the smallest uniform number above 0."""
+"""Number that replaces the uniform number 0 where 0 would give an infinite result: half the next larger one."""
 FEW = 5_000
-"""Up to this number of draws, plain Python is used: it ends before the loop is compiled. The bits are the same."""
+"""Largest number of draws for which plain Python is used: it ends before the loop is compiled.
+
+The bits are the same.
+"""
 
 
 class Distribution(NamedTuple):
@@ -41,19 +45,19 @@ class Distribution(NamedTuple):
 
 
 def fixed(value: float) -> Distribution:
-    """Return a distribution that always gives the same number."""
+    """Return the distribution of a quantity that is not random: it always gives the same number."""
     return Distribution(kind=FIXED, low=value, high=value, location=value, scale=0.0, first=0.0, span=0.0)
 
 
 def uniform_between(low: float, high: float) -> Distribution:
-    """Return the uniform distribution between two bounds; low < high."""
+    """Return the uniform distribution between two bounds, low < high."""
     return Distribution(kind=UNIFORM, low=low, high=high, location=low, scale=high - low, first=0.0, span=1.0)
 
 
 def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """Return a normal distribution truncated to its bounds; mean and sd describe it before truncation.
+    """Return the normal distribution with a mean and standard deviation sd, truncated to two bounds.
 
-    low <= mean <= high, low < high, sd >= 0
+    Mean and sd describe it before truncation; low <= mean <= high, low < high, sd >= 0.
     """
     if sd == 0.0:
         return fixed(mean)
@@ -62,10 +66,10 @@ def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distrib
 
 
 def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """Return a lognormal distribution truncated to its bounds; mean and sd describe the number before truncation.
+    """Return the lognormal distribution of a number with a mean and standard deviation sd, truncated to two bounds.
 
-    0 <= low <= mean <= high, mean > 0, sd >= 0. The logarithm has variance ln(1 + sd^2/mean^2) and mean ln(mean) -
-    variance/2.
+    Mean and sd describe the number before truncation; 0 <= low <= mean <= high, mean > 0, sd >= 0. The logarithm has
+    variance ln(1 + sd^2/mean^2) and mean ln(mean) - variance/2.
     """
     if sd == 0.0:
         return fixed(mean)
@@ -79,7 +83,7 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
 
 
 def truncated_power_law(exponent: float, low: float, high: float) -> Distribution:
-    """Return the power law N(> x) ~ x^-exponent between two bounds (physics reference 6.4).
+    """Return the power law of rock sizes, N(> x) ~ x^-exponent, between two bounds (physics reference 6.4).
 
     exponent > 0, 0 < low < high"""
     return Distribution(
@@ -95,7 +99,7 @@ def truncated_power_law(exponent: float, low: float, high: float) -> Distributio
 
 @kernel
 def quantile(d: Distribution, u: float) -> float:
-    """Return the number that a draw stays below with probability u in [0, 1), within the bounds of the distribution."""
+    """Return the random number that belongs to a uniform number u in [0, 1): a draw is below it with probability u."""
     if d.kind == FIXED:
         return d.location
     if d.kind == UNIFORM:
@@ -111,12 +115,12 @@ def quantile(d: Distribution, u: float) -> float:
 
 @kernel
 def standard_normal(u: float) -> float:
-    """Return the standard normal number of a uniform number in [0, 1); finite, at most 8.3 standard deviations."""
+    """Return a standard normal random number, from a uniform number in [0, 1); finite, at most 8.3 in size."""
     return normal_quantile(max(u, RAREST))
 
 
 def quantiles(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the numbers (N,), in the distribution's unit, for shares u (N,) in [0, 1).
+    """Return random numbers (N,) of a distribution, in its unit, from uniform numbers u (N,) in [0, 1).
 
     The bits of a number do not depend on N. NumPy's own logarithm would serve all numbers at once, but its last bit
     depends on the machine and the length.
@@ -131,11 +135,11 @@ def quantiles(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.
 
 @loop
 def _quantile_all(distribution: Distribution, u: NDArray[np.float64], x: NDArray[np.float64]) -> None:
-    """Write the number of each share u (N,) into x (N,)."""
+    """Write the random number that belongs to each uniform number u (N,) into x (N,): the loop of `quantiles`."""
     for i in range(len(x)):
         x[i] = quantile(distribution, u[i])
 
 
 def _normal(z: float) -> float:
-    """Return the probability that a standard normal number stays below z."""
+    """Return the probability that a standard normal number stays below z, to truncate distributions."""
     return 0.5 * math.erfc(-z / math.sqrt(2.0))

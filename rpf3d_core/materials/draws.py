@@ -21,14 +21,14 @@ PURPOSES = (
     int(Purpose.NORMAL_RESTITUTION), int(Purpose.TANGENTIAL_RESTITUTION), int(Purpose.FRICTION_ANGLE),
     int(Purpose.ROLLING_FRICTION),
 )  # fmt: skip
-"""Purpose of each coefficient, in the order of COEFFICIENTS."""
+"""Purpose of the random number of each coefficient, in the order of COEFFICIENTS."""
 COEFFICIENTS = ("R_n", "R_t", "friction_angle", "rolling_friction")
-"""The coefficients that may be drawn, in the order of the columns."""
+"""Names of the ground coefficients that may be drawn at random, in the order of the columns."""
 RADIANS = math.pi / 180.0
 
 
 class DrawnSurface(NamedTuple):
-    """The ground of a zone with the distributions of its coefficients.
+    """The ground of a zone whose coefficients are drawn at random, with their distributions.
 
     R_n, R_t : distributions (-) within [0, 1]; friction_angle : distribution, degrees, within [0, 90)
     stop_speed : m/s; per_impact : True for a new draw at each impact, False for one draw per rock
@@ -44,12 +44,12 @@ class DrawnSurface(NamedTuple):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """The distributions in the order of COEFFICIENTS."""
+        """The distributions of the coefficients, in the order of COEFFICIENTS."""
         return self.R_n, self.R_t, self.friction_angle, self.rolling_friction
 
 
 class DrawnMaterials(NamedTuple):
-    """`DrawnSurface` for each of Z zones.
+    """The ground of all Z zones with distributions, as arrays that compiled code can read (`DrawnSurface`).
 
     kind : (Z, 4) kinds of distribution; numbers : (Z, 4, 6) their other fields, by coefficient
     stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
@@ -62,7 +62,7 @@ class DrawnMaterials(NamedTuple):
 
 
 def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
-    """Return the materials of Z surfaces, in order of zone; plain `Materials` if all coefficients are fixed."""
+    """Return the materials of Z zones as the simulation reads them; plain `Materials` if all coefficients are fixed."""
     draws = [surface.coefficients for surface in surfaces]
     if all(draw.kind == FIXED for row in draws for draw in row):
         return materials_of([_certain(surface) for surface in surfaces])
@@ -87,7 +87,10 @@ def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Su
 
 @kernel
 def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number: int, k: int) -> float:
-    """Return coefficient number k of a zone: the fixed value, or a drawn value."""
+    """Return coefficient number k of a zone for a rock: the fixed value, or a drawn value.
+
+    number : of the impact, or 0 for one draw per rock
+    """
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:
         return numbers[zone, k, 2]  # type: ignore[no-any-return]
@@ -105,7 +108,7 @@ def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number
 
 
 def _certain(surface: DrawnSurface) -> Surface:
-    """Return a surface of fixed coefficients; the tangent of the angle is taken here, as in `drawn_surface`."""
+    """Return the ground of a zone whose coefficients are all fixed, without distributions."""
     mu = math.tan(surface.friction_angle.location * RADIANS)
     R_n, R_t, mu_r = surface.R_n.location, surface.R_t.location, surface.rolling_friction.location
     return Surface(R_n=R_n, R_t=R_t, mu=mu, stop_speed=surface.stop_speed, mu_r=mu_r)

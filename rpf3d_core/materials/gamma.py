@@ -6,14 +6,16 @@ from numpy.typing import NDArray
 from rpf3d_core.materials.streams import Purpose, uniform
 
 ATTEMPTS = 60
-"""Largest number of attempts for each result; an attempt uses one normal and one uniform number. At most one attempt in
-twenty is rejected, so the chance that all 60 attempts are rejected is only 1e-78."""
+"""Largest number of attempts for each random number; an attempt uses one normal and one uniform number.
+
+At most one attempt in twenty is rejected, so the chance that all 60 attempts are rejected is only 1e-78.
+"""
 LEAST_SD = 1e-6
-"""Ratio (-) of standard deviation to mean, up to which every number is the mean."""
+"""Ratio (-) of standard deviation to mean, up to which every random number is the mean."""
 
 
 def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float, sd: float) -> NDArray[np.float64]:
-    """Return gamma-distributed numbers (N,) with a mean > 0 and a standard deviation, in the unit of the mean.
+    """Return gamma-distributed random numbers (N,) with a mean > 0 and a standard deviation, in the unit of the mean.
 
     Each result is a function of the seed and its own `number` (N,). Marsaglia and Tsang 2000 (ACM Transactions on
     Mathematical Software 26(3):363-372, doi 10.1145/358407.358414): a rejected number is drawn again, with the attempt
@@ -42,6 +44,6 @@ def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float
 
 
 def _normal(seed: int, purpose: Purpose, number: NDArray[np.int64], source: int) -> NDArray[np.float64]:
-    """Return standard normal numbers (N,) from two uniform numbers each (Box and Muller 1958)."""
+    """Return standard normal random numbers (N,), from two uniform numbers each (Box and Muller 1958)."""
     radius = np.sqrt(-2.0 * np.log1p(-uniform(seed, source, number, purpose)))
     return np.asarray(radius * np.cos(2.0 * np.pi * uniform(seed, source + 1, number, purpose)))

@@ -1,4 +1,4 @@
-"""The mechanical properties of the ground in each zone, as arrays with one element per zone."""
+"""The mechanical properties of the ground in each zone, as the simulation reads them."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from rpf3d_core.materials.rock_context import RockContext
 
 
 class Surface(NamedTuple):
-    """The mechanical properties of the ground at a contact.
+    """The mechanical properties of the ground at one contact of a rock.
 
     R_n, R_t : normal and tangential restitution (-), in [0, 1]; mu : Coulomb friction, tan of the friction angle (-)
     stop_speed : m/s below which a rock in sustained contact has stopped; mu_r : rolling friction (-), tan(beta)
@@ -23,7 +23,7 @@ class Surface(NamedTuple):
 
 
 class Materials(NamedTuple):
-    """The properties of `Surface` for Z zones; every array has Z elements."""
+    """The ground of all Z zones: the properties of `Surface` as arrays of Z elements, which compiled code can read."""
 
     R_n: Any
     R_t: Any
@@ -33,7 +33,7 @@ class Materials(NamedTuple):
 
 
 def materials_of(surfaces: list[Surface]) -> Materials:
-    """Return the `Materials` of Z surfaces, in order of zone."""
+    """Return the materials of Z zones as the simulation reads them, from one `Surface` for each zone."""
     columns = np.array(surfaces, dtype=float).reshape(-1, 5).T
     R_n, R_t, mu, stop_speed, mu_r = (np.ascontiguousarray(column) for column in columns)
     return Materials(R_n=R_n, R_t=R_t, mu=mu, stop_speed=stop_speed, mu_r=mu_r)
@@ -41,7 +41,7 @@ def materials_of(surfaces: list[Surface]) -> Materials:
 
 @model_function
 def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
-    """Return the ground properties of a zone for a rock; one rule per class of materials."""
+    """Return the ground properties of a zone for a rock's next impact; one rule for fixed, one for drawn materials."""
 
 
 @surface_of.rule(Materials)

@@ -1,4 +1,4 @@
-"""The inverse of the standard normal distribution, as a kernel that gives the same bits in both engines.
+"""The inverse of the standard normal distribution, for random numbers: the same bits in both engines.
 
 Wichura 1988, Algorithm AS 241, Applied Statistics 37(3):477-484, doi 10.2307/2347330: PPND16, relative error about
 1e-16.
@@ -11,8 +11,10 @@ from rpf3d_core.jit.dispatch import kernel
 Coefficients = tuple[float, float, float, float, float, float, float, float]
 
 CENTRE = 0.425
-"""Distance from 1/2 (-) up to which the central approximation holds. Beyond it the tails are functions of sqrt(-ln
-p)."""
+"""Distance from 1/2 (-) up to which the central approximation holds.
+
+Beyond it the tails are functions of sqrt(-ln p).
+"""
 FAR = 5.0
 """Value of sqrt(-ln p) beyond which the far tail begins (p < 1.4e-11)."""
 
@@ -44,7 +46,10 @@ F: Coefficients = (
 
 @kernel
 def normal_quantile(p: float) -> float:
-    """Return the quantile z (-): a standard normal number is below z with the probability p, 0 < p < 1."""
+    """Return the value z (-) below which a standard normal number lies with the probability p, 0 < p < 1.
+
+    It turns uniform into normal random numbers.
+    """
     q = p - 0.5
     if abs(q) <= CENTRE:
         return q * _ratio(A, B, CENTRE * CENTRE - q * q)
@@ -58,7 +63,7 @@ def normal_quantile(p: float) -> float:
 
 @kernel
 def _ratio(above: Coefficients, below: Coefficients, r: float) -> float:
-    """Return the ratio of two polynomials of degree 7 in r, by Horner's rule."""
+    """Return the ratio of two polynomials of degree 7 in r, by Horner's rule: the approximation of the quantile."""
     p, q = above[7], below[7]
     for k in range(6, -1, -1):
         p, q = p * r + above[k], q * r + below[k]

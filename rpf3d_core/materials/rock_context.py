@@ -1,4 +1,4 @@
-"""The data of a rock that a model may need in addition to the motion, and columns with these data for many rocks.
+"""The data of a rock, besides its motion, that a model may need, for one rock and as columns for many rocks.
 
 A column that no model of a scene needs is None; it is neither filled nor compiled.
 """
@@ -18,7 +18,7 @@ class RockKey(NamedTuple):
 
 
 class RockContext(NamedTuple):
-    """The data of one moving rock that models may need.
+    """The data of one moving rock that models may need: its size, its random numbers and its impacts so far.
 
     rock : mass and radius; None if no model of the scene needs them
     key : key of the random numbers; None if nothing is drawn; impacts : number of impacts on the ground so far
@@ -30,14 +30,14 @@ class RockContext(NamedTuple):
 
 
 class RockColumns(NamedTuple):
-    """Mass (R,) kg and radius (R,) m of R rocks."""
+    """The sizes of R rocks: mass (R,) kg and radius (R,) m."""
 
     mass: Any
     radius: Any
 
 
 class RockKeys(NamedTuple):
-    """The `RockKey` of R rocks: one seed for all rocks; source, rock : columns (R,)."""
+    """The keys of the random numbers of R rocks: one seed for all rocks, and columns `source`, `rock` (R,)."""
 
     seed: int
     source: Any
@@ -46,7 +46,7 @@ class RockKeys(NamedTuple):
 
 @kernel
 def rock_of(rocks: RockColumns | None, i: int) -> Rock | None:
-    """Return mass and radius of rock i; None without columns."""
+    """Return mass and radius of rock i for the models; None if no model needs them."""
     if rocks is None:
         return None
     return Rock(rocks.mass[i], rocks.radius[i])
@@ -54,7 +54,7 @@ def rock_of(rocks: RockColumns | None, i: int) -> Rock | None:
 
 @kernel
 def key_of(keys: RockKeys | None, i: int) -> RockKey | None:
-    """Return the key of rock i; None without keys."""
+    """Return the key of the random numbers of rock i; None if nothing is drawn."""
     if keys is None:
         return None
     return RockKey(seed=keys.seed, source=keys.source[i], rock=keys.rock[i])

@@ -21,16 +21,22 @@ ROUNDS = 10
 MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
 WEYL = (0x9E3779B9, 0xBB67AE85)
 WORD = 0xFFFFFFFF
-"""Mask of the low 32 bits. Kernels compute with signed 64-bit integers. A product may overflow, but its bits are the
-same as in the unsigned product. The mask removes the sign bits that a right shift of a negative number adds."""
+"""Mask of the low 32 bits of an integer, for arithmetic with 32-bit words.
+
+Kernels compute with signed 64-bit integers. A product may overflow, but its bits are the same as in the unsigned
+product. The mask removes the sign bits that a right shift of a negative number adds.
+"""
 MANY = 50_000
-"""Smallest number of draws for which a compiled loop is used: it needs a tenth of the time and gives the same bits."""
+"""Least number of draws for which a compiled loop is used: it needs a tenth of the time and gives the same bits."""
 ZONES = 256
-"""Factor of the zone number in the stream number, so there may be up to 256 purposes and 2^24 zones."""
+"""Factor of the zone number in the stream number, so that there may be up to 256 purposes and 2^24 zones."""
 
 
 class Purpose(IntEnum):
-    """The purpose of a drawn number; each purpose has its own stream. Values are never reused or reordered."""
+    """The purpose for which a random number is drawn; each purpose has its own stream of numbers.
+
+    Values are never reused or reordered.
+    """
 
     ALONG_LINE = 0
     POSITION_X = 1
@@ -69,7 +75,7 @@ class Purpose(IntEnum):
 
 @kernel
 def philox_words(c0: Any, c1: Any, c2: Any, c3: Any, k0: int, k1: int) -> tuple[Any, Any, Any, Any]:
-    """Return four words of 32 random bits from four counter words and two key words of 32 bits: Philox4x32-10.
+    """Return four random words of 32 bits from four counter words and two key words: the generator Philox4x32-10.
 
     Counter words are integers or, in Python, arrays (N,) of uint64; the bits are the same.
     """
@@ -83,7 +89,9 @@ def philox_words(c0: Any, c1: Any, c2: Any, c3: Any, k0: int, k1: int) -> tuple[
 
 @kernel
 def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> float:
-    """Return a uniform number in [0, 1), with 53 random bits, for one rock; the kernel version of `uniform`.
+    """Return one random number in [0, 1) of a rock, uniform, with 53 random bits.
+
+    This is the version of `uniform` for the engines.
 
     seed : 0 <= seed < 2^63; stream : a purpose + ZONES times a zone; number : of an impact, or 0
     """
@@ -92,28 +100,31 @@ def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> f
 
 @kernel
 def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: int) -> float:
-    """Return the uniform number in [0, 1) for four counter words and two key words."""
+    """Return the random number in [0, 1) that belongs to four counter words and two key words of the generator."""
     high, low, _, _ = philox_words(rock, source, stream, number, k0, k1)
     return ((high >> 5) * 2.0**26 + (low >> 6)) * 2.0**-53  # type: ignore[no-any-return]
 
 
 @loop
 def _uniform_all(k0: int, k1: int, sources: Any, rocks: Any, stream: int, draws: Any) -> None:
-    """Fill in `draws` (R,): one uniform number for each rock (R,) of each source (R,)."""
+    """Write one random number in [0, 1) for each rock (R,) of each source (R,) into `draws` (R,)."""
     for i in range(len(draws)):
         draws[i] = _uniform_of(rocks[i], sources[i], stream, 0, k0, k1)
 
 
 def philox(counter: NDArray[np.uint64], key: tuple[int, int]) -> NDArray[np.uint64]:
-    """Return (4, N) words of 32 random bits from a counter (4, N) and a key (2,) of 32-bit words: Philox4x32-10."""
+    """Return random words (4, N) of 32 bits from a counter (4, N) and a key (2,): Philox4x32-10 on arrays.
+
+    Tests compare it with published values.
+    """
     c0, c1, c2, c3 = counter
     return np.stack(philox_words(c0, c1, c2, c3, *key))
 
 
 def uniform(seed: int, source: ArrayLike, rock: ArrayLike, purpose: Purpose) -> NDArray[np.float64]:
-    """Return numbers in [0, 1) of 53 random bits, one for each rock (R,), all of one source or of sources (R,).
+    """Return random numbers in [0, 1), uniform, with 53 random bits: one for each rock (R,).
 
-    seed : 0 <= seed < 2^64; source, rock : 0 <= number < 2^32
+    seed : 0 <= seed < 2^64; rock : 0 <= number < 2^32; source : of all rocks, or of each rock (R,), 0 <= number < 2^32
     """
     rocks = np.asarray(rock, dtype=np.uint64)
     if HAS_NUMBA and rocks.size >= MANY:

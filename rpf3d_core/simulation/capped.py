@@ -1,4 +1,4 @@
-"""Build an engine over a whole terrain, with caps: facets that close its gaps and end the rocks that fall through."""
+"""Build an engine over a whole terrain, with caps over its gaps: facets that end the rocks that fall through."""
 
 import numpy as np
 
@@ -10,12 +10,14 @@ from rpf3d_core.terrain.gaps import Caps, caps_over
 from rpf3d_core.terrain.mesh.border import border_of
 
 FEWEST = 2
-"""Least number of cap facets. The corner array of a single facet has another memory layout, for which numba would
-compile all functions again."""
+"""Least number of cap facets, so that numba compiles the search for contacts only once.
+
+The corner array of a single facet has another memory layout, for which numba would compile all functions again.
+"""
 
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
-    """Return the engine `name` for a terrain, with the index over the facets built and all terrain gaps closed by caps.
+    """Return the engine `name` for a terrain, with its search structure built and all terrain gaps closed by caps.
 
     facets : facets of the terrain, if the caller has them already
     Raises ValueError under the same conditions as `engine_of`.
@@ -34,7 +36,7 @@ def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:
 
 
 def caps_within(border: FloatArray, tolerance: float) -> CapFacets:
-    """Return the caps within the border (B, 3, 3) m of a terrain, as facets.
+    """Return the caps over the gaps inside a terrain's border (B, 3, 3) m, as facets.
 
     If the terrain has no gap, the result holds dummy facets that no rock can touch.
 
@@ -44,7 +46,7 @@ def caps_within(border: FloatArray, tolerance: float) -> CapFacets:
 
 
 def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
-    """Return the caps as facets; the zone number of a facet is the outcome of a rock that passes through it.
+    """Return the caps as facets; the zone number of a facet is the outcome of a rock that passes through the facet.
 
     Dummy facets that no rock can touch are added up to FEWEST facets.
     """
@@ -57,5 +59,5 @@ def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
 
 
 def _any_corner(corners: FloatArray) -> FloatArray:
-    """Return one corner (3,) m of some triangles; the origin if there are no triangles."""
+    """Return one corner (3,) m of some triangles, the place of dummy facets; the origin if there are no triangles."""
     return corners[0, 0] if len(corners) else np.zeros(3)

@@ -24,9 +24,9 @@ from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
-"""Columns with the results of a rock at the end of its flight; max_height is NaN until the paths are evaluated."""
+"""Columns with the results of a rock at the end of its flight; max_height is NaN until the path is evaluated."""
 SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
-"""Additional result columns (J) if rocks spin, computed from the recorded paths; NaN if no path was recorded."""
+"""Additional result columns (J) for rocks that spin, computed from the recorded paths; NaN without a recorded path."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
 
 SAMPLE = 100_000
@@ -50,7 +50,10 @@ class Models(NamedTuple):
 
 
 def spins_of(models: Models) -> bool:
-    """Return True if rocks spin: the class of the rebound model has `spins = True`."""
+    """Return True if rocks spin with the models of a scene, so that spins and rotational energies are recorded.
+
+    This holds if the class of the rebound model has `spins = True`.
+    """
     return bool(getattr(models.rebound, "spins", False))
 
 
@@ -80,7 +83,7 @@ class Reference:
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
-        """Follow rocks `begin` to R - 1 of R started rocks, and write their flights into the logbook.
+        """Fly rocks `begin` to R - 1 of R started rocks, and write their flights into the logbook.
 
         Returns the number of the first rock that did not fit into the record; R if all rocks fitted.
         """
@@ -90,7 +93,7 @@ class Reference:
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
-        """Return height (m) of R points above the ground, facet number there (-1: none) and facet side: (R, 3)."""
+        """Return the height (m) of R points (R, 3) m above the ground, the facet there and its side, (R, 3)."""
         out = np.empty((len(x), 3))
         _ground_below_all.py_func(self.locator, self.facets, x.tolist(), out)  # type: ignore[attr-defined]
         return out
@@ -121,13 +124,13 @@ class Compiled:
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
-        """Follow rocks as `Reference.follow` does."""
+        """Fly rocks and write their flights into the logbook, as `Reference.follow` does."""
         physics = _physics(models, self.facets, materials, settings, self.caps)
         launches = launches_of(_parts(models), materials, settings.seed, starts)
         return int(_follow_all(physics, self.method, launches, logbook, begin))
 
     def ground_below(self, x: Floats) -> Floats:
-        """Return heights, facets and sides (R, 3) as `Reference.ground_below` does."""
+        """Return the height of R points above the ground, the facet and side, as `Reference.ground_below` does."""
         out = np.empty((len(x), 3))
         _ground_below_all(self.locator, self.facets, np.ascontiguousarray(x), out)
         return out
@@ -137,12 +140,12 @@ Engine = Reference | Compiled
 
 
 def _parts(models: Models) -> tuple[Any, ...]:
-    """Return the parameters of all models and effects."""
+    """Return the parameters of all models and effects of a scene in one tuple, to see which data they need."""
     return models.rebound, models.ground, *links_of(models.effects)
 
 
 def _physics(models: Models, facets: Facets, materials: Any, settings: Settings, caps: CapLocator | None) -> Physics:
-    """Return the models, the ground properties and the settings as one `Physics` value."""
+    """Return the models, the ground properties and the settings as the one value that the flight loop reads."""
     return Physics(
         rebound=models.rebound,
         ground=models.ground,
@@ -155,7 +158,7 @@ def _physics(models: Models, facets: Facets, materials: Any, settings: Settings,
 
 
 def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:
-    """Return the engine of the given name ("reference" or "compiled"), with its index over the facets built.
+    """Return the engine of the given name ("reference" or "compiled"), with its search structure over the facets built.
 
     caps : facets that close the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
 
@@ -173,9 +176,9 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engin
 
 
 def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False, every_step: bool = False) -> Engine:
-    """Return a copy of the engine that finds contacts in fixed time steps (`detection.stepped`).
+    """Return a copy of the engine that finds contacts in fixed time steps, to show the errors of that method.
 
-    Heights above the ground are still exact.
+    The method is `detection.stepped`. Heights above the ground are still exact.
 
     dt : s; threshold : m, or m2 if the squared distance is compared with the threshold
     squared, every_step : as in `stepped`
@@ -188,7 +191,7 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
 
 
 def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there: Any, dt: float) -> Engine:
-    """Return a copy of the engine that finds contacts in fixed time steps on a raster (`detection.stepped_raster`).
+    """Return a copy of the engine that finds contacts in fixed time steps on a raster, to show the errors of rasters.
 
     engine : engine over the raster's facets, row by row; two facets for each square that is flagged in `there`
     there : (ny, nx) flag of each square that has ground
@@ -207,14 +210,17 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
 
 
 def facet_size(facets: Facets) -> float:
-    """Return the typical facet size (m, above 0): the side of a square with twice the mean facet area of a sample."""
+    """Return the typical facet size (m, above 0), from which search lengths are chosen.
+
+    The size is the side of a square with twice the mean facet area of a sample.
+    """
     corners = np.asarray(facets.corners)[:: max(len(facets.zone) // SAMPLE, 1)]
     u, w = corners[:, 3:6] - corners[:, :3], corners[:, 6:9] - corners[:, :3]
     return math.sqrt(float(np.linalg.norm(np.cross(u, w), axis=1).mean())) or 1.0
 
 
 def precompile_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> None:
-    """Compile the functions that are needed for flights but not for building the engine."""
+    """Compile the functions for flights now, so that the first flight of a run does not wait."""
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
@@ -226,12 +232,12 @@ def precompile_flights(engine: Engine, models: Models, materials: Any, settings:
 
 
 def is_precompiled(models: Models) -> bool:
-    """Return True if the disk cache has the compiled flight loop for the rebound model and the ground model."""
+    """Return True if the disk cache has the compiled flight loop for the models: the first flight then starts fast."""
     return is_cached(_follow_all, type(models.rebound), type(models.ground))
 
 
 def precompile_index() -> Compiled:
-    """Build the index over two facets: this compiles all functions that build an index over any terrain.
+    """Compile all functions that build the search structure of the compiled engine, by building one over two facets.
 
     Two facets are used because the corner array of a single facet has another memory layout, and so another numba type.
     """
@@ -241,13 +247,16 @@ def precompile_index() -> Compiled:
 
 
 def precompile_ground_below(engine: Engine | None = None) -> None:
-    """Compile the search for the ground below points, by a search with zero points; without an engine, two facets."""
+    """Compile the search for the ground below points, by a search with zero points.
+
+    Without an engine, a terrain of two facets is used.
+    """
     (engine or precompile_index()).ground_below(np.empty((0, 3)))
 
 
 @loop
 def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int) -> int:
-    """Follow rocks from number `begin` on; rock i starts at x[i], v[i] of the launches and fills row i of the logbook.
+    """Fly all rocks from number `begin` on; rock i starts with row i of the launches and fills row i of the logbook.
 
     The loop ends at the first rock that does not fit into the record. Returns the number of this rock, or the number of
     rocks if all fitted.
@@ -273,7 +282,7 @@ def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Log
 
 @loop
 def _ground_below_all(locator: Any, facets: Facets, x: Any, out: Any) -> None:
-    """Write the height above the ground (m), the facet and the side of each point into `out`."""
+    """Write the height of each point above the ground (m), the facet there and its side into `out`."""
     for i in range(len(out)):
         height, contact = ground_below(locator, facets, (x[i][0], x[i][1], x[i][2]))
         out[i, 0], out[i, 1], out[i, 2] = height, contact.facet, contact.side

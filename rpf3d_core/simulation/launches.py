@@ -1,4 +1,4 @@
-"""The state of rocks at their release, as the arrays that an engine reads."""
+"""The rocks of an ensemble at their release, as the arrays that an engine reads."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -14,9 +14,9 @@ Integers = NDArray[np.int64]
 
 
 class Starts(NamedTuple):
-    """R rocks at their release: x (R, 3) m, v (R, 3) m/s; source, rock (R,): their random numbers depend on these two.
+    """R rocks at their release: x (R, 3) m, v (R, 3) m/s, mass (R,) kg and radius (R,) m.
 
-    mass : (R,) kg; radius : (R,) m
+    source, rock : (R,) number of the source, and of the rock of this source: they select its random numbers
     """
 
     x: Floats
@@ -28,7 +28,7 @@ class Starts(NamedTuple):
 
 
 class Launches(NamedTuple):
-    """R rocks at their release, with only the columns that a model or a material of the scene needs.
+    """The rocks as the flight loop reads them at their release, with only the columns that the scene needs.
 
     x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : keys of the random numbers, or None
     """
@@ -40,7 +40,9 @@ class Launches(NamedTuple):
 
 
 def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts) -> Launches:
-    """Return R rocks at their release; sizes or keys are None if no model and no material of the scene needs them.
+    """Return the rocks of an ensemble at their release, as the flight loop reads them.
+
+    Sizes or keys are None if no model or material of the scene needs them.
 
     parts : the models and effects of the scene; seed : of all random draws
     """

@@ -32,8 +32,10 @@ from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
 from rpf3d_core.vectors import dot, scale, subtract
 
 STRETCHES = 10_000
-"""Number of flight segments, in addition to two path segments per contact, that a rock may always use, even if
-max_impacts is smaller."""
+"""Number of flight segments that a rock may always use, in addition to two path segments per contact.
+
+The number holds even if max_impacts is smaller.
+"""
 
 FLIGHT, END = int(Mode.FLIGHT), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
@@ -43,7 +45,7 @@ FELL_THROUGH = int(Outcome.FELL_THROUGH)
 
 @model_function
 def locator_for(model: object, locator: Any, rock: RockContext) -> Any:
-    """Return the locator that finds the contacts of a rock with this rebound model.
+    """Return the locator that finds the contacts of one rock: for a sphere it knows the rock's radius.
 
     Rebound models of bodies with a size have their own rule; for all other models the result is `locator` itself.
     """
@@ -51,24 +53,27 @@ def locator_for(model: object, locator: Any, rock: RockContext) -> Any:
 
 @locator_for.otherwise
 def locator_of_points(model: object, locator: Any, rock: RockContext) -> Any:
-    """Return the locator itself: the rock is a point."""
+    """Return the locator itself: with this rebound model, the rock is a point."""
     return locator
 
 
 @model_function
 def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion of a rock at its release; a rebound model may change the motion that the source gives."""
+    """Return the motion with which a rock is released; a rebound model may change the motion that the source gives.
+
+    A sphere, for example, must not overlap the ground.
+    """
 
 
 @set_down.otherwise
 def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion of the source unchanged."""
+    """Return the motion of a rock at its release as the source gives it, unchanged."""
     return motion
 
 
 @kernel
 def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, record: Record) -> State:
-    """Follow a rock from its release to its outcome; return its last state.
+    """Simulate one rock from its release to its outcome; return its last state.
 
     locator : contact search of either engine; rock : the rock's data that models may need
     record : holds the rows for impacts and path segments
@@ -81,13 +86,13 @@ def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, re
 
 
 def no_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the FAILED state at the rock's position: replaces `next_event` if its arithmetic raises in Python."""
+    """Return the rock's state with the outcome FAILED, if the arithmetic of `next_event` raises an error in Python."""
     return ended(state, FAILED)
 
 
 @guarded(no_event)
 def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after the next event of a moving rock."""
+    """Return the state of a moving rock after its next event: the end of a flight or of a segment on the ground."""
     if state.tally.contacts >= physics.settings.max_impacts:
         return ended(state, MAX_IMPACTS)
     if state.stands:
@@ -97,7 +102,7 @@ def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, 
 
 @kernel
 def checked(before: State, after: State) -> State:
-    """Return the state after an event; if a number in it is not finite, return the state before the event as FAILED.
+    """Return the state after an event; if a number in it is not finite, return the state before, with outcome FAILED.
 
     The record rows of the failed event are overwritten by the end of the path and by the following rocks.
     """
@@ -110,7 +115,7 @@ def checked(before: State, after: State) -> State:
 
 @kernel
 def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after a flight to the next contact, obstacle, gap or rim of the terrain, or until max_time."""
+    """Return the state after a flight: to the next contact, obstacle, gap or boundary of the terrain, or max_time."""
     rock_now, gravity = rock_at(rock, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, rock_now)
     start, t = flown.start, flown.t
@@ -140,7 +145,7 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
 
 @kernel
 def _hovers(max_impacts: int, tally: RockTally) -> bool:
-    """Return True if a rock has used too many flight segments, so that its flight must end.
+    """Return True if a rock hangs in the air for too many flight segments, so that its flight must end.
 
     A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a
     flight to the ground would take very long.
@@ -150,13 +155,16 @@ def _hovers(max_impacts: int, tally: RockTally) -> bool:
 
 @kernel
 def _mid_air(left: PreviousContact) -> PreviousContact:
-    """Return the `PreviousContact` of a rock that continues in mid-air: no facet, the same side of the ground."""
+    """Return the `PreviousContact` of a rock in mid-air, which starts its next arc away from any facet.
+
+    The rock stays on the same side of the ground.
+    """
     return PreviousContact(facet=-1, other=-1, side=left.side, resting=False, before=-1)
 
 
 @kernel
 def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, record: Record) -> State:
-    """Return the state after a rock meets an obstacle, which changes or ends the rock's motion."""
+    """Return the state after a rock meets an obstacle (barrier or tree), which changes or ends the rock's motion."""
     before = state.motion
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, rock_at(rock, state))
     note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against(before.v))
@@ -173,7 +181,7 @@ def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, recor
 
 @model_function
 def land(contact: object, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after a contact; one rule per class of contacts, which the locator determines."""
+    """Return the state after a contact with the ground; one rule per class of contacts: lumped mass or sphere."""
 
 
 @land.rule(Contact)
@@ -200,7 +208,7 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
 
 @kernel
 def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
-    """Return the motion of a rock in contact with facet f, moved up to the facet's plane if the rock is below it.
+    """Return the motion of a rock that touches facet f, moved up to the facet's plane if the rock is slightly below it.
 
     n : (3,) normal of the facet, turned towards the rock
 
@@ -216,7 +224,9 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
 
 @kernel
 def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
+    """Return the motion of a rock after an impact on a facet, by the rebound model and the effects.
+
+    n : (3,) normal of the facet, turned towards the rock
 
     An effect may replace the facet's normal by another one (the felt normal). The facet's normal is used if the rock
     would not hit a surface with the felt normal, or if the rebound would send the rock into the ground. If the rock
@@ -241,6 +251,9 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockCo
 
 @kernel
 def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact on a surface of normal n; an effect may let the rock enter the ground first."""
+    """Return the motion of a rock after its rebound from a surface of normal n, without the safeguards of `rebounded`.
+
+    An effect may let the rock enter the ground first.
+    """
     entering = in_ground(physics.effects, zone, surface, motion, n, rock)
     return rebound(physics.rebound, surface, entering, n, rock)  # type: ignore[no-any-return]

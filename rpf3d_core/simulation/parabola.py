@@ -1,4 +1,4 @@
-"""The next parabola of a rock: it ends at a contact, an obstacle, a gap or the terrain's rim, or at a time limit.
+"""The next parabola of a flight: it ends at a contact, an obstacle, a gap, the terrain's boundary or a time limit.
 
 With air, one parabola may replace the true flight only for a limited time (`effects.air`).
 """
@@ -19,12 +19,14 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Motion, Vec
 
 AGAIN = 1.5
-"""Duration of a repeated flight segment, divided by the time of the first flight (-): the repeated flight may take a
-little longer."""
+"""Duration of a repeated flight segment, divided by the time of the first flight (-).
+
+The repeated flight may take a little longer than the first one.
+"""
 
 
 class FlightSegment(NamedTuple):
-    """A parabola that a rock has flown for t seconds.
+    """A parabola that a rock has flown for t seconds, and what ends it.
 
     start : motion at the beginning; longest : s for which the parabola may replace the flight through the air
     left : s from the beginning until max_time
@@ -42,7 +44,7 @@ class FlightSegment(NamedTuple):
 
 @kernel
 def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContext) -> FlightSegment:
-    """Return the parabola that a rock flies next.
+    """Return the parabola that a rock flies next, up to its first contact, obstacle or gap.
 
     Air drag acts for half of the segment before the parabola. If the flight ends in the first half of the segment, the
     drag has acted for longer than the flight lasts. Correcting this would add energy to the rock. Instead the flight is
@@ -69,7 +71,9 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
 
 @kernel
 def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: RockContext) -> Motion:
-    """Return the motion at the start of a segment of `longest` seconds, after the air has acted for half of that time.
+    """Return the motion at the start of a flight segment, after air drag has acted for half of the segment.
+
+    longest : s, duration of the segment
 
     The air acts before and after a parabola (`effects.air`), so contacts are found as exactly as without air. A segment
     of infinite length means that no effect acts in the air.
@@ -83,7 +87,7 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: 
 def out_of_air(
     physics: Physics, locator: Any, motion: Motion, t: float, longest: float, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion at the end of a segment of t seconds, after the remaining action of the air."""
+    """Return the motion at the end of a flight segment of t seconds, after the remaining action of air drag."""
     if longest == math.inf:
         return motion
     height = _height(physics, locator, motion.x)
@@ -92,7 +96,10 @@ def out_of_air(
 
 @kernel
 def _height(physics: Physics, locator: Any, x: Vec) -> float:
-    """Return the height (m) of point x above the ground, inf over a hole; 0.0 if no effect needs the height."""
+    """Return the height (m) of point x above the ground for effects such as drag layers; inf over a hole.
+
+    The result is 0.0 if no effect needs the height.
+    """
     if not asks_height(physics.effects):
         return 0.0
     height, contact = ground_below(plain_locator(locator), physics.facets, x)
@@ -101,7 +108,9 @@ def _height(physics: Physics, locator: Any, x: Vec) -> float:
 
 @kernel
 def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
-    """Return the height (m) of point x above the terrain, and the contact below x; over a hole 0.0 and no contact.
+    """Return the height (m) of point x above the terrain, and the contact straight below x.
+
+    0.0 and no contact over a hole.
 
     The search lets a stone fall from x and finds the first contact of the stone.
     """

@@ -1,4 +1,4 @@
-"""The models, ground properties and settings that all rocks of an ensemble share, as one value."""
+"""The models, ground properties and settings that all rocks of an ensemble share, as one value for the flight loop."""
 
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from rpf3d_core.terrain.facets import Facets
 
 
 class Physics(NamedTuple):
-    """The models, ground properties and settings of a simulation.
+    """The models, ground properties and settings of a simulation, in one record that compiled code can read.
 
     rebound, ground : parameters of a rebound model and of a ground model; effects : a `Chain`, or None
     materials : `Materials` or `DrawnMaterials`; facets : the terrain
@@ -29,11 +29,11 @@ class Physics(NamedTuple):
 
 @kernel
 def rock_at(rock: RockContext, state: State) -> RockContext:
-    """Return the rock's data, with the number of impacts updated from its state."""
+    """Return the rock's data for the models, with the number of impacts that the rock has had so far."""
     return RockContext(rock=rock.rock, key=rock.key, impacts=state.tally.impacts)
 
 
 @kernel
 def ground_of(physics: Physics, facet: int, rock: RockContext, state: State) -> Surface:
-    """Return the surface properties of a facet for this rock at its present impact (they may be drawn at random)."""
+    """Return the surface properties of a facet for this rock at its present impact (some are drawn at random)."""
     return surface_of(physics.materials, physics.facets.zone[facet], rock_at(rock, state))  # type: ignore[no-any-return]

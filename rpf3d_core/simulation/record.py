@@ -1,4 +1,4 @@
-"""Record of impacts and paths, written during the flight into arrays of a fixed size.
+"""The record of impacts and paths, written during the flight into arrays of a fixed size.
 
 If the arrays are full, the rock flies to its end unrecorded, and flies again later, when there is room. The program
 decides at run time whether to write. Two compiled loops, with and without writing, would double the time of the first
@@ -15,14 +15,14 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 FIRST_OBSTACLE = -2
-"""Number used instead of a facet number for a meeting with obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
+"""Number used instead of a facet number where a rock meets obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
 
 IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
-"""Number of columns of an impact row and of a path segment row, and of additional columns in both if rocks spin."""
+"""Number of columns of an impact row, of a path segment row, and of additional columns in both if rocks spin."""
 
 
 class Record(NamedTuple):
-    """Arrays to write to: impacts and facets from row `first_impact` on, path segments from row `first_piece` on.
+    """The arrays that receive the impacts and path segments of a rock, with the first row to write in both.
 
     A piece is a path segment. Without rows for pieces nothing is written (`writes`). A meeting with an obstacle has a
     row among the impacts, with `FIRST_OBSTACLE` minus the obstacle's number instead of a facet number.
@@ -43,11 +43,11 @@ class Record(NamedTuple):
 
 
 class Logbook(NamedTuple):
-    """The arrays into which the flights of R rocks are written.
+    """The arrays into which the engine writes the flights of R rocks.
 
     record : rows for impacts and path segments
-    first : (R + 1, 2) first row of each rock in the impacts and in the pieces; the caller gives the row of the first
-        rock to fly, the engine fills in the others
+    first : (R + 1, 2) first row of each rock in the impacts and in the path segments (pieces); the caller gives the row
+        of the first rock to fly, the engine fills in the others
     finals : (R, 8), `engines.FINAL_COLUMNS`; counts : (R, 4), `engines.COUNT_COLUMNS`; the engine fills in both
     """
 
@@ -58,7 +58,7 @@ class Logbook(NamedTuple):
 
 
 def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
-    """Return a record with room for the given numbers of impacts and path segments, and for spins if rocks spin."""
+    """Return a record with room for given numbers of impacts and path segments, and for spins if rocks spin."""
     more = SPIN_COLUMNS if spins else 0
     return Record(
         impacts=np.empty((impacts, IMPACT_COLUMNS + more)),
@@ -73,13 +73,13 @@ def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
 
 @kernel
 def writes(record: Record) -> bool:
-    """Return True if the record has rows, so that flights are written."""
+    """Return True if the record has rows, so that impacts and path segments are written at all."""
     return len(record.modes) > 0
 
 
 @kernel
 def record_from(record: Record, first: Any, i: int) -> Record:
-    """Return the record for rock i, which writes from row first[i, 0] of the impacts and first[i, 1] of the pieces."""
+    """Return the record for rock i, with the rows from which its impacts and path segments are written."""
     return Record(
         impacts=record.impacts,
         facets=record.facets,
@@ -93,7 +93,7 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 
 @kernel
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
-    """Set the first rows of the rock after rock i; return False if rock i did not fit into the record.
+    """Set the first rows of the next rock in the record; return False if the flight of rock i did not fit into it.
 
     A path has one row for each segment, and one more row for its end.
     """
@@ -106,14 +106,20 @@ def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
 
 @kernel
 def against(v: Vec) -> Vec:
-    """Return the direction recorded as an obstacle's normal: opposite to the rock's velocity v; upwards if v is 0."""
+    """Return the direction to record as the normal of an obstacle: opposite to the rock's velocity v.
+
+    Upwards if v is 0.
+    """
     speed = norm(v)
     return scale(-1.0 / speed, v) if speed > 0.0 else (0.0, 0.0, 1.0)
 
 
 @kernel
 def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
-    """Write the rock's next impact, or its next meeting with an obstacle, into the row given by the tally."""
+    """Write the rock's next impact, or its next meeting with an obstacle, into the record.
+
+    tally : the rock's running totals, which give the row
+    """
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
         return
@@ -127,7 +133,10 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 
 @kernel
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
-    """Write the rock's next path segment into the row given by the tally."""
+    """Write the rock's next path segment into the record.
+
+    tally : the rock's running totals, which give the row
+    """
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
         return
@@ -141,7 +150,10 @@ def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode
 
 @kernel
 def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
-    """Write two spins (rad/s) into a row, from `column` on; write nothing if rocks do not spin (`spins` is None)."""
+    """Write the spins (rad/s) before and after an event into a row, from `column` on; nothing if rocks do not spin.
+
+    spins : None if rocks do not spin
+    """
     if spins is None:
         return
     row[column], row[column + 1] = norm(begin), norm(end)
@@ -149,7 +161,10 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write the spins (rad/s) at both ends of the rock's next path segment into the row given by the tally."""
+    """Write the spins (rad/s) at both ends of the rock's next path segment into the record.
+
+    tally : the rock's running totals, which give the row
+    """
     i = record.first_piece + tally.pieces
     if i < len(record.modes):
         note_spins(record.spins, record.pieces[i], PIECE_COLUMNS, begin, end)

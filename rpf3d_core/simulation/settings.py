@@ -6,7 +6,7 @@ from rpf3d_core.values import STANDARD_GRAVITY
 
 
 class Settings(NamedTuple):
-    """Settings of a simulation.
+    """The numbers of a simulation that a scene file sets, such as gravity and the limits of a flight.
 
     gravity : m/s^2
     smallest_bounce : m; a bounce that would rise less is summed up with all later bounces, or merges into sliding

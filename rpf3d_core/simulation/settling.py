@@ -1,4 +1,4 @@
-"""The end of bouncing: all small bounces are summed up in one step, then sustained contact with the ground begins."""
+"""The end of bouncing: all remaining small bounces are summed up in one step, then the rock stays on the ground."""
 
 import math
 from typing import Any
@@ -18,17 +18,21 @@ from rpf3d_core.values import MOVING, Mode, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
-"""Share of smallest_bounce (-): bounces smaller than this share end even if they do not all stay on one facet. In a
-corner between facets, bounces never stay on one facet."""
+"""Share of smallest_bounce (-) below which bounces end even if they do not all stay on one facet.
+
+In a corner between facets, bounces never stay on one facet.
+"""
 
 SETTLING = int(Mode.SETTLING)
 
 
 @kernel
 def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
-    """Return the state at the start of sustained contact with velocity v.
+    """Return the state of a rock at the start of sliding or rolling on the ground, with velocity v.
 
-    The rock is moved exactly onto the plane, or the line, that holds it.
+    The rock is moved exactly onto the plane of its facet, or onto the line of its gully.
+
+    held : these facets
     """
     x = on_plane(facets, held.facet, state.motion.x)
     if held.other >= 0:
@@ -40,7 +44,7 @@ def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
 
 @kernel
 def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Record) -> State:
-    """Return the state after an impact, with the remaining bounces summed up if they are small and stay on the facet.
+    """Return the state after an impact; if the remaining bounces are small and stay on the facet, they are summed up.
 
     The rock continues to fly if the bounces are larger, if they leave the facet or meet an obstacle, or if gravity does
     not press the rock onto the facet. If the ground properties are drawn for each impact, all remaining bounces use the
@@ -70,7 +74,9 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
 
 @kernel
 def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
-    """Return the largest squared speed (m^2/s^2) with which this or a later bounce on a facet of normal n may rise.
+    """Return the largest squared speed (m^2/s^2) with which a rock may rise from a facet in this or a later bounce.
+
+    It decides whether the bounces are small.
 
     This is the squared speed off the facet, unless an effect changes the normal of the next impact. Such an impact may
     turn the whole speed upwards, so the bounces do not die out as on a plane.
@@ -85,13 +91,18 @@ def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float
 
 @kernel
 def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
-    """Return True if no obstacle stands on the straight path `way` (3,) m from x (3,) m, which the rock follows."""
+    """Return True if no obstacle lies on the straight path `way` (3,) m from x (3,) m of a rock's small bounces.
+
+    passed : the obstacle that does not count, because the rock has just passed it
+    """
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
 
 @kernel
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
-    """Return True if all bounces whose sum is the displacements `along` + `down` (m) stay within facet f.
+    """Return True if all remaining bounces of a rock stay within facet f, so that they can be summed up.
+
+    along, down : (3,) m, the two displacements that the bounces add up to, along the facet
 
     Both partial sums grow monotonically, so every bounce lies in the parallelogram of the two displacements. A facet is
     convex, so the corners of the parallelogram decide.

@@ -1,4 +1,4 @@
-"""Motion of a rigid sphere on the ground: the sphere's rules in the simulation loop.
+"""Motion of a rigid sphere on the ground: rolling, sliding and taking off.
 
 `Motion.x` is the sphere's centre, in flight and on the ground. On the ground one to three contacts hold the sphere
 (`sphere_hold`), and it moves in segments of constant acceleration (`kinetics.sphere_ground`). A segment ends where the
@@ -57,7 +57,7 @@ from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 BENDS = 1e-4
-"""Length of a segment, divided by R (-): a longer segment that ends only because the path bends is not a contact."""
+"""Length of a ground segment, divided by R (-), above which a segment that ends only at a bend is not a new contact."""
 WALL = 0.01
 """Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
 
@@ -68,7 +68,7 @@ press the sphere onto the wall, so without this share the bounces between wall a
 
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
-    """Return the state of a sphere that flies off the ground."""
+    """Return the state of a sphere that leaves the ground and flies."""
     return State(motion=motion, left=state.left, stands=False, tally=state.tally, outcome=MOVING, passed=state.passed)
 
 
@@ -79,7 +79,7 @@ def _take_off(state: State, motion: Motion) -> State:
 def roll_on(
     ground: SphereGround, physics: Physics, locator: Swept, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the state after the next segment on the ground, after an impact on another contact, or at take-off."""
+    """Return the state of a sphere after its next ground segment, at another contact, or at take-off."""
     facets, motion = physics.facets, state.motion
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
     if state.tally.idle >= WEDGED:
@@ -114,9 +114,12 @@ def roll_on(
 
 @kernel
 def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
-    """Return True if a small remaining slip must be set to zero at once.
+    """Return True if the small slip of a sphere must be set to zero at once, so that the sphere rolls.
 
-    This holds if gravity turns the direction of the slip: as the slip fades, its direction would turn ever faster.
+    slip : m/s, velocity of the sphere's surface at the contact
+
+    The result is True if gravity turns the direction of the slip: as the slip fades, its direction would turn ever
+    faster.
     """
     slips = norm(slip)
     if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
@@ -139,7 +142,7 @@ def _at_rest(state: State, motion: Motion) -> State:
 
 @kernel
 def _lift(held: Held, v: Vec, radius: float) -> float:
-    """Return the centripetal acceleration (m/s^2) v^2 / R around an edge or a corner, which reduces the push.
+    """Return by how much a sphere on an edge or a corner presses less on it: the acceleration v^2 / R (m/s^2).
 
     On a facet, or between two contacts, the result is 0.
     """
@@ -151,7 +154,10 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 @kernel
 def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
-    """Return the surface properties under the sphere; for two contacts, mean friction, weighted by the pushes."""
+    """Return the surface properties of the ground under a sphere.
+
+    For two contacts, the friction is their mean, weighted by the pushes.
+    """
     first = ground_of(physics, held.first.facet, rock, state)
     if held.contacts == 1:
         return first
@@ -167,7 +173,10 @@ def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -
 
 @kernel
 def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
-    """Return the slip (3,) m/s of the sphere on its contacts; for two contacts, only the component along their line."""
+    """Return the slip (3,) m/s of a sphere: the velocity of its surface at the contact, which friction opposes.
+
+    For two contacts, only the component along their common line counts.
+    """
     slip = slip_of(motion.v, motion.w, n, radius)
     if held.contacts == 1:
         return slip
@@ -177,7 +186,7 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 
 
 class Lying(NamedTuple):
-    """A sphere on the ground: its motion, the contacts that hold the sphere, and the unit direction n (3,) of push."""
+    """A sphere on the ground: its motion, the contacts that carry it, and the unit direction n (3,) of their push."""
 
     motion: Motion
     held: Held
@@ -194,7 +203,7 @@ def _follow_piece(
     rock: RockContext,
     record: Record,
 ) -> State:
-    """Return the state at the end of a segment, or where the sphere first meets ground, a gap or an obstacle on it."""
+    """Return the state of a sphere at the end of a ground segment, or where it meets ground, a gap or an obstacle."""
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
     motion, held, n = lying.motion, lying.held, lying.n
     left = physics.settings.max_time - motion.t
@@ -239,7 +248,7 @@ def _follow_piece(
 
 @kernel
 def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: Loss, record: Record) -> State:
-    """Return the end state of a sphere whose centre has passed through a cap, at the point of passage."""
+    """Return the end state of a sphere that rolls through a gap of the terrain, where it passes the cap."""
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
     return State(motion=at, left=state.left, stands=False, tally=tally, outcome=loss.outcome, passed=state.passed)

@@ -1,4 +1,4 @@
-"""Find the contacts (up to three) that hold a sphere on the ground, and the motion that these contacts allow.
+"""Find the contacts (up to three) that carry a sphere on the ground, and the motion that these contacts allow.
 
 A velocity or an acceleration is projected onto the cone of directions that no contact forbids. One contact leaves the
 component along its plane, two contacts leave the component along their common line, three contacts leave zero. The
@@ -17,16 +17,16 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TRIES = 8
-"""Largest number of contacts that are tried one after another; on a mesh without defects three are enough."""
+"""Largest number of contacts that are tried one after another; on a mesh without faults three are enough."""
 LEADING = 5e-10
-"""Share of a vector that counts as rounding (-).
+"""Share of a vector that counts as rounding error (-), in the search for the contacts that carry a sphere.
 
 This is half of GRAZING, so that contacts that a sweep of the moving sphere meets at time 0 are found here too.
 """
 
 
 class Held(NamedTuple):
-    """The contacts that hold a sphere against a vector, and the component of the vector that they allow.
+    """The contacts that block a sphere along a vector (gravity or velocity), and the component that they allow.
 
     The vector is a velocity (m/s) or an acceleration (m/s^2).
 
@@ -44,7 +44,10 @@ class Held(NamedTuple):
 
 @kernel
 def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
-    """Return the contact that blocks the sphere's direction of motion most; facet -1 if no contact blocks it."""
+    """Return the contact that blocks a sphere most along a vector; facet -1 if no contact blocks it.
+
+    against : the search, with the vector
+    """
     x, reach = against.x, against.radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
     low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
@@ -53,7 +56,9 @@ def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
 
 @kernel
 def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec) -> Held:
-    """Return the contacts that hold a sphere against the vector `way`, and the component of `way` that they allow.
+    """Return the contacts that block a sphere along the vector `way`, and the component of `way` that they allow.
+
+    The vector is gravity, to find the contacts that carry the sphere, or its velocity.
 
     Contacts from which the velocity v moves the sphere away do not count.
     """
@@ -75,15 +80,15 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
-    """Return the hold of one contact: it allows the component of `way` along its plane."""
+    """Return `Held` for one contact that blocks the sphere: it allows the component of `way` along its plane."""
     return Held(contacts=1, first=touch, second=NO_TOUCH, pushes=(-dot(way, touch.n), 0.0), way=without(way, touch.n))
 
 
 @kernel
 def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
-    """Return the hold of two contacts: they allow the component of `way` along their line.
+    """Return `Held` for two contacts that block the sphere: they allow the component of `way` along their common line.
 
-    If one contact does not push, return the hold of the other contact alone.
+    If one contact does not push, return the other contact alone.
     """
     line = cross(first.n, second.n)
     sine = norm(line)
@@ -101,10 +106,10 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
 @kernel
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
-    """Return the hold of three contacts.
+    """Return `Held` when a third contact is found: one, two or all three contacts block the sphere.
 
-    The third contact alone, or with one other contact, holds the sphere if the remaining contacts allow the resulting
-    direction. Otherwise all three contacts hold the sphere fast.
+    The third contact alone, or with one other contact, is enough if the remaining contacts allow the resulting
+    direction. Otherwise the three contacts allow no motion.
     """
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:
@@ -120,12 +125,12 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Return the hold of three contacts that allow no motion."""
+    """Return `Held` for three contacts that block the sphere: they allow no motion."""
     return Held(contacts=3, first=first, second=second, pushes=(0.0, 0.0), way=ZERO)
 
 
 @kernel
 def resultant(held: Held) -> tuple[Vec, float]:
-    """Return the unit direction (3,) of the resultant push of all contacts, and the sum of their pushes."""
+    """Return the unit direction (3,) in which all contacts together push the sphere, and the sum of their pushes."""
     both = add(scale(held.pushes[0], held.first.n), scale(held.pushes[1], held.second.n))
     return scale(1.0 / norm(both), both), held.pushes[0] + held.pushes[1]

@@ -1,4 +1,4 @@
-"""Release and impacts of a rigid sphere; `Motion.x` is the sphere's centre."""
+"""Release and impacts of a rigid sphere; the position in `Motion` is here the sphere's centre."""
 
 import math
 from typing import Any
@@ -21,12 +21,12 @@ from rpf3d_core.values import MOVING, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm
 
 LIFTS = 64
-"""Largest number of steps that lift a sphere off ground that it overlaps."""
+"""Largest number of steps that lift a sphere at its release off ground that it overlaps."""
 
 
 @locator_for.rule(CoulombSphere)
 def locator_of_sphere(model: CoulombSphere, locator: Any, rock: RockContext) -> Swept:
-    """Return the contact search for a sphere with the rock's radius."""
+    """Return the locator that finds the contacts of a sphere with the rock's radius."""
     return Swept(locator, rock.rock.radius)  # type: ignore[union-attr]  # the model asks for the rock
 
 
@@ -49,7 +49,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 
 @kernel
 def _lift_off(touch: Touch, radius: float) -> float:
-    """Return the lift (m) after which the centre is one radius from the nearest ground point `touch`.
+    """Return how far (m) to lift a sphere so that it just touches the nearest ground point, `touch`.
 
     If the nearest point is above the centre, return the overlap of sphere and ground instead.
     """
@@ -61,7 +61,10 @@ def _lift_off(touch: Touch, radius: float) -> float:
 
 @kernel
 def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
-    """Return the facet, edge or corner nearest to point x, within a box of half side `reach` (m) around x."""
+    """Return the facet, edge or corner nearest to point x, to keep a sphere at its distance from the ground.
+
+    reach : m, half the side of the box around x that is searched
+    """
     wide = (reach, reach, reach)
     low = x[0] - reach, x[1] - reach, x[2] - reach
     return scan(locator, facets, low, add(x, wide), Nearest(x), NO_TOUCH)  # type: ignore[no-any-return]
@@ -69,7 +72,7 @@ def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
 
 @kernel
 def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
-    """Return True if a speed (m/s) along the contact normal n would lift a sphere by less than smallest_bounce.
+    """Return True if an impact with a speed (m/s) along the normal n would lift a sphere by less than smallest_bounce.
 
     least : least share of gravity that is assumed to press on the contact (-)
     """
@@ -79,7 +82,7 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
 @land.rule(Touch)
 def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after a contact in flight: a grazing sphere stays on the ground, any other has an impact."""
+    """Return the state of a sphere after a contact in flight: if it grazes it stays on the ground, else it rebounds."""
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)
     grazes = into <= GRAZING * norm(motion.v)
@@ -92,7 +95,10 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
 
 @kernel
 def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
-    """Return the state after an impact; if the bounce that follows is small, the sphere stays on the ground."""
+    """Return the state of a sphere after an impact on the ground.
+
+    If the bounce that follows is small, the sphere stays on the ground.
+    """
     n, rock_now = contact.n, rock_at(rock, state)
     after = rebounded(physics, state.motion, contact.facet, n, rock_now)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
@@ -117,7 +123,7 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
 
 @kernel
 def lie(state: State, facet: int, motion: Motion) -> State:
-    """Return the state of a sphere that begins sustained contact with a facet; its motion is along the facet."""
+    """Return the state of a sphere that begins to slide or roll on a facet; its motion is along the facet."""
     tally = with_ground(state.tally, facet, norm(motion.v))
     return State(
         motion=motion,
@@ -131,7 +137,7 @@ def lie(state: State, facet: int, motion: Motion) -> State:
 
 @kernel
 def wedged(physics: Physics, motion: Motion) -> int:
-    """Return the outcome of a sphere that makes no progress: STOPPED if too slow to rise by smallest_bounce.
+    """Return the outcome of a sphere that makes no progress: STOPPED if it is too slow to rise by smallest_bounce.
 
     Otherwise the contact is unresolved.
     """

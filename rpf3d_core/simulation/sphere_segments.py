@@ -16,11 +16,11 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 CURVE = 1.0 / 32.0
-"""Largest length of a segment on an edge or a corner, divided by R (-): the normal turns by 1.8 degrees."""
+"""Largest length of a ground segment on an edge or a corner, divided by R (-): the normal turns by 1.8 degrees."""
 
 
 class Span(NamedTuple):
-    """Duration of a segment (s), and whether the sphere moves around an edge or a corner."""
+    """Duration of a ground segment of a sphere (s), and whether the sphere moves around an edge or a corner."""
 
     t: float
     curved: bool
@@ -28,9 +28,10 @@ class Span(NamedTuple):
 
 @kernel
 def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
-    """Return the duration of a segment: until the contact point passes the border of its facet, but at most t (s).
+    """Return the duration of a sphere's next ground segment: until it leaves its facet, but at most t (s).
 
-    Around an edge or a corner the segment also ends at the largest length of one segment, CURVE.
+    The sphere leaves the facet when the contact point passes the facet's border. Around an edge or a corner the segment
+    also ends at the largest length of one segment, CURVE.
     """
     faces = held.first.face and (held.contacts == 1 or held.second.face)
     if held.first.face:
@@ -44,7 +45,10 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
 
 @kernel
 def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
-    """Return the time (s) until the contact point passes the border of the facet that it lies on; inf if never."""
+    """Return the time (s) until a sphere leaves its facet: the contact point passes the facet's border.
+
+    The result is inf if it never leaves.
+    """
     f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
     foot = add(course.x, scale(-course.radius, touch.n))
     for k in range(3):
@@ -63,14 +67,17 @@ def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
 
 @kernel
 def normal_between(n: Vec, n_end: Vec, share: float) -> Vec:
-    """Return the unit normal (3,) at a share (0 to 1) of a segment with normal n at its start and n_end at its end."""
+    """Return the unit normal (3,) of the ground at a share (0 to 1) of a segment, between its normals at both ends.
+
+    n : at the start; n_end : at the end
+    """
     both = add(scale(1.0 - share, n), scale(share, n_end))
     return scale(1.0 / norm(both), both)
 
 
 @kernel
 def length_between(v: Vec, v_end: Vec, t: float) -> float:
-    """Return the length (m) of a segment of t seconds from its start and end velocities v and v_end.
+    """Return the length (m) of a ground segment of t seconds, from the velocities v at its start and v_end at its end.
 
     Simpson's rule is exact for a straight segment.
     """
@@ -80,7 +87,7 @@ def length_between(v: Vec, v_end: Vec, t: float) -> float:
 
 @kernel
 def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turns: bool) -> tuple[Vec, Vec]:
-    """Return the sphere's centre, moved back to its distance R from the ground, and the normal at this position.
+    """Return the sphere's centre, moved back to its distance R from the ground, and the ground's normal there.
 
     Around an edge or a corner, a segment leaves the ground by at most length^2 / 2R. On a facet it leaves the ground
     only by rounding errors.
@@ -98,7 +105,7 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
 
 @kernel
 def turned_to(v: Vec, n: Vec) -> Vec:
-    """Return the velocity v turned into the plane with normal n, with the same speed."""
+    """Return the velocity v after a curved segment: turned into the plane with normal n, with the same speed."""
     flat = without(v, n)
     speed = norm(flat)
     return scale(norm(v) / speed, flat) if speed > 0.0 else flat
@@ -106,5 +113,8 @@ def turned_to(v: Vec, n: Vec) -> Vec:
 
 @kernel
 def rolling_spin(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Return the spin (3,) rad/s of a sphere that rolls with velocity v on ground of normal n; spin about n is kept."""
+    """Return the spin (3,) rad/s of a sphere that rolls with velocity v on ground of normal n, without slip.
+
+    The part of the spin w about n is kept.
+    """
     return add(scale(1.0 / radius, cross(n, v)), scale(dot(w, n), n))

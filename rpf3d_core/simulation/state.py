@@ -1,4 +1,4 @@
-"""The state of one rock between two events, and the tally of its path so far."""
+"""The state of one rock between two events, and the running totals of its path so far."""
 
 import math
 from typing import NamedTuple
@@ -9,11 +9,11 @@ from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
 
 NONE_PASSED = -1
-"""Value used instead of an obstacle number if the rock has met no obstacle since its last impact."""
+"""Value in place of an obstacle number if the rock has met no obstacle since its last impact."""
 
 
 class RockTally(NamedTuple):
-    """Totals of a rock's path so far.
+    """The running totals of a rock's path so far: the final results of the rock come from them.
 
     path : length, m; impacts : number of impacts on the ground; meetings : number of meetings with obstacles
     pieces : number of path segments: flights, settlings, slides; contacts : number of impacts, meetings and slides
@@ -34,7 +34,7 @@ class RockTally(NamedTuple):
 
 
 class State(NamedTuple):
-    """The state of a rock between two events.
+    """The state of a rock between two events: its motion, its contact with the ground, its totals and its outcome.
 
     stands : True if the rock is in sustained contact with the facets in `left`, False if it flies
     passed : number of the obstacle that the rock met last and has passed; NONE_PASSED after an impact elsewhere
@@ -50,7 +50,7 @@ class State(NamedTuple):
 
 @kernel
 def released(motion: Motion) -> State:
-    """Return the state of a rock at its release."""
+    """Return the state of a rock at its release: in flight, with all totals at zero."""
     tally = RockTally(
         path=0.0,
         impacts=0,
@@ -67,7 +67,7 @@ def released(motion: Motion) -> State:
 
 @kernel
 def ended(state: State, outcome: int) -> State:
-    """Return the state of a rock whose motion ends at its position, with the given outcome."""
+    """Return the state of a rock whose flight ends where it is, with the given outcome."""
     return State(
         motion=state.motion,
         left=state.left,
@@ -80,7 +80,9 @@ def ended(state: State, outcome: int) -> State:
 
 @kernel
 def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float) -> RockTally:
-    """Return the tally after a path segment of the given length (m); `motion` is the motion at its end.
+    """Return the rock's running totals after a path segment of the given length (m).
+
+    motion : the motion at the end of the segment
 
     A segment no longer than the tolerance (m) counts as no progress.
     """
@@ -101,7 +103,10 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
 
 @kernel
 def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
-    """Return the tally after an impact on a facet; `motion` is the motion just after the impact."""
+    """Return the rock's running totals after an impact on a facet.
+
+    motion : the motion just after the impact
+    """
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
         path=tally.path,
@@ -118,7 +123,7 @@ def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
 
 @kernel
 def with_meeting(tally: RockTally, facet: int) -> RockTally:
-    """Return the tally after a meeting with an obstacle.
+    """Return the rock's running totals after a meeting with an obstacle.
 
     The meeting counts as a contact, so max_impacts also ends a rock that bounces between obstacles.
 
@@ -139,14 +144,17 @@ def with_meeting(tally: RockTally, facet: int) -> RockTally:
 
 @kernel
 def past(motion: Motion, number: int) -> int:
-    """Return `number`, the obstacle that a rock has passed; NONE_PASSED if the rock's speed after it is zero."""
+    """Return the number of the obstacle that a rock has just passed, so that its next flight ignores it.
+
+    The result is NONE_PASSED if the rock's speed after the obstacle is zero.
+    """
     v = motion.v
     return NONE_PASSED if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0 else number
 
 
 @kernel
 def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
-    """Return the tally of a rock that enters sustained contact with a facet at a speed (m/s)."""
+    """Return the rock's running totals when it begins to slide or roll on a facet, at a speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return RockTally(
         path=tally.path,
@@ -163,7 +171,9 @@ def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
 
 @kernel
 def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float, bends: bool) -> RockTally:
-    """Return the tally after a sliding segment of the given length (m); `motion` is the motion at its end.
+    """Return the rock's running totals after a segment of sliding of the given length (m).
+
+    motion : the motion at the end of the segment
 
     A segment that ends only because the path bends (`bends`) continues the same slide. It counts neither as a contact
     nor as a segment without progress.

@@ -1,4 +1,4 @@
-"""Sustained contact of a rock with the ground: when it begins, and how each ground model continues the motion."""
+"""Sliding, rolling and stopping of a rock on the ground: when this begins, and how a ground model moves the rock."""
 
 import math
 from typing import Any, NamedTuple
@@ -33,25 +33,25 @@ SLIDING = int(Mode.SLIDING)
 STOPPED, MAX_TIME, UNRESOLVED = int(Outcome.STOPPED), int(Outcome.MAX_TIME), int(Outcome.UNRESOLVED_CONTACT)
 
 WEDGED = 64
-"""Path segments in a row without progress after which a rock counts as wedged between facets.
+"""Number of path segments in a row without progress after which a rock counts as wedged between facets.
 
 Around a vertex of six facets this is enough to try each facet five times, with a flight of zero length in between.
 """
 
 
 STUCK = 16
-"""Path segments in a row without progress after which a rock is treated as stuck.
+"""Number of path segments in a row without progress after which a rock is treated as stuck.
 
 Two facets may pass a rock to each other endlessly. A stuck rock may therefore slide along an edge up to a crack's width
 outside a facet. A stuck rock slower than STILL has stopped.
 """
 STILL = 1e-12
-"""Speed (m/s) below which a stuck rock has stopped. Without friction, a rock in a gully moves in ever smaller steps."""
+"""Speed (m/s) below which a stuck rock has stopped; without friction, a rock in a gully moves in ever smaller steps."""
 
 
 @model_function
 def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the next state of a rock in sustained contact; one rule per ground model.
+    """Return the next state of a rock that slides, rolls or lies on the ground; one rule per ground model.
 
     locator : contact search, for models that look for further contacts along the path
     """
@@ -61,9 +61,9 @@ def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 def stop_or_give_up(
     ground: NoGround, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the end state by the rule of the thesis (section 3.5): STOPPED below stop_speed, else unresolved.
+    """Return the end of a rock if there is no ground model: STOPPED below stop_speed, else unresolved.
 
-    Above stop_speed the thesis has no rule for the following motion.
+    This is the rule of the thesis (section 3.5). Above stop_speed the thesis has no rule for the following motion.
     """
     surface = ground_of(physics, state.left.facet, rock, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
@@ -71,7 +71,7 @@ def stop_or_give_up(
 
 @carry_on.otherwise
 def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after one segment of sliding or rolling, on a facet or in a gully.
+    """Return the state after one ground segment of sliding or rolling, on a facet or in a gully.
 
     At the end of the segment the rock stops, changes its direction, or flies off the facet. All ground models that have
     a `Law` use this rule.
@@ -81,7 +81,7 @@ def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 
 @kernel
 def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record) -> State:
-    """Return the state at the end of a path segment on the ground, or at the first obstacle on the segment."""
+    """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment."""
     meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
         n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
@@ -104,7 +104,7 @@ def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockC
 
 @kernel
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
-    """Return the first obstacle on the chord of a ground segment; `Meeting.t` is a share of the chord (-)."""
+    """Return the first obstacle on a ground segment; `Meeting.t` is the share of the segment's chord up to it (-)."""
     way = subtract(piece.motion.x, state.motion.x)
     return first_obstacle(effects, Arc(x=state.motion.x, v=way, gravity=0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
 
@@ -113,7 +113,7 @@ def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockConte
 def at_obstacle_on(
     physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock that meets an obstacle on a ground segment: it moves on, stops there, or is caught.
+    """Return the state of a rock that meets an obstacle on the ground: it moves on, stops there, or is caught.
 
     The rock keeps only the component of its new velocity along the ground with normal n (3,), or along its gully.
     """
@@ -136,7 +136,7 @@ def at_obstacle_on(
 
 @kernel
 def on_piece(start: Motion, end: Motion, share: float) -> Motion:
-    """Return the motion at a share (0 to 1) of the chord of a ground segment, by interpolation.
+    """Return the motion of a rock at a share (0 to 1) of the chord of a ground segment, as where it meets an obstacle.
 
     The squared speed changes linearly along the chord, so the energy lies between the energies at both ends. At share 0
     and 1 the result equals the start and end motion, except for rounding errors.
@@ -156,14 +156,17 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
 
 @kernel
 def along_line(v: Vec, line: Vec) -> Vec:
-    """Return the component of vector v along the vector `line`; zero if `line` is zero."""
+    """Return the component of vector v along the vector `line`, as a rock in a gully keeps it.
+
+    The result is zero if `line` is zero.
+    """
     square = dot(line, line)
     return scale(dot(v, line) / square, line) if square > 0.0 else ZERO
 
 
 @kernel
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
-    """Return the outcome after a sliding segment, or MOVING.
+    """Return the outcome of a rock after a ground segment, or MOVING if the rock continues.
 
     A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
     contact is unresolved.
@@ -182,7 +185,7 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 
 @kernel
 def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
-    """Return the next sliding segment, from the present position of the rock."""
+    """Return the next ground segment from the rock's position: along its facet or gully, with the friction there."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
     first = ground_of(physics, left.facet, rock, state)
     time_left = settings.max_time - motion.t
@@ -203,7 +206,7 @@ def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
 
 @kernel
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
-    """Return the `PreviousContact` with the facet that the rock has just slid off.
+    """Return the facet that the rock has just slid off, as the `PreviousContact` of the next search for contacts.
 
     If the segment has no length, the result also keeps the facet before that facet.
     """
@@ -214,7 +217,7 @@ def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -
 
 
 class Hold(NamedTuple):
-    """The facets that hold a rock in sustained contact (`left.facet` -1: none), and the velocity the rock keeps."""
+    """The facets that carry a rock on the ground (`left.facet` -1: none), and the velocity that the rock keeps."""
 
     left: PreviousContact
     v: Vec
@@ -222,7 +225,7 @@ class Hold(NamedTuple):
 
 @kernel
 def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec) -> Hold:
-    """Return how a facet holds a rock that slides, or is released, onto it: the facet alone, a gully, or no hold.
+    """Return how a facet carries a rock that slides, or is released, onto it: the facet alone, a gully, or not at all.
 
     The gully lies between this facet and the last one. A contact that lifts the rock by less than smallest_bounce is
     not an impact; otherwise a rock would lose speed at every slight kink of a mesh.
@@ -247,10 +250,12 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
 
 @kernel
 def _held_line(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec, slight: bool) -> Vec:
-    """Return the direction of the gully between the contact's facet (normal n) and the last facet; zero if no gully.
+    """Return the direction of the gully between the contact's facet (normal n) and the last facet.
+
+    The result is zero if there is no gully.
 
     Two facets form a gully if both push the rock, and if the rock climbs neither facet by smallest_bounce or more. Two
-    facets that are almost one plane hold the rock only if it goes back and forth between them without progress.
+    facets that are almost one plane form a gully only if the rock goes back and forth between them without progress.
     """
     last, x, v = state.left.facet, state.motion.x, state.motion.v
     if last < 0 or last == contact.facet or not state.left.resting or contact.side != state.left.side:

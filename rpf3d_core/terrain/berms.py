@@ -1,4 +1,6 @@
-"""Add berms to a terrain: ridges along lines. Facets are cut where a ridge begins and where its slope changes.
+"""Add berms to a terrain: ridges along lines, which stop rolling rocks, become a part of the mesh.
+
+Facets are cut where a ridge begins and where its slope changes.
 
 A berm raises the ground: by nothing outside its foot, by its full height on its crest, and by a linearly increasing
 height in between. The berm therefore follows the ground, and a terrain of one sheet stays one sheet. The raised facets
@@ -18,16 +20,16 @@ from rpf3d_core.terrain.mesh.welding import weld
 from rpf3d_core.terrain.ridge import Ridge, height_at, left_of
 
 Polygon = list[FloatArray]
-"""Corners (3,) m of a convex polygon in space, in order."""
+"""A convex polygon in space, as its corners (3,) m in order."""
 
 ON_LINE = 1e-9
-"""Distance (m) from a line within which a corner lies on the line."""
+"""Distance (m) from a line within which a corner counts as lying on the line."""
 SLACK = 1e-6
-"""Distance (m) within which two places become one place."""
+"""Distance (m) within which two points are merged into one."""
 
 
 def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
-    """Return the terrain with a ridge on it; the facets of the ridge belong to a zone.
+    """Return the terrain with a berm (ridge) on it; the facets of the berm belong to a zone.
 
     When a facet is cut, its first part keeps the facet's number; the other parts come after all facets. A terrain that
     the ridge does not touch is returned unchanged.
@@ -55,9 +57,10 @@ def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
 def _as_vertices(
     terrain: Terrain, places: FloatArray, old: NDArray[np.int64], place: NDArray[np.int64]
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the vertices (V, 3) of a terrain extended by new places, and the vertex (P,) of each place.
+    """Return the vertices (V, 3) of a terrain extended by the new points of a ridge, and the vertex (P,) of each point.
 
-    old : (N,) vertices that are moved to their place; place : (N,) the place of each of these vertices
+    places : (P, 3) m, the points; old : (N,) vertices that are moved to their point; place : (N,) the point of each of
+        these vertices
     """
     number = np.full(len(places), -1, dtype=np.int64)
     number[place[::-1]] = old[::-1]
@@ -70,7 +73,7 @@ def _as_vertices(
 
 
 def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
-    """Return the facets (N,) that may overlap the ridge in plan.
+    """Return the facets (N,) that may overlap the ridge in plan and therefore must be cut.
 
     A facet cannot overlap a polygon of the ridge if a side of the polygon, or of the polygon's box, separates both.
     """
@@ -88,7 +91,7 @@ def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
 
 
 def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
-    """Return a facet (3, 3) cut into convex parts, each inside one polygon of the ridge or outside all of them."""
+    """Return a facet (3, 3) cut along the outlines of the ridge's polygons, as convex parts."""
     inside: list[Polygon] = []
     outside: list[Polygon] = [list(corners)]
     low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
@@ -105,7 +108,7 @@ def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
 
 
 def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
-    """Return the part of a polygon inside a convex polygon in plan (empty for none), and the parts outside."""
+    """Return the part of a polygon inside a convex polygon of a ridge in plan (or nothing), and the parts outside."""
     within, beyond = polygon, []
     for k in range(len(piece)):
         within, right = _halves(within, piece[k], piece[(k + 1) % len(piece)])
@@ -116,7 +119,7 @@ def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon
 
 
 def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polygon, Polygon]:
-    """Return the parts of a convex polygon to the left and right of a line in plan.
+    """Return the parts of a convex polygon to the left and right of a line in plan, to cut it along the line.
 
     A part that only touches the line is empty. The point where the line cuts an edge does not depend on the direction
     of the edge, so both facets at the edge get the same point.
@@ -142,7 +145,7 @@ def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polyg
 
 
 def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the facets (N,) that are not cut but share an edge, or a part of an edge, with a cut facet."""
+    """Return the uncut facets (N,) that share an edge with a cut facet, because they need the new points on it."""
     known = np.zeros(len(terrain.vertices), dtype=bool)
     known[terrain.triangles[cut].ravel()] = True
     near = known[terrain.triangles].sum(axis=1) >= 2
@@ -151,16 +154,17 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a ring of places without places that are equal to the previous place."""
+    """Return a ring of points without direct repeats of a point."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 
 def _triangles(
     places: FloatArray, rings: Sequence[NDArray[np.int64]], owners: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-    """Return facets (F, 3) that fill rings, the owner (F,) of each, and the places extended by the centres of rings.
+    """Return facets (F, 3) that fill rings of points, with the original facet (F,) that each is a part of.
 
-    Places that lie on an edge of a ring become corners of the ring, so that neighbours share whole edges.
+    The third result is the points, extended by the centres of rings. Points that lie on an edge of a ring become
+    corners of the ring, so that neighbours share whole edges.
 
     owners : the facet of the original terrain that each ring is a part of
     """
@@ -187,9 +191,9 @@ def _triangles(
 def _with_places_between(
     places: FloatArray, order: NDArray[np.int64], x: FloatArray, ring: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return a ring extended by all places on its edges, in their order along the ring.
+    """Return a ring extended by all points that lie on its edges, in their order along the ring: no T-junctions remain.
 
-    order : (P,) places sorted by x; x : (P,) m, their sorted coordinates
+    order : (P,) points sorted by x; x : (P,) m, their sorted coordinates
     """
     whole = []
     for a, b in zip(ring, np.roll(ring, -1), strict=True):
@@ -211,7 +215,7 @@ def _with_places_between(
 def _with_facets(
     terrain: Terrain, facets: NDArray[np.int64], owner: NDArray[np.int64], on_ridge: NDArray[np.bool_], zone: str
 ) -> Terrain:
-    """Return the terrain after each facet in `owner` is replaced by its parts; parts on the ridge get the zone.
+    """Return the terrain after each cut facet is replaced by its parts; parts on the ridge get the zone.
 
     facets : (N, 3) vertices of the parts; owner : (N,) facet that each part replaces; on_ridge : (N,)
     """

@@ -1,4 +1,4 @@
-"""Cut facets exactly along an outline in plan: vertical planes clip each facet in space.
+"""Cut facets exactly along an outline in plan, for areas of interest: vertical planes clip each facet in space.
 
 Clipping in space, not in plan, works for vertical and overhanging faces alike (Sutherland and Hodgman 1974,
 Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
@@ -15,14 +15,14 @@ from rpf3d_core.terrain.frame import FloatArray
 MOST_CORNERS = 9
 """Largest number of corners of a triangle clipped by three planes: 6, and 9 if rounding bends its straight edges."""
 FACETS_A_TILE = 32
-"""Mean number of facets in a tile.
+"""Mean number of facets in a tile, a cell of a coarse grid in plan that limits the search for overlaps.
 
 Each prism is tested against every tile, and then against the facets of the tiles that the prism may overlap.
 """
 
 
 class _Tiles(NamedTuple):
-    """Facets grouped into tiles of the plan.
+    """Facets grouped into tiles (cells of a coarse grid in plan), to find quickly the facets near a prism.
 
     order : (F,) facets, sorted by tile; start : (N,) first index of each tile in `order`
     facets : (N,) number of facets of each tile; low, high : (N, 2) m, the box in plan around the facets of each tile
@@ -36,7 +36,9 @@ class _Tiles(NamedTuple):
 
 
 def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
-    """Return the parts (P, 3, 3) m of facets that lie inside an area in plan, given as triangles without overlap.
+    """Return the parts (P, 3, 3) m of facets that lie inside an area in plan, such as an area of interest.
+
+    The area is given as triangles without overlap.
 
     corners : (F, 3, 3) m, F >= 1, of the facets
     prisms : (T, 3, 2) m, triangles in plan, with either winding; each triangle stands for a vertical prism
@@ -62,12 +64,12 @@ def areas_of(triangles: FloatArray) -> FloatArray:
 
 
 def normals_of(triangles: FloatArray) -> FloatArray:
-    """Return the area of each triangle (P, 3, 3) m times its unit normal, (P, 3) m^2."""
+    """Return the normals (P, 3) m^2 of triangles (P, 3, 3) m in space, with their areas as lengths."""
     return area_vectors(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
 
 
 def _tiles_of(corners: FloatArray) -> _Tiles:
-    """Group facets (F, 3, 3) into tiles."""
+    """Group facets (F, 3, 3) into tiles: cells of a coarse grid in plan."""
     low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
     side = max(int((len(corners) / FACETS_A_TILE) ** 0.5), 1)
     origin = low.min(axis=0)
@@ -81,7 +83,7 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for each edge of a prism where vertical facets on the edge belong to the neighbouring prism.
+    """Return (T, 3) true for each edge of a prism whose vertical facets belong to the neighbouring prism.
 
     At an edge between two prisms, exactly one prism gets such facets.
     """
@@ -92,7 +94,7 @@ def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
 
 
 def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
-    """Return the facets (N,) of all tiles that may overlap a prism.
+    """Return the facets (N,) of all tiles that may overlap a prism, to test only these facets.
 
     A tile cannot overlap the prism if it lies outside the prism's box, or entirely outside one edge of the prism.
     """
@@ -108,19 +110,19 @@ def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
 
 
 def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distance of points (..., 3) to the left of a line in plan, times the line's length, (...) m^2."""
+    """Return how far points (..., 3) lie to the left of a line in plan, times the line's length, (...) m^2."""
     along = end - begin
     return np.asarray(along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0]))
 
 
 def _counter_clockwise(prisms: FloatArray) -> FloatArray:
-    """Return triangles (T, 3, 2) in plan with the interior on the left of their edges."""
+    """Return triangles (T, 3, 2) in plan with their corners counter-clockwise: the interior is left of each edge."""
     u, w = prisms[:, 1] - prisms[:, 0], prisms[:, 2] - prisms[:, 0]
     return np.where((u[:, 0] * w[:, 1] < u[:, 1] * w[:, 0])[:, None, None], prisms[:, ::-1], prisms)
 
 
 def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
-    """Return the parts (P, 3, 3) of triangles (N, 3, 3) inside a prism (3, 2), as triangles."""
+    """Return the parts (P, 3, 3) of triangles (N, 3, 3) inside a vertical prism over a triangle (3, 2)."""
     points = np.zeros((len(triangles), MOST_CORNERS, 3))
     points[:, :3] = triangles
     count = np.full(len(triangles), 3)
@@ -133,7 +135,7 @@ def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
 def _cut(
     points: FloatArray, count: NDArray[np.int64], begin: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return convex polygons (N, 9, 3) without the parts to the right of a line in plan, and their corner counts (N,).
+    """Return convex polygons (N, 9, 3) without their parts to the right of a line in plan, and the corner counts (N,).
 
     points : (N, 9, 3) m, corners of the polygons; count : (N,) number of corners of each polygon
     """

@@ -1,4 +1,4 @@
-"""Make a mesh from a cloud of unordered points, by Delaunay triangulation in plan.
+"""Make a mesh from a survey given as unordered points (a cloud), by Delaunay triangulation in plan.
 
 A triangle with a side longer than a given length spans a gap of the survey and is omitted: large gaps are holes. If
 two points have the same place in plan, the first point counts.
@@ -17,15 +17,20 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of
 
 GAP = 10.0
-"""Default limit of a triangle's longest side, over the median of the longest sides of all triangles (-)."""
+"""Default limit of a triangle's longest side, over the median of these sides (-).
+
+Longer triangles span a gap of the survey.
+"""
 SLOTS = 2
-"""Least number of slots in the hash table of points, over the number of points (-)."""
+"""Least number of slots in the hash table that finds points by their coordinates, over the number of points (-)."""
 
 
 def cloud_mesh(
     points: FloatArray, longest_edge: float | None = None, origin: tuple[float, float, float] | None = None
 ) -> Mesh:
-    """Return the mesh over points (N, 3) m, without points that have a NaN coordinate; all facets face up.
+    """Return the mesh of a survey given as points (N, 3) m, without points that have a NaN coordinate.
+
+    All facets face up.
 
     longest_edge : m, largest side of a triangle in plan; None for GAP times the median
     origin : of the local frame (m); None for the middle of the points
@@ -52,7 +57,7 @@ def cloud_mesh(
 
 
 def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) -> IntArray:
-    """Return the triangles that have no side longer than the limit (m; None for GAP), wound counter-clockwise."""
+    """Return the triangles without a side longer than the limit (m; None for GAP), all turned to face up."""
     a, b, c = (plan[triangles[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     turned = np.where(area[:, None] < 0.0, triangles[:, [0, 2, 1]], triangles)
@@ -63,7 +68,7 @@ def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) ->
 
 
 def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
-    """Return the number (M,) of the point with exactly the coordinates of each place.
+    """Return the number (M,) of the survey point at each corner of the triangulation, found by its exact coordinates.
 
     plan : (N, 2) m, the points; places : (M, 2) m, each equal to a point bit for bit
     """
@@ -77,14 +82,20 @@ def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
 
 @kernel
 def _slot(a: int, b: int, mask: int) -> int:
-    """Return the first slot of the hash table for a pair of keys; bit shifts only, because products would overflow."""
+    """Return the first slot of the hash table of points for a pair of coordinates.
+
+    The function uses bit shifts only, because products would overflow.
+    """
     mixed = (a ^ (a >> 29)) ^ ((b >> 7) ^ (b >> 41))
     return int((mixed ^ (mixed >> 17) ^ (mixed >> 33)) & mask)
 
 
 @loop
 def _enter(keys: Any, table: Any) -> None:
-    """Write the number of each pair of keys into the hash table (open addressing); of equal pairs only the first."""
+    """Write the number of each point into the hash table (open addressing); of equal points only the first.
+
+    keys : (N, 2) coordinates of the points, as integers
+    """
     mask = len(table) - 1
     for n in range(len(keys)):
         slot = _slot(keys[n, 0], keys[n, 1], mask)
@@ -99,7 +110,7 @@ def _enter(keys: Any, table: Any) -> None:
 
 @loop
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
-    """Write into `out` the number of the table entry that equals each wanted pair of keys."""
+    """Write into `out` the number of the point with each wanted pair of coordinates."""
     mask = len(table) - 1
     for n in range(len(wanted)):
         slot = _slot(wanted[n, 0], wanted[n, 1], mask)

@@ -1,4 +1,4 @@
-"""Geometry of one facet, for the compiled functions (kernels): distances, containment, and exits from the facet."""
+"""Geometry of one facet, for the search for contacts: distances, containment, and where a path leaves the facet."""
 
 import math
 
@@ -8,9 +8,9 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without
 
 ALONG_EDGE = 1e-14
-"""Sine below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
+"""Sine of the angle below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
 ALONG_GULLY = 1e-10
-"""Sine below which a direction counts as parallel to the line between two facets.
+"""Sine of the angle below which a direction counts as parallel to the line between two facets.
 
 The direction of this line is known to 1e-16 over the sine of the angle between the facets.
 """
@@ -20,12 +20,12 @@ PARALLEL = 1e-5
 Above this sine, the normals give the line between the facets to better than 1e-10.
 """
 ALONGSIDE = 16.0
-"""Least length of a path along an edge, in crack widths, for a facet to carry the rock along the edge.
+"""Least length of a path along an edge, in crack widths, for a facet to carry the rock just outside the edge.
 
 On this length the path must stay at most a crack's width outside the facet.
 """
 FLAT = 1.0 / 64.0
-"""Sine of the angle to an edge, below which a direction may lead along the edge just outside the facet.
+"""Sine of the angle to an edge below which a direction may lead along the edge, just outside the facet.
 
 A rock that moves in such a direction must not fall.
 """
@@ -36,7 +36,7 @@ The distance is more than one tolerance. A rock may be one tolerance outside the
 tolerance away from the neighbouring facet. Such distances must not add up to a fall.
 """
 TIP = 2.0
-"""Distance outside a facet's box, in slacks, up to which a point beyond a corner may count as in the facet.
+"""Distance outside a facet's box, in slacks, within which a point beyond a sharp corner may count as in the facet.
 
 Beyond the tip of a needle-shaped facet, a point can be near both edges and still far from the corner: by the slack over
 the sine of half the angle. Without this limit the result would depend on which facets the locator tests.
@@ -51,21 +51,21 @@ corners: 768 tolerances in total.
 
 @kernel
 def corner(facets: Facets, f: int, k: int) -> Vec:
-    """Return corner k (0, 1, 2) of facet f (m)."""
+    """Return corner k (0, 1, 2) of facet f (m), from the terrain's arrays."""
     first = 12 * f + 3 * k
     return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
 
 @kernel
 def stored_normal(facets: Facets, f: int) -> Vec:
-    """Return the unit normal of facet f towards its free side; zero if the facet has no area."""
+    """Return the unit normal of facet f towards its free side, from the terrain's arrays; zero for no area."""
     first = 12 * f + 9
     return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
 
 @kernel
 def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bool:
-    """True if point p (m), projected onto the plane of f, lies in the facet.
+    """True if point p (m), projected onto the plane of facet f, lies in the facet.
 
     strictly : the point must lie inside by more than `slack` (m); otherwise it may lie up to `slack` outside
     """
@@ -90,7 +90,10 @@ def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
 
 @kernel
 def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]:
-    """Return the squared length (m^2) of edge k of facet f, and the inward distance of p times the length (m^2)."""
+    """Return the squared length (m^2) of edge k of facet f, and the inward distance of p times the length (m^2).
+
+    The two numbers show on which side of the edge p lies, without a square root.
+    """
     begin = corner(facets, f, k)
     edge = subtract(corner(facets, f, (k + 1) % 3), begin)
     inward = cross(stored_normal(facets, f), edge)
@@ -99,21 +102,21 @@ def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]
 
 @kernel
 def edge_inward(facets: Facets, f: int, k: int) -> Vec:
-    """Return a vector perpendicular to edge k of facet f, in the facet's plane, inwards, of the edge's length (m)."""
+    """Return a vector in the plane of facet f, perpendicular to edge k and inwards, with the length of the edge (m)."""
     edge = subtract(corner(facets, f, (k + 1) % 3), corner(facets, f, k))
     return cross(stored_normal(facets, f), edge)
 
 
 @kernel
 def on_plane(facets: Facets, f: int, x: Vec) -> Vec:
-    """Return the point of facet f's plane that is closest to x (m); this removes the rounding of x."""
+    """Return the point of facet f's plane that is closest to x (m): puts a rock exactly onto its facet."""
     n = stored_normal(facets, f)
     return subtract(x, scale(dot(n, subtract(x, corner(facets, f, 0))), n))
 
 
 @kernel
 def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
-    """Return the point closest to x (m) on the line between the planes of two facets.
+    """Return the point closest to x (m) on the line between the planes of two facets: puts a rock exactly into a gully.
 
     Return x if both planes are almost the same. x lies on the plane of the first facet.
     """
@@ -128,7 +131,7 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 
 @kernel
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
-    """Return the distance (m) along a direction in the plane of facet f after which a rock at x leaves the facet.
+    """Return the distance (m) that a rock at x can move in a direction over facet f until it leaves the facet.
 
     parallel : sine of the angle to an edge below which the direction counts as parallel and does not cross the edge
     slack : m, distance beyond an edge at which the rock leaves, if it crosses the edge at a sine below `FLAT`
@@ -147,7 +150,7 @@ def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, s
 
 @kernel
 def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> float:
-    """Return the distance (m) along a direction after which a rock at x leaves the box of facet f.
+    """Return the distance (m) that a rock at x can move in a direction until it leaves the box of facet f.
 
     slack : m by which the box is widened
 
@@ -167,6 +170,8 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) -> bool:
     """True if facet f lies below the plane of another facet, as on the far side of a convex edge.
 
+    A rock that passes such an edge flies off and does not hit facet f.
+
     No corner of facet f is more than `slack` (m) above the plane, and at least one corner is more than `slack` below.
 
     side : the side of the other facet that counts as above: 1 along its normal, -1 against its normal
@@ -181,9 +186,10 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 
 @kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """True if a path from x in the plane of facet f stays in the facet, or within a crack's width outside an edge.
+    """True if facet f carries a rock along a path in its plane: in the facet, or within a crack's width outside it.
 
-    way : (3,), direction of the path; zero counts as true. The path must stay there for more than `ALONGSIDE` cracks.
+    x : m, start of the path; way : (3,), its direction; zero counts as true. The path must stay there for more than
+        `ALONGSIDE` cracks.
     """
     length = norm(way)
     if length == 0.0:
@@ -193,5 +199,5 @@ def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
 
 @kernel
 def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
-    """True if a line from x stays on facet f for more than the tolerance."""
+    """True if a straight path from x along a direction stays on facet f for more than the tolerance."""
     return line_exit(facets, f, x, direction, parallel, 0.0) > facets.tolerance

@@ -1,4 +1,4 @@
-"""The terrain as arrays: `Terrain` for general use, `Facets` for the kernels.
+"""The terrain as arrays: `Terrain` for general use, `Facets` for the engines.
 
 Both engines read `Facets`. For the reference engine, `plain` converts the arrays so that indexing gives Python floats.
 """
@@ -19,7 +19,7 @@ from rpf3d_core.vectors import cross, norm, scale, subtract
 IntArray = NDArray[np.int32]
 
 RELATIVE_TOLERANCE = 2.0**-40
-"""Contact tolerance over the terrain's diagonal (-).
+"""Contact tolerance as a share of the terrain's diagonal (-).
 
 A contact point is computed from coordinates up to the diagonal L with a few dozen roundings, each at most 2^-53 L. The
 tolerance 2^-40 L is 200 times larger; on a pit of 1 km it is 1 nm.
@@ -27,13 +27,13 @@ tolerance 2^-40 L is 200 times larger; on a pit of 1 km it is 1 nm.
 
 
 CRACK = 64.0
-"""Width, in tolerances, up to which a crack between facets is ignored.
+"""Width, in tolerances, up to which a gap between facets counts as a crack and is ignored.
 
 The width is 2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH covers this width,
 so the locators test all facets that may count.
 """
 SURVEYED = 2.0**-57
-"""Contact tolerance over the largest coordinate of the input (-), used if it exceeds the tolerance from the diagonal.
+"""Contact tolerance as a share of the largest coordinate of the input (-), for small scenes with large coordinates.
 
 The input's coordinates are rounded by up to 2^-53 of their size before the origin is subtracted. A vertex on an
 edge (T-junction) may then lie off the edge by 2^-51. CRACK = 64 tolerances cover that. Only scenes smaller than
@@ -42,7 +42,7 @@ edge (T-junction) may then lie off the edge by 2^-51. CRACK = 64 tolerances cove
 
 
 class Facets(NamedTuple):
-    """The arrays of a terrain that the kernels read.
+    """The arrays of a terrain that the engines read, for the search for contacts and for motion on the ground.
 
     geometry : (12 F,) corners and normal of each facet, side by side, so that data used together share cache lines
     corners : (F, 9) m, local frame, three corners per facet, counter-clockwise seen from the free side
@@ -64,12 +64,12 @@ class Facets(NamedTuple):
 
 
 WORLD = Frame()
-"""The frame of a terrain that is already local: origin 0, z up."""
+"""The frame of a terrain whose input is already local: origin 0, z up."""
 
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """A welded triangle mesh with consistent winding, each facet in one zone.
+    """The terrain as a welded triangle mesh with consistent winding, each facet in one zone.
 
     vertices : (V, 3) m, local frame, z up
     triangles : (F, 3) indices into vertices, counter-clockwise seen from the free side
@@ -86,14 +86,17 @@ class Terrain:
 
 
 def facets_of(terrain: Terrain) -> Facets:
-    """Return the arrays that the kernels read, for a terrain of F >= 1 facets."""
+    """Return the arrays of a terrain of F >= 1 facets that the engines read."""
     geometry, (low, high) = _geometry(terrain.vertices, terrain.triangles)
     zone = np.ascontiguousarray(terrain.zone, dtype=np.int32)
     return facets_from(geometry, zone, low, high, contact_tolerance(low, high, terrain.frame.origin))
 
 
 def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, tolerance: float) -> Facets:
-    """Return the facets for a geometry (F, 12) m of corners and unit normal, and zones (F,); nothing is copied."""
+    """Return the record that the engines read, from a geometry (F, 12) m of corners and unit normal, and zones (F,).
+
+    Nothing is copied.
+    """
     corners, normals = geometry[:, :9], geometry[:, 9:]
     return Facets(
         geometry=geometry.reshape(-1),
@@ -108,16 +111,16 @@ def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, toler
 
 
 def tolerance_of(terrain: Terrain) -> float:
-    """Return the contact tolerance (m) of a terrain, the same as in `facets_of`."""
+    """Return the contact tolerance (m) of a terrain, the same as in `facets_of`, without building the arrays."""
     corners = terrain.vertices[np.unique(terrain.triangles)]
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     return contact_tolerance(low, high, terrain.frame.origin)
 
 
 def contact_tolerance(low: Sequence[float], high: Sequence[float], origin: Sequence[float]) -> float:
-    """Return the contact tolerance (m) of a terrain in a box from low (3,) to high (3,) m.
+    """Return the contact tolerance (m): the distance within which a point counts as on a facet of a terrain.
 
-    origin : (3,) m, of the terrain's frame
+    low, high : (3,) m, corners of the terrain's box; origin : (3,) m, of the terrain's frame
     """
     largest = max(abs(o) + max(abs(a), abs(b)) for o, a, b in zip(origin, low, high, strict=True))
     return max(RELATIVE_TOLERANCE * math.dist(low, high), SURVEYED * largest)
@@ -132,14 +135,14 @@ def unit_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return the area of each facet times its unit normal (F, 3), m^2, from vertices (V, 3) m and triangles (F, 3)."""
+    """Return the normals (F, 3) m^2 of facets, with areas as lengths, from vertices (V, 3) m and triangles (F, 3)."""
     areas = np.empty((len(triangles), 3))
     _measure(*_as_the_loops_want(vertices, triangles), areas)
     return areas
 
 
 def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tuple[Vec, Vec]]:
-    """Return `Facets.geometry` as rows (F, 12), and the corners of the bounding box."""
+    """Return the corners and unit normal of each facet as rows (F, 12), and the corners of the bounding box."""
     geometry, box = np.empty((len(triangles), 12)), np.array([[np.inf] * 3, [-np.inf] * 3])
     lay_out(*_as_the_loops_want(vertices, triangles), 0, len(triangles), geometry, box)
     (x, y, z), (u, v, w) = box.tolist()
@@ -147,7 +150,7 @@ def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tu
 
 
 def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return the arrays as contiguous float64 and int32; any other layout or type would trigger another compilation.
+    """Return vertices and triangles in the layout for which loops are compiled: contiguous float64 and int32.
 
     Nearly all arrays have this layout already.
     """
@@ -156,13 +159,13 @@ def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[Float
 
 @kernel
 def area_vector(a: Vec, b: Vec, c: Vec) -> Vec:
-    """Return the area of the triangle a b c times its unit normal (m^2)."""
+    """Return the normal (m^2) of the triangle a b c, with the triangle's area as its length."""
     return scale(0.5, cross(subtract(b, a), subtract(c, a)))
 
 
 @kernel
 def _unit_normal(area: Vec) -> Vec:
-    """Return the unit normal of an area vector; zero if there is no area."""
+    """Return the unit normal of a triangle from its normal `area` (3,) m^2; zero if the triangle has no area."""
     length = norm(area)
     if length > 0.0:
         return area[0] / length, area[1] / length, area[2] / length
@@ -171,13 +174,13 @@ def _unit_normal(area: Vec) -> Vec:
 
 @kernel
 def vertex(vertices: Any, v: int) -> Vec:
-    """Return vertex v of vertices (V, 3) m."""
+    """Return the coordinates (m) of one vertex from the array of vertices (V, 3)."""
     return vertices[v, 0], vertices[v, 1], vertices[v, 2]
 
 
 @loop
 def _measure(vertices: Any, triangles: Any, areas: Any) -> None:
-    """Write the area vector of each facet."""
+    """Write the normal of each facet, with its area as length (m^2), into `areas`."""
     for f in range(len(triangles)):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
                    vertex(vertices, triangles[f, 2]))  # fmt: skip
@@ -186,7 +189,10 @@ def _measure(vertices: Any, triangles: Any, areas: Any) -> None:
 
 @loop
 def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, box: Any) -> None:
-    """Write corners and unit normal (F, 12) of the facets from `begin` to `end`; widen the box (2, 3) to hold them."""
+    """Write corners and unit normal (F, 12) of the facets from `begin` to `end`.
+
+    Extend the terrain's box (2, 3) to these corners too.
+    """
     for f in range(begin, end):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
                    vertex(vertices, triangles[f, 2]))  # fmt: skip
@@ -200,7 +206,7 @@ def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, 
 
 @loop
 def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> None:
-    """Write corners and unit normal (F, 12) of the facets listed in `rows`."""
+    """Write corners and unit normal (F, 12) of the facets listed in `rows`, as after a survey of a few facets."""
     for n in range(len(rows)):
         f = rows[n]
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -213,7 +219,7 @@ def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> Non
 
 @loop
 def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -> None:
-    """Widen the box (2, 3) to hold the corners (F, 9) of the unmarked facets from `begin` to `end`."""
+    """Extend the terrain's box (2, 3) to the corners (F, 9) of the unmarked facets from `begin` to `end`."""
     for f in range(begin, end):
         if marks[f] == 0:
             for k in range(9):
@@ -221,7 +227,7 @@ def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -
 
 
 def plain(value: Any) -> Any:
-    """Return the same record with memoryviews for arrays, nested records included.
+    """Return the same record with memoryviews in place of arrays, for the reference engine; nested records included.
 
     Indexing a memoryview gives Python floats, five times as fast as NumPy.
     """

@@ -20,20 +20,20 @@ class Frame(NamedTuple):
     up: Up = "z"
 
     def directions_to_local(self, vectors: ArrayLike) -> FloatArray:
-        """Return input vectors (..., 3), turned z up."""
+        """Return directions (..., 3), given in the input's axes, in the local axes with z up."""
         v = np.asarray(vectors, dtype=float)
         return v if self.up == "z" else np.stack([v[..., 0], -v[..., 2], v[..., 1]], axis=-1)
 
     def directions_to_input(self, vectors: ArrayLike) -> FloatArray:
-        """Return local vectors (..., 3), turned back to the input's axes."""
+        """Return directions (..., 3), given in the local axes, in the input's axes."""
         v = np.asarray(vectors, dtype=float)
         return v if self.up == "z" else np.stack([v[..., 0], v[..., 2], -v[..., 1]], axis=-1)
 
     def points_to_local(self, points: ArrayLike) -> FloatArray:
-        """Return input points (..., 3) m as local points."""
+        """Return points (..., 3) m, given in the input's coordinates, in local coordinates."""
         local: FloatArray = self.directions_to_local(points) - np.array(self.origin)
         return local
 
     def points_to_input(self, points: ArrayLike) -> FloatArray:
-        """Return local points (..., 3) m as input points."""
+        """Return points (..., 3) m, given in local coordinates, in the input's coordinates."""
         return self.directions_to_input(np.asarray(points, dtype=float) + np.array(self.origin))

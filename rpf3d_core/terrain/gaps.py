@@ -1,8 +1,9 @@
 """Find the gaps of a terrain, and make the caps that close them: a rock that passes through a cap falls below ground.
 
 A gap is a region in plan, within the convex hull of the terrain, where the mesh has no ground: a hole, a strip between
-two components, or a bay of the rim. The cap of a gap is a triangulation over the corners of the border around the gap,
-at the heights of these corners. Cap and terrain together are therefore watertight, and no ground lies below a cap.
+two components, or a bay of the terrain's outer edge. The cap of a gap is a triangulation over the corners of the border
+around the gap, at the heights of these corners. Cap and terrain together are therefore watertight, and no ground lies
+below a cap.
 
 The border alone gives the number of times that the ground covers a place in plan. Facets that face up count 1, facets
 that face down count -1, so the sum is the winding number of the border around the place. In plan the border divides the
@@ -45,11 +46,11 @@ class Caps(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """The border in plan.
+    """The border of the terrain in plan: its points, and the sides between them.
 
     places : (P, 2) m; height : (P,) m, the lowest height if border corners lie above each other
     sides : (S, 2) the two places of each side; the ground is to the left
-    ring : (P,) number of the ring of each place: the smallest number of a place in the ring
+    ring : (P,) number of the closed ring that each place belongs to: the smallest number of a place in the ring
     lines : (S,) the sides as line objects of shapely
     """
 
@@ -64,7 +65,7 @@ NOTHING = Caps(corners=np.empty((0, 3, 3)), outcome=np.empty(0, np.int32))
 
 
 def caps_over(border: FloatArray, crack: float) -> Caps:
-    """Return the caps of a terrain with border sides (B, 3, 3) m, as `border.border_of` gives them.
+    """Return the caps that close the gaps of a terrain with border sides (B, 3, 3) m, as `border.border_of` gives them.
 
     crack : width (m) up to which a gap is a crack between facets, which gets no cap
     """
@@ -83,7 +84,7 @@ def caps_over(border: FloatArray, crack: float) -> Caps:
 
 
 def _outline(border: FloatArray) -> Outline:
-    """Return the border in plan, without pairs of sides that run along each other in opposite directions.
+    """Return the border of the terrain in plan, without pairs of sides along each other in opposite directions.
 
     Such pairs occur at a vertical wall.
     """
@@ -98,9 +99,9 @@ def _outline(border: FloatArray) -> Outline:
 
 
 def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], bool]:
-    """Return the regions (polygons in plan) within the hull without ground, and true if any region is covered twice.
+    """Return the gaps as regions (polygons in plan), and true if ground lies above other ground anywhere.
 
-    Regions no wider than a crack do not count.
+    A gap is a region within the convex hull without ground. Regions no wider than a crack do not count.
     """
     nothing = np.empty(0, object), False
     if len(outline.sides) == 0:
@@ -116,7 +117,9 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
 
 
 def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
-    """Return a point well inside each region, (G, 2): the centroid of the region's largest triangle.
+    """Return a point well inside each region, (G, 2): there it is tested whether the region has ground.
+
+    The point is the centroid of the region's largest triangle.
 
     `shapely.point_on_surface` may return a corner of a region with a narrow part. So this function is used only if a
     region, after rounding, is as thin as the crack of a T-junction and cannot be cut into triangles.
@@ -128,7 +131,7 @@ def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
 
 
 def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
-    """Return the triangles of a region; a point of the region if rounding makes the triangulation fail."""
+    """Return the triangles that fill a region; a point of the region if rounding makes the triangulation fail."""
     try:
         return shapely.constrained_delaunay_triangles(face)
     except shapely.errors.GEOSException:
@@ -136,9 +139,11 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
-    """Return the winding number (Q,) of the border around each point (Q, 2) m; counter-clockwise is positive.
+    """Return how many layers of terrain lie at each point (Q, 2) m in plan: the winding number (Q,) of the border.
 
     The winding number is the number of sides that cross a ray to the east northwards, minus the number southwards.
+
+    Counter-clockwise is positive.
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0
@@ -154,9 +159,10 @@ def _winding(outline: Outline, points: FloatArray) -> Ids:
 
 
 def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray[np.bool_]:
-    """Return (G,) true for each region that is a bay: open to the outside, and at only one ring of the border.
+    """Return (G,) true for each gap that is a bay: open to the outside, and at only one ring of the border.
 
-    An open region at several rings lies between components of the terrain: behind this region there is ground again.
+    A rock that flies into a bay has left the terrain. An open region at several rings lies between components of the
+    terrain: behind this region there is ground again.
     """
     owner, corners = _edges_of(faces)
     middle = shapely.points(0.5 * (corners[:, 0] + corners[:, 1]))
@@ -174,7 +180,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
 
 
 def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
-    """Return the region (N,) and the ends (N, 2, 2) m of each edge around the regions."""
+    """Return each edge around the gaps: the gap (N,) that it belongs to, and its ends (N, 2, 2) m."""
     rings, of_ring = shapely.get_rings(faces, return_index=True)
     points, of_point = shapely.get_coordinates(rings, return_index=True)
     same = of_point[1:] == of_point[:-1]
@@ -183,13 +189,16 @@ def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
 
 
 def _places_at(outline: Outline, points: FloatArray) -> Ids:
-    """Return the place of the outline with exactly the coordinates of each point (N, 2) m; -1 if there is none."""
+    """Return the place of the border with exactly the coordinates of each point (N, 2) m, to get its height.
+
+    The result is -1 if there is none.
+    """
     number = {place: n for n, place in enumerate(map(tuple, outline.places.tolist()))}
     return np.array([number.get(point, -1) for point in map(tuple, (points + 0.0).tolist())], dtype=np.int64)
 
 
 def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tuple[FloatArray, Ids]:
-    """Return triangles (T, 3, 3) m that close the regions, at the heights of the border, and their regions (T,)."""
+    """Return the caps of gaps: triangles (T, 3, 3) m at the heights of the border, and each triangle's gap (T,)."""
     parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
     plan = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     place = _places_at(outline, plan)
@@ -201,7 +210,7 @@ def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tu
 
 
 def _lowest_at(points: FloatArray, outline: Outline, crack: float) -> FloatArray:
-    """Return the lowest height (N,) m of the border sides at each point (N, 2) m where sides cross in plan."""
+    """Return the lowest height (N,) m of the border at each point (N, 2) m where border sides cross in plan."""
     places, height = outline.places[outline.sides], outline.height[outline.sides]
     tree, there = shapely.STRtree(outline.lines), shapely.points(points)
     point, side = np.concatenate([tree.query(there, "dwithin", crack), tree.query_nearest(there)], axis=1)

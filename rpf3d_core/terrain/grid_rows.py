@@ -1,4 +1,4 @@
-"""Make a mesh from an organised grid of points, row by row; the mesh needs no welding, and its winding is uniform.
+"""Make a mesh from a survey given as a grid of points, row by row; the mesh needs no welding or repair.
 
 Four neighbouring points make a square of two triangles, all cut along the same diagonal (`squares.grid_triangles`). A
 square with a missing point at a corner is a hole. Rows may run in any direction: if most of the area in plan would face
@@ -22,7 +22,10 @@ NOT_FINITE = "the terrain has a vertex that is NaN or infinite; every coordinate
 
 
 class Mesh(NamedTuple):
-    """A triangle mesh; vertices : (V, 3) m, in the local frame; triangles : (F, 3); origin : of the local frame (m)."""
+    """A triangle mesh in a local frame, as made from a survey.
+
+    vertices : (V, 3) m, in the local frame; triangles : (F, 3); origin : of the local frame (m)
+    """
 
     vertices: FloatArray
     triangles: IntArray
@@ -33,7 +36,9 @@ def grid_mesh(
     points: FloatArray, memory: Memory = fresh, share: Share = one_by_one,
     origin: tuple[float, float, float] | None = None,
 ) -> Mesh:  # fmt: skip
-    """Return the mesh over an organised grid, points (H, W, 3) m; a point with a NaN is a hole.
+    """Return the mesh of a survey given as a grid of points (H, W, 3) m in rows and columns.
+
+    A point with a NaN is a hole.
 
     origin : of the local frame (m); None for the middle of the points
 
@@ -63,7 +68,7 @@ def grid_mesh(
 
 
 def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
-    """Return the origin of the local frame (m): the middle of boxes (N, 2, 3), in whole metres.
+    """Return the origin of the local frame (m): the middle of boxes (N, 2, 3) around the points, in whole metres.
 
     Raises TerrainError if a box is not finite.
     """
@@ -80,7 +85,7 @@ def _in_halves(share: Share, count: int, work: Callable[[int, int, int], Any]) -
 
 @loop
 def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> None:
-    """Write the number of points in each row, and the box (2, 3) of all points."""
+    """Write the number of points in each row from `begin` to `end` of the grid, and the box (2, 3) around them."""
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for r in range(begin, end):
@@ -95,7 +100,10 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 
 @loop
 def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices: Any, number: Any) -> None:
-    """Write the points of some rows, minus the origin, and the number of each point; -1 for a hole."""
+    """Write the points of some rows of the grid, relative to the origin, as vertices, and the number of each vertex.
+
+    The number of a hole is -1.
+    """
     x0, y0, z0 = origin
     for r in range(begin, end):
         n = before[r]
@@ -110,7 +118,7 @@ def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices
 
 @loop
 def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: Any, plan: Any) -> None:
-    """Write the number of full squares in each row, and twice their area in plan, counter-clockwise."""
+    """Write the number of squares with four points in each row, and twice their area in plan (positive: upward)."""
     for r in range(begin, end):
         for c in range(number.shape[1] - 1):
             a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
@@ -122,7 +130,7 @@ def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: An
 
 @loop
 def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles: Any) -> None:
-    """Write the two triangles of each full square; turned : true to reverse their winding."""
+    """Write the two triangles of each square with four points; turned : true to make them face the other side."""
     one, two = (2, 1) if turned else (1, 2)
     for r in range(begin, end):
         f = 2 * first[r]

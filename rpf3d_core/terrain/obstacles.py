@@ -11,11 +11,13 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """The obstacles of a scene, N of them, numbered over all effects. Coordinates are in the terrain's local frame.
+    """The obstacles of a scene (barriers and trees), N of them, numbered over all effects.
 
     names : such as "barriers.fence_1" or "forest"; owner : (N,) index into names of each obstacle
     lines : name and points (P, 3) m along the foot of each obstacle that is a line
     stems : (T, 4) m, foot (x, y, z) and diameter of each tree
+
+    Coordinates are in the terrain's local frame.
     """
 
     names: tuple[str, ...]

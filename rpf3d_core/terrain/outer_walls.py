@@ -14,9 +14,11 @@ TALLER = 16.0
 
 
 def outer_walls(border: FloatArray, crack: float) -> FloatArray:
-    """Return the walls as triangles (T, 3, 3) m that face inwards; sides of the hull on its box get no wall.
+    """Return the walls around a terrain as triangles (T, 3, 3) m that face inwards.
 
     border : (B, 3, 3) m, as `border.border_of` gives it; crack : m, within which a side lies on a side of the box
+
+    Sides of the convex hull that lie on the sides of its box get no wall.
     """
     points = border[:, 0]
     hull = shapely.convex_hull(shapely.multipoints(points[:, :2]))
@@ -30,7 +32,9 @@ def outer_walls(border: FloatArray, crack: float) -> FloatArray:
 
 
 def _walls(sides: FloatArray, points: FloatArray) -> FloatArray:
-    """Return two wall triangles for each side (N, 2, 2) m; walls reach far above and below the points (P, 3) m.
+    """Return a vertical wall of two triangles for each side (N, 2, 2) m of the hull.
+
+    The walls reach far above and below the points (P, 3) m.
 
     The hull lies to the left of each side.
     """

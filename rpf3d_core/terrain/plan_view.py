@@ -1,4 +1,4 @@
-"""View the terrain from above as an image: find the uppermost facet under each pixel."""
+"""View the terrain from above as an image: find the uppermost facet under each pixel, for the maps."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ CANDIDATES_AT_ONCE = 500_000
 """Number of pairs of facet and pixel that are processed together: limits the memory to about 50 MB, and is fast."""
 
 EDGE = 1e-9
-"""Barycentric slack (-): a pixel centre on an edge belongs to both facets, so it is never lost."""
+"""Slack (-) of the test whether a pixel centre lies in a facet: a centre on an edge counts for both facets."""
 
 
 class Window(NamedTuple):
-    """A rectangle in plan, local frame, m."""
+    """A rectangle in plan that an image shows, local frame, m."""
 
     left: float
     right: float
@@ -38,14 +38,17 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanView:
-    """The facet (H, W) that each pixel shows, -1 for no facet; row 0 is the bottom of the window."""
+    """The terrain seen from above: the facet (H, W) that each pixel shows, -1 for none.
+
+    Row 0 is the bottom of the window.
+    """
 
     facet: IntArray
     window: Window
 
 
 def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
-    """Return the uppermost facet under the centre of each pixel, (H, W).
+    """Return the view of a terrain from above: the uppermost facet under the centre of each pixel, (H, W).
 
     Parameters
     ----------
@@ -73,7 +76,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Yield facet, pixel and height of the facet, in chunks, for every pixel centre that a facet covers."""
+    """Yield each pixel centre that a facet covers, with the facet and its height there, in chunks."""
     some, first, counts = _pixel_boxes(vertices, triangles, shape)
     pairs = counts[:, 0] * counts[:, 1]
     ends = np.cumsum(pairs)
@@ -92,7 +95,7 @@ def _candidates(
 def _pixel_boxes(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the facets (N,) whose box contains a pixel centre, the first pixel of each box, and the pixel counts.
+    """Return the facets (N,) that may cover a pixel centre, with the first pixel and the pixel counts of their boxes.
 
     The first pixel (N, 2) is column and row; the counts (N, 2) are numbers of columns and rows. Of millions of facets,
     only a few contain a pixel centre: the others are removed by rows first, then by columns.
@@ -108,7 +111,7 @@ def _pixel_boxes(
 
 
 def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Return the first pixel (F,) in the box of each facet and the number of pixels (F,), along one axis.
+    """Return the first pixel (F,) in the box of each facet, and the number of pixels (F,) in it, along one axis.
 
     places : (V,) coordinates of the vertices along the axis, in pixels; count : number of pixels of the image
     """
@@ -121,10 +124,10 @@ def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArr
 
 
 def _planes(corners: FloatArray) -> FloatArray:
-    """Return the coefficients (9, F) of three linear functions of column and row over facets with corners (F, 3, 3).
+    """Return coefficients (9, F) that give, for any pixel, its position in a facet and the facet's height there.
 
-    The functions are the weights of the second and third corner, and the height. The coefficients of a vertical facet
-    are not finite.
+    The facets have corners (F, 3, 3). The coefficients belong to three linear functions of column and row: the weights
+    of the second and third corner, and the height. The coefficients of a vertical facet are not finite.
     """
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -139,7 +142,7 @@ def _planes(corners: FloatArray) -> FloatArray:
 def _heights(
     planes: FloatArray, repeats: NDArray[np.int64], column: NDArray[np.int64], row: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return which of N pixel centres lie in their facet, and the heights there.
+    """Return which of N pixel centres lie in their facet, as indices, and the heights of the facets there.
 
     repeats : number of consecutive pixels of each facet
     """

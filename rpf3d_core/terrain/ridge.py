@@ -13,7 +13,7 @@ SHARPEST = 0.2
 
 
 class Ridge(NamedTuple):
-    """A berm as K convex polygons in plan.
+    """A berm as K convex polygons in plan, each with heights above the ground at its corners.
 
     corners : (N, 2) m, corners of each polygon, counter-clockwise; heights : (N,) m above the ground, at these corners
     """
@@ -23,7 +23,9 @@ class Ridge(NamedTuple):
 
 
 def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> Ridge | None:
-    """Return the ridge along a line (P, 2) m in plan; None if the line bends too sharply for its width.
+    """Return the shape of a berm along a line (P, 2) m in plan.
+
+    The result is None if the line bends too sharply for the berm's width.
 
     height : m, above the ground; width, crest : m, width at the foot and at the top, 0 <= crest < width
 
@@ -49,7 +51,7 @@ def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> 
 def _sides(
     line: FloatArray, across: FloatArray, inner: float, outer: float, height: float
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield the crest and both slopes along each straight part of the line: corners (4, 2) m and heights (4,) m."""
+    """Yield the top and both slopes of a berm along each straight part of its line: corners (4, 2), heights (4,) m."""
     edges = [line + offset * across for offset in (-outer, -inner, inner, outer)]
     rises = (0.0, height, height, 0.0)
     for i in range(len(line) - 1):
@@ -62,7 +64,7 @@ def _sides(
 def _end(
     end: FloatArray, onward: FloatArray, inner: float, outer: float, height: float
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Return the slopes beyond an end of the line: one in the direction of the line and one on each side of it."""
+    """Return the slopes of a berm beyond an end of its line: one ahead and one on each side."""
     left = np.array([-onward[1], onward[0]])
     tip = end + (outer - inner) * onward
     a, b, c, d = end + inner * left, end - inner * left, tip - outer * left, tip + outer * left
@@ -90,7 +92,7 @@ def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
 
 
 def left_of(points: FloatArray, begin: FloatArray, edge: FloatArray) -> FloatArray:
-    """Return the distance (N,) m of points (N, 2) to the left of a line in plan."""
+    """Return how far points (N, 2) lie to the left of a line in plan (N,), m; `edge` is the direction of the line."""
     return np.asarray(
         (edge[0] * (points[..., 1] - begin[1]) - edge[1] * (points[..., 0] - begin[0])) / np.hypot(edge[0], edge[1])
     )

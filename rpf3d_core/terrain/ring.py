@@ -1,4 +1,4 @@
-"""Fill the ring between a patch and the rest of the terrain with triangles, in plan.
+"""Fill the ring between a patch (a new survey of a part) and the rest of the terrain with triangles, in plan.
 
 The points on both sides of the ring get a Delaunay triangulation. To make each given edge an edge of the triangulation,
 the diagonals that cross this edge are swapped (Sloan 1993, Computers & Structures 47:441). No point is added, so no
@@ -21,22 +21,22 @@ Edge = tuple[int, int]
 Place = tuple[float, float]
 
 AROUND = 4.0
-"""Distance of four extra points around the ring, over the width of the ring (-): all edges of the ring lie inside."""
+"""Distance of four extra points around the ring, over its width (-): all edges of the ring lie inside them."""
 SURE = 4e-16
 """Largest rounding error of the orientation of three points, over the sum of its two products (-).
 
 The bound is (3 + 16 eps) eps with eps = 2^-53 (Shewchuk 1997, Discrete Comput Geom 18:305).
 """
 TURNS = 64
-"""Largest number of swaps, per diagonal that crosses a given edge, before the given edge counts as impossible."""
+"""Largest number of diagonal swaps, per crossed diagonal, after which a given edge counts as impossible."""
 CROSSING = "edges of the ground and of the patch cross or lie upon each other in plan, for the ground overhangs there"
 
 
 def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
-    """Return triangles (T, 3), counter-clockwise, over points (N, 2) m in plan, that contain all edges (E, 2).
+    """Return triangles (T, 3) over points (N, 2) m in plan that have all given edges (E, 2): the seam of a patch.
 
-    The triangles cover the whole convex hull of the points; the caller selects the triangles of the ring. Raises
-    TerrainError if two points coincide in plan, or two edges cross.
+    The triangles are counter-clockwise and cover the whole convex hull of the points; the caller selects the triangles
+    of the ring. Raises TerrainError if two points coincide in plan, or two edges cross.
     """
     given = {(min(a, b), max(a, b)) for a, b in edges.tolist()}
     try:
@@ -49,7 +49,7 @@ def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
 
 
 class _Mesh:
-    """A triangulation, stored as the corner to the left of each directed edge."""
+    """A triangulation whose edges can be swapped, stored as the corner to the left of each directed edge."""
 
     def __init__(self, plan: FloatArray) -> None:
         low, high = plan.min(axis=0), plan.max(axis=0)
@@ -71,7 +71,7 @@ class _Mesh:
             self._beside[q].add(p)
 
     def _add(self, a: int, b: int, c: int) -> None:
-        """Add a counter-clockwise triangle."""
+        """Add a counter-clockwise triangle with corners a, b, c to the triangulation."""
         for p, q, r in ((a, b, c), (b, c, a), (c, a, b)):
             self._left[p, q] = r
             self._beside[p].add(q)
@@ -81,7 +81,10 @@ class _Mesh:
         return turn(self._at[a], self._at[b], self._at[c])
 
     def bring_in(self, u: int, v: int, given: set[Edge]) -> None:
-        """Swap diagonals until the points u and v are joined by an edge; given : edges that must not be swapped."""
+        """Swap diagonals until the points u and v are joined by an edge, as a given edge demands.
+
+        given : edges that must not be swapped
+        """
         crossing = deque(self._crossing(u, v))
         for _ in range(TURNS * (len(crossing) + 1)):
             if not crossing:
@@ -99,7 +102,7 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def _swap(self, a: int, b: int, c: int, d: int) -> None:
-        """Replace the edge a b between two triangles by the other diagonal of their quadrilateral, c d."""
+        """Replace the edge a b between two triangles by the other diagonal c d of their quadrilateral."""
         del self._left[a, b], self._left[b, a]
         self._beside[a].discard(b)
         self._beside[b].discard(a)
@@ -107,7 +110,10 @@ class _Mesh:
         self._add(d, c, a)
 
     def _crossing(self, u: int, v: int) -> list[Edge]:
-        """Return the edges that the line from u to v crosses, in order from u; none if u v is already an edge."""
+        """Return the edges that the line from u to v crosses, in order from u: the diagonals to swap.
+
+        The list is empty if u and v are joined by an edge already.
+        """
         if v in self._beside[u]:
             return []
         p, q = self._first_crossed(u, v)
@@ -130,13 +136,13 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def triangles(self, count: int) -> IntArray:
-        """Return the triangles (T, 3) whose corners are all among the first `count` points."""
+        """Return the triangles (T, 3) between the first `count` points, without the extra points around them."""
         some = [(a, b, c) for (a, b), c in self._left.items() if a < b and a < c and max(b, c) < count]
         return np.array(some, dtype=np.int32).reshape(-1, 3)
 
 
 def _counter_clockwise(points: FloatArray, triangles: IntArray) -> IntArray:
-    """Return triangles (T, 3) counter-clockwise: the last two corners of clockwise triangles are exchanged."""
+    """Return triangles (T, 3) with their corners counter-clockwise; clockwise triangles get two corners exchanged."""
     (ax, ay), (bx, by), (cx, cy) = (points[corner].T for corner in triangles.T)
     left, right = (ax - cx) * (by - cy), (ay - cy) * (bx - cx)
     backwards = left < right
@@ -146,7 +152,7 @@ def _counter_clockwise(points: FloatArray, triangles: IntArray) -> IntArray:
 
 
 def turn(a: Place, b: Place, c: Place) -> float:
-    """Return twice the area of a triangle in plan with an exact sign: positive if counter-clockwise.
+    """Return twice the area of a triangle in plan with an exact sign: positive if the corners run counter-clockwise.
 
     If rounding could change the sign, the result is only the sign: -1, 0 or 1.
     """
@@ -159,7 +165,7 @@ def turn(a: Place, b: Place, c: Place) -> float:
 
 
 def rim_edges(triangles: IntArray, vertices: int) -> NDArray[np.int64]:
-    """Return the sides (E, 2) of triangles (F, 3) that no other triangle has in the opposite direction.
+    """Return the border of a mesh: the sides (E, 2) of triangles (F, 3) that no neighbour has in the other direction.
 
     vertices : number of vertices of the mesh
     """

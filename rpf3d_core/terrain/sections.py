@@ -14,15 +14,15 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 AT_ONCE = 65_536
-"""Number of facets that are processed together."""
+"""Number of facets that are processed together, to limit the memory."""
 NEAR = 1e-9
-"""Share of a facet's width in plan (-) by which the facet is widened: every point on an edge lies in a facet."""
+"""Share of a facet's width in plan (-) by which the facet is widened: every point on an edge is then in a facet."""
 SHORTEST = 1e-6
 """Longest part of a line (m) without ground that counts as a crack and not as a hole."""
 
 
 class Section(NamedTuple):
-    """N segments of a line in plan, each over one facet, in order.
+    """The ground along a line in plan, as N segments in order, each over one facet.
 
     share : (N, 2) begin and end of each segment, as shares of the line's length (-)
     z : (N, 2) m, height of the ground at begin and end; facet : (N,) facet under each segment
@@ -53,7 +53,7 @@ def ground_at(terrain: Terrain, points: FloatArray) -> tuple[FloatArray, NDArray
 
 
 def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the height (N,) m of the planes of facets (N, 3, 3) at points (N, 2) in plan.
+    """Return the height (N,) m of facets (N, 3, 3) at points (N, 2) in plan, and which points lie in their facet.
 
     The second result is true (N,) for points that lie in their facet.
     """
@@ -68,7 +68,7 @@ def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDA
 
 
 def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield facets (P,) and points (P,) whose boxes in plan overlap.
+    """Yield facets (P,) and points (P,) whose boxes in plan overlap: the pairs that an exact test needs.
 
     Points are sorted by rows of a grid, and along each row.
     """
@@ -100,14 +100,17 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
 
 
 def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return each value repeated by its count, and the index 0, 1, ... of each repetition."""
+    """Return each value repeated by its count, and the index 0, 1, ...
+
+    Of each repetition, to make pairs from counts.
+    """
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
     return np.repeat(values, counts), np.arange(total) - np.repeat(ends - counts, counts)
 
 
 def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section | None:
-    """Return the ground along a straight line in plan from begin (2,) to end (2,) m; None if the line meets a hole."""
+    """Return the ground along a straight line in plan from `begin` to `end` (2,) m; None if the line meets a hole."""
     length = float(np.hypot(*(end - begin)))
     facets = _facets_near(terrain, begin, end)
     corners = terrain.vertices[terrain.triangles[facets]]
@@ -132,7 +135,7 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
 
 
 def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:
-    """Return the facets (N,) that a line may cross in plan.
+    """Return the facets (N,) that a line may cross in plan, to test only these exactly.
 
     A facet cannot cross the line if their boxes do not overlap, or if the facet lies entirely on one side of the line.
     """
@@ -146,7 +149,7 @@ def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArra
 
 
 def _shares_over(corners: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the shares (N,), (N,) of a line at which it enters and leaves facets (N, 3, 3) in plan.
+    """Return where a line enters and leaves facets (N, 3, 3) in plan, as shares of the line's length (N,), (N,).
 
     The second share is below the first share if the facet has no area in plan, or if the line does not cross the facet.
     Source: Cyrus and Beck 1978, Computers and Graphics 3:23-28.

@@ -1,4 +1,4 @@
-"""Cut the squares of a grid of points into triangles."""
+"""Cut the squares of a grid of points into triangles, for terrains from rasters and gridded surveys."""
 
 import numpy as np
 from numpy.typing import NDArray

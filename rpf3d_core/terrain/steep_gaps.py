@@ -1,4 +1,4 @@
-"""Close holes in steep slopes, in the plane of the hole's border: in plan such holes have hardly any area."""
+"""Close holes in steep slopes with triangles in the plane of the hole: in plan such holes have hardly any area."""
 
 import numpy as np
 import shapely
@@ -8,14 +8,16 @@ from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
 
 STEEP = 0.2
-"""Vertical component of a ring's unit area vector (-), below which the ring is closed in its own plane.
+"""Vertical component of a ring's unit normal (-) below which the hole inside the ring is closed in its own plane.
 
 The plane of such a ring is steeper than 78 degrees.
 """
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
-    """Return the remaining border sides, and the triangles (T, 3, 3) m that close the holes in steep faces.
+    """Return triangles (T, 3, 3) m that close the holes in steep faces, and the border sides around other gaps.
+
+    The border sides are the first result.
 
     A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
     component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed
@@ -38,7 +40,10 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
 
 
 def _ring_of(border: FloatArray) -> Corners:
-    """Return the ring number (B,) of each border side; rings that touch count as one ring."""
+    """Return the number (B,) of the closed ring that each border side belongs to.
+
+    Rings that touch count as one ring.
+    """
     ends = border[:, :2].reshape(-1, 3) + 0.0
     points, number = np.unique(ends, axis=0, return_inverse=True)
     first, second = number.reshape(-1, 2).astype(np.int32).T
@@ -47,7 +52,10 @@ def _ring_of(border: FloatArray) -> Corners:
 
 
 def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
-    """Return the area vector (R, 3) m^2 of each ring, and the sum (R, 3) m of its facets' normals times side length."""
+    """Return the area vector (R, 3) m^2 of each ring and the direction (R, 3) of its facets, which identify holes.
+
+    The direction is the sum of the facets' normals times side length.
+    """
     count = int(label.max()) + 1
     a, b, third = border.transpose(1, 0, 2)
     a, way = a - border[0, 0], b - a
@@ -61,7 +69,7 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
 
 
 def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray | None:
-    """Return triangles (T, 3, 3) m that close one ring of sides (N, 2, 3) m.
+    """Return triangles (T, 3, 3) m that close a hole in a steep face, inside one ring of sides (N, 2, 3) m.
 
     Return None if the sides are not one ring, or if the ring crosses itself in the plane perpendicular to `towards`.
 
@@ -86,7 +94,7 @@ def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray 
 
 
 def _in_order(sides: FloatArray) -> FloatArray | None:
-    """Return the corners (N, 3) m of one ring in the order of its sides (N, 2, 3); None if there are several rings."""
+    """Return the corners (N, 3) m of one ring in the order of its sides (N, 2, 3); None for several rings."""
     following = {tuple(begin): tuple(end) for begin, end in (sides + 0.0).tolist()}
     ring = [next(iter(following))]
     while len(ring) <= len(sides) and following.get(ring[-1]) not in (ring[0], None):

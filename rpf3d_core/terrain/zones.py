@@ -1,4 +1,4 @@
-"""Assign zones to facets by polygons in plan."""
+"""Assign zones to facets by polygons in plan, as a scene file gives them."""
 
 from dataclasses import replace
 
@@ -14,24 +14,27 @@ Flags = NDArray[np.bool_]
 
 
 def in_plan(frame: Frame, points: FloatArray) -> FloatArray:
-    """Return plan coordinates (..., 2) m of local points (..., 3) in the input's axes: x y, or x z if y points up."""
+    """Return the plan coordinates (..., 2) m of local points (..., 3) in the input's axes, in which zones are given.
+
+    They are x y, or x z if y points up in the input.
+    """
     there = frame.points_to_input(points)
     return there[..., :2] if frame.up == "z" else there[..., ::2]
 
 
 def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
-    """Return (N,) true for each plan point (N, 2) m in the polygons or on their outline."""
+    """Return (N,) true for each point in plan (N, 2) m inside the polygons of a zone or on their outline."""
     shapely.prepare(polygons)
     return np.asarray(shapely.intersects_xy(polygons, plan[:, 0], plan[:, 1]), dtype=bool)
 
 
 def centroids_in_plan(terrain: Terrain) -> FloatArray:
-    """Return the plan coordinates (F, 2) m, in the input's axes, of the centroids of the facets."""
+    """Return the plan coordinates (F, 2) m of the facets' centroids in the input's axes, which decide the zones."""
     return in_plan(terrain.frame, terrain.vertices[terrain.triangles].mean(axis=1))
 
 
 def with_zone(terrain: Terrain, zone: str, facets: Flags) -> Terrain:
-    """Return the terrain with the flagged facets (F,) in a zone; a new zone is added to the terrain."""
+    """Return the terrain with the flagged facets (F,) moved to a zone; a new zone is added to the terrain."""
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     numbers: IntArray = np.where(facets, np.int32(zones.index(zone)), terrain.zone).astype(np.int32)
     return replace(terrain, zone=numbers, zones=zones)

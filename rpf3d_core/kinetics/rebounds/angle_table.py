@@ -1,4 +1,4 @@
-"""Restitution that depends on the angle of impact, from the user's own table.
+"""Rebound with a restitution that depends on the angle of impact, from the user's own table.
 
 The angle is between velocity and surface: 90 degrees for a rock that falls straight onto the surface. Tests show that
 R_n falls and R_t rises with this angle (Heidenreich 2004, EPFL thesis 3084; Wang et al. 2018, NHESS 18:3045; physics
@@ -21,7 +21,7 @@ DEGREES = 180.0 / math.pi
 
 
 class AngleTable(NamedTuple):
-    """Rebound with a table of restitution over the angle of impact.
+    """Rebound model with a table of restitution over the angle of impact.
 
     angle : (N,) degrees, ascending, 0 to 90; R_n, R_t : (N,) (-), linear between the angles, constant beyond them
     """
@@ -33,20 +33,23 @@ class AngleTable(NamedTuple):
 
 @rebound.rule(AngleTable)
 def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound of a lumped mass with R_n and R_t of the table; R_n and R_t of the material are not used."""
+    """Return the motion of a lumped mass after an impact with R_n and R_t of the table.
+
+    Those of the material are not used.
+    """
     R_n, R_t = restitution_at(model, impact_angle(motion, n))
     return no_faster(R_n, R_t, motion, n)
 
 
 @kernel
 def impact_angle(motion: Motion, n: Vec) -> float:
-    """Return the angle between the velocity and the surface, 0 to 90 degrees."""
+    """Return the angle between a rock's velocity and the surface that it hits, 0 to 90 degrees."""
     return math.atan2(abs(dot(motion.v, n)), norm(without(motion.v, n))) * DEGREES
 
 
 @kernel
 def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
-    """Return R_n and R_t (-) at an angle (degrees)."""
+    """Return R_n and R_t (-) of a table at an impact angle (degrees)."""
     last = len(table.angle) - 1
     if angle <= table.angle[0]:
         return float(table.R_n[0]), float(table.R_t[0])
@@ -60,16 +63,19 @@ def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
 
 @kernel
 def _between(column: Any, i: int, share: float) -> float:
-    """Return the value at a share of the way from row i to the next row; equal rows give exactly their value."""
+    """Return a value of a table between row i and the next row, at a share of the way between them.
+
+    Equal rows give exactly their value.
+    """
     low = float(column[i])
     return low + share * (float(column[i + 1]) - low)
 
 
 @kernel
 def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """Return the rebound of a lumped mass with R_t at most 1 and any R_n, limited so that kinetic energy does not rise.
+    """Return the motion of a lumped mass after an impact with any R_n, limited so that kinetic energy does not rise.
 
-    v_n' = min(R_n v_n, sqrt(v_n^2 + (1 - R_t^2) v_t^2)).
+    R_t is at most 1, and v_n' = min(R_n v_n, sqrt(v_n^2 + (1 - R_t^2) v_t^2)).
     """
     v_n, v_t = -dot(motion.v, n), without(motion.v, n)
     away = R_n * v_n
@@ -82,5 +88,5 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def by_angle_rest(
     model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a `Rest` without a sum: each bounce changes the next impact angle, and flat bounces may grow again."""
+    """Report that the bounces have no known sum: each one changes the next impact angle, and flat ones may grow."""
     return endless(motion)

@@ -1,4 +1,4 @@
-"""Constant restitution whose loss along the ground is no more than Coulomb friction allows.
+"""Rebound with constant restitution, but never losing more speed along the ground than Coulomb friction allows.
 
 With v_n and v_t the velocities into and along the ground:
 
@@ -38,24 +38,27 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 STEADY = 1e-6
-"""Ratio (-) of the remaining speed change along the ground to this speed, below which a closed form is used.
+"""Remaining change of the speed along the ground, over this speed (-), below which a closed form sums the bounces.
 
 The closed form leaves out the square of this share: 1e-12 of the speed.
 """
 
 SPENT = 1e-12
-"""Share (-) of the first bounce's time below which later bounces are left out; their length is the square of this."""
+"""Share (-) of the first bounce's time below which later bounces are left out, because their length is negligible.
+
+Their length is the square of this share.
+"""
 
 MOST_BOUNCES = 2000
-"""Largest number of bounces summed one after the other; enough for R_n up to 0.986."""
+"""Largest number of bounces that are summed one after the other; enough for R_n up to 0.986."""
 
 
 class CoulombLimited(NamedTuple):
-    """Rebound with R_n, R_t and the friction angle of the material."""
+    """Rebound model with R_n, R_t and the friction angle of the material."""
 
 
 class SummedBounces(NamedTuple):
-    """The sum of some bounces on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
+    """The sum of some bounces of a rock on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
 
     a (-), b (s), A (s), B (s^2); T : s, time of the next bounce
     """
@@ -68,7 +71,7 @@ class SummedBounces(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """The values that all bounces on one plane share.
+    """The numbers that are the same for all bounces of a rock on one plane.
 
     r, q : R_n and R_t (-); u : (3,) m/s along the plane at the start; g_t : (3,) m/s^2, gravity along the plane
     pull : |g_t| (m/s^2); c : m/s^2, after a bounce of T seconds friction reduces the speed along the plane by c T
@@ -84,14 +87,17 @@ class Plane(NamedTuple):
 
 @rebound.rule(CoulombLimited)
 def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound of a lumped mass; its loss along the ground is the smaller of the R_t and friction losses."""
+    """Return the motion of a lumped mass after an impact, with a loss along the ground limited by Coulomb friction.
+
+    The loss along the ground is the smaller of two: by R_t and by friction.
+    """
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
 
 
 @kernel
 def share_kept(R_t: float, speed: float, most: float) -> float:
-    """Return the share (-) of the speed along the ground that remains after an impact: R_t, or more if `most` limits.
+    """Return the share (-) of its speed along the ground that a rock keeps in an impact: R_t, or more at low friction.
 
     most : largest loss of speed along the ground (m/s)
     """
@@ -102,7 +108,7 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 def coulomb_limited_rest(
     model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the sum of all bounces on a plane, by the formulas at the top of this file.
+    """Return all remaining bounces on a plane summed up, by the formulas at the top of this file.
 
     The error is below 1e-10 of the largest speed.
 
@@ -126,7 +132,7 @@ def coulomb_limited_rest(
 
 @kernel
 def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
-    """Return the sum of the bounces up to a regime with a closed form, or of MOST_BOUNCES bounces."""
+    """Return the sum of bounces, added one by one until a closed form can sum the rest, or up to MOST_BOUNCES."""
     state = first
     for _ in range(MOST_BOUNCES):
         if _settled(plane, state) or state.T <= SPENT * first.T:
@@ -137,20 +143,20 @@ def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
 
 @kernel
 def _settled(plane: Plane, state: SummedBounces) -> bool:
-    """Return True if a closed form is valid for all further bounces."""
+    """Return True if a closed form gives the sum of all further bounces."""
     speed = norm(_speed(plane, state))
     return _limited_for_good(plane, speed, state.T) or _constant_for_good(plane, speed, state.T)
 
 
 @kernel
 def _speed(plane: Plane, state: SummedBounces) -> Vec:
-    """Return the velocity (3,) m/s along the plane."""
+    """Return the velocity (3,) m/s of a rock along the plane after some bounces."""
     return add(scale(state.a, plane.u), scale(state.b, plane.g_t))
 
 
 @kernel
 def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """Return the sum with one more bounce and its impact added."""
+    """Return the sum of bounces with one more bounce, and its impact, added."""
     T = state.T
     flown = SummedBounces(
         a=state.a, b=state.b + T, A=state.A + state.a * T, B=state.B + (state.b + 0.5 * T) * T, T=plane.r * T
@@ -161,7 +167,12 @@ def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Return True if friction takes c T_k at every further impact, and the speed (m/s) hardly changes any more."""
+    """Return True if from now on friction alone brakes the rock, so that a closed form sums the bounces.
+
+    Friction then takes c T_k at every further impact, and the speed (m/s) hardly changes any more.
+
+    T : s, time of the next bounce
+    """
     change = (plane.pull + plane.c) * T / (1.0 - plane.r)
     steady = change <= STEADY * speed and plane.c * T <= (1.0 - plane.q) * (speed - change)
     return plane.c == 0.0 or steady
@@ -169,10 +180,11 @@ def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Return True if at every further impact the loss by R_t is smaller than the loss by friction.
+    """Return True if from now on only R_t brakes the rock, at every further impact: the closed form for R_t holds.
 
-    x_k = |u_k + g_t T_k| / T_k must be at most c / (1 - R_t). The first x_k is at most |u| / T + |g_t|, and
-    x_{k+1} <= (R_t / R_n) x_k + |g_t|. So x_k exceeds neither its first value nor |g_t| R_n / (R_n - R_t).
+    Then the loss by R_t is smaller than the loss by friction. x_k = |u_k + g_t T_k| / T_k must be at most c / (1 -
+    R_t). The first x_k is at most |u| / T + |g_t|, and x_{k+1} <= (R_t / R_n) x_k + |g_t|. So x_k exceeds neither its
+    first value nor |g_t| R_n / (R_n - R_t).
     """
     lost = 1.0 - plane.q
     first = lost * (speed + plane.pull * T) <= plane.c * T
@@ -181,7 +193,7 @@ def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """Return the sum of all bounces; the remaining bounces are added by the closed form of their regime.
+    """Return the sum of all bounces: those added so far and the remaining ones, by a closed form.
 
     If neither regime applies, the remaining bounces are left out. They take the time t = T / (1 - R_n).
     Friction only, to first order of c t / |u|: a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k) with
@@ -202,7 +214,7 @@ def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _joined(first: SummedBounces, then: SummedBounces) -> SummedBounces:
-    """Return the total of two consecutive sums of bounces: `then` starts with the velocity at the end of `first`."""
+    """Return the total of two consecutive sums of bounces; `then` starts with the velocity at the end of `first`."""
     return SummedBounces(
         a=then.a * first.a,
         b=then.a * first.b + then.b,

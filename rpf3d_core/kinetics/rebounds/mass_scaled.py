@@ -1,4 +1,4 @@
-"""Normal restitution that falls with the mass of the rock.
+"""Rebound with a normal restitution that falls with the mass of the rock.
 
 v_n' = -R_n v_n / ((1 + (m / C)^2) (1 + (v_n / K)^2)), C = 1000 kg (as in a public implementation). RocFall offers to
 scale R_n by mass and by speed (its help pages), but its formula is not published. It is UNCONFIRMED that RocFall's
@@ -16,7 +16,7 @@ from rpf3d_core.vectors import dot
 
 
 class MassScaled(NamedTuple):
-    """Rebound with R_n scaled by mass and speed.
+    """Rebound model with an R_n that falls with the mass and the speed of the rock.
 
     C : mass (kg) at which R_n is half of the material's R_n
     K : speed into the ground (m/s) at which R_n is half of the material's R_n; inf for no scaling by speed
@@ -29,7 +29,7 @@ class MassScaled(NamedTuple):
 
 @rebound.rule(MassScaled)
 def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound of a lumped mass with R_t, and with R_n scaled by mass and speed. Energy never rises."""
+    """Return the motion of a lumped mass after an impact, with R_n scaled by mass and speed. Energy never rises."""
     R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return lumped(R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
@@ -38,6 +38,9 @@ def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, roc
 def mass_scaled_rest(
     model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the sum of all bounces with R_n scaled by mass; its error is the same as in `velocity_scaled_rest`."""
+    """Return all remaining bounces summed up, with R_n scaled by mass.
+
+    The error is the same as in `velocity_scaled_rest`.
+    """
     R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

@@ -29,11 +29,11 @@ from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract
 
 AT_REST = 1.2
-"""Constant (-) of the friction function that keeps the function finite at zero slip."""
+"""Constant 1.2 (-) of CRSP's friction function, which keeps the function finite without slip."""
 
 
 class PfeifferBowen(NamedTuple):
-    """Rebound of a rolling sphere by CRSP's equations.
+    """Rebound model of a rolling sphere by the equations of CRSP (Colorado Rockfall Simulation Program).
 
     K, A, B : m/s, the reference speeds of normal restitution, of friction and of scaling in the equations above
     """
@@ -47,7 +47,10 @@ class PfeifferBowen(NamedTuple):
 
 @rebound.rule(PfeifferBowen)
 def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound by the equations at the top of this file; n is the normal that the rock feels, v . n <= 0."""
+    """Return the motion of a rolling sphere after an impact, by the equations at the top of this file.
+
+    n : (3,) unit normal that the rock feels, with v . n <= 0
+    """
     radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)
     w_n = scale(dot(motion.w, n), n)
@@ -64,13 +67,13 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def friction(R_t: float, x: float) -> float:
-    """Return CRSP's friction function of x = slip / A (-)."""
+    """Return CRSP's friction function f of x = slip / A (-), for the speed along the ground."""
     return R_t + (1.0 - R_t) / (x * x + AT_REST)
 
 
 @kernel
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
-    """Return CRSP's scaling factor, R_t / ((v_n / (B R_n))^2 + 1), without dividing by R_n: 0 at R_n = 0."""
+    """Return CRSP's scaling factor F, R_t / ((v_n / (B R_n))^2 + 1), without dividing by R_n: 0 at R_n = 0."""
     reach = B * R_n
     below = v_n * v_n + reach * reach
     return R_t * (reach * reach / below) if below > 0.0 else R_t
@@ -80,7 +83,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the sum of all bounces, with the limits of R_n and R_t for slow bounces of a rolling rock.
+    """Return all remaining bounces summed up, with the limits of R_n and R_t for slow bounces of a rolling rock.
 
     The limit of R_n is the material's R_n. The limit of R_t is sqrt(R_t f(0)), the share of the speed along the ground
     that remains after an impact. For a bounce that rises by h, the relative errors of both limits are about 2 g h / K^2

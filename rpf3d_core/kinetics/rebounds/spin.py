@@ -1,4 +1,4 @@
-"""Functions that the rebounds of a spinning sphere share."""
+"""The direction of a spinning sphere after an impact, which several rebound models need."""
 
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import ZERO, Vec
@@ -7,7 +7,7 @@ from rpf3d_core.vectors import dot, norm, scale
 
 @kernel
 def heading(v_t: Vec, rolling: Vec) -> Vec:
-    """Return the unit direction (3,) of a rock along the ground; zero if both vectors are zero.
+    """Return the unit direction (3,) in which a spinning rock leaves an impact along the ground; zero if it has none.
 
     v_t : (3,) m/s, velocity along the ground; gives the direction unless it is zero
     rolling : (3,) vector along w x n, the direction in which the spin rolls the rock

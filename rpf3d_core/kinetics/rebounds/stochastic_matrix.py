@@ -1,4 +1,4 @@
-"""An impact as a random matrix: the state after the impact is A times the state before.
+"""Rebound by a random matrix: the state after the impact is A times the state before.
 
 Bourrier et al. 2009, Geomorphology 110:68-79 (form: thesis, equation 2-11; physics reference 1.10):
 (v_t', v_n', R w') = A (v_t, v_n, R w), the nine coefficients of A jointly normal. Means and covariances belong to one
@@ -32,7 +32,7 @@ Nine = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class StochasticMatrix(NamedTuple):
-    """Rebound by a randomly drawn matrix A.
+    """Rebound model with a matrix A that is drawn at random for each impact.
 
     mean : (3, 3) mean of A
     root : (9, 9) lower triangular; root root^T is the covariance of the nine coefficients of A, row by row
@@ -47,7 +47,7 @@ class StochasticMatrix(NamedTuple):
 
 @rebound.rule(StochasticMatrix)
 def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact with a drawn matrix; coefficients of the material are not used."""
+    """Return the motion after an impact with a randomly drawn matrix; coefficients of the material are not used."""
     radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_t = along(motion.v, n)
     t = heading(v_t, cross(motion.w, n))
@@ -65,7 +65,7 @@ def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: 
 
 @kernel
 def _nine_normals(key: RockKey, number: int) -> Nine:
-    """Return nine independent standard normal numbers for an impact."""
+    """Return the nine independent standard normal numbers from which the matrix of an impact is made."""
     return (
         _normal(key, 0, number), _normal(key, 1, number), _normal(key, 2, number), _normal(key, 3, number),
         _normal(key, 4, number), _normal(key, 5, number), _normal(key, 6, number), _normal(key, 7, number),
@@ -75,13 +75,13 @@ def _nine_normals(key: RockKey, number: int) -> Nine:
 
 @kernel
 def _normal(key: RockKey, k: int, number: int) -> float:
-    """Return the k-th of the nine numbers; k takes the place that the zone has in other random numbers."""
+    """Return the k-th of nine random numbers; k takes the place that the zone has in other random numbers."""
     return standard_normal(uniform_at(key.seed, key.source, key.rock, STREAM + k * ZONES, number))
 
 
 @kernel
 def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
-    """Return the product of row i of the drawn matrix and the state before the impact."""
+    """Return one component of the state after an impact: row i of the drawn matrix times the state before."""
     total = 0.0
     for j in range(3):
         coefficient = float(model.mean[i, j])
@@ -93,7 +93,7 @@ def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
 
 @kernel
 def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
-    """Return the product of row i of the mean matrix and the state before the impact."""
+    """Return one component of the mean state after an impact: row i of the mean matrix times the state before."""
     total = 0.0
     for j in range(3):
         total += float(model.mean[i, j]) * before[j]
@@ -102,14 +102,14 @@ def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
 
 @kernel
 def _no_faster(before: Vec, after: Vec) -> Vec:
-    """Return the state after an impact, scaled down to the energy of the state before if it has more."""
+    """Return the state after an impact, scaled down so that it has no more kinetic energy than the state before."""
     had, has = _energy(before), _energy(after)
     return scale(math.sqrt(had / has), after) if has > had else after
 
 
 @kernel
 def _energy(state: Vec) -> float:
-    """Return twice the kinetic energy per unit of mass (m^2/s^2): translation, and rotation of a sphere."""
+    """Return twice the kinetic energy of a rock per unit of mass (m^2/s^2): translation, and rotation of a sphere."""
     return state[0] * state[0] + state[1] * state[1] + SPHERE_INERTIA_RATIO * state[2] * state[2]
 
 
@@ -117,5 +117,5 @@ def _energy(state: Vec) -> float:
 def drawn_rest(
     model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a `Rest` without a sum, because a new matrix is drawn for every bounce."""
+    """Report that the bounces have no known sum, because a new matrix is drawn for every bounce."""
     return endless(motion)

@@ -1,4 +1,4 @@
-"""The velocity transform of the thesis for an impact, exactly as printed; only for the reproduction of its results."""
+"""Rebound by the velocity transform of the thesis, exactly as printed; only for the reproduction of its results."""
 
 import math
 from typing import NamedTuple
@@ -11,17 +11,18 @@ from rpf3d_core.vectors import add, dot, scale
 
 
 class ThesisLiteral(NamedTuple):
-    """The thesis' equations 2-3 to 2-8 as printed, for reproduction only."""
+    """Rebound model with the thesis' equations 2-3 to 2-8 as printed, for reproduction only."""
 
 
 @rebound.rule(ThesisLiteral)
 def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion by equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
+    """Return the motion of a rock after an impact by equations 2-3 to 2-8 of the thesis exactly as printed.
 
-    theta and phi are the slopes of the ground along x and y, positive where the ground rises: only in this reading is
-    2-3 equal to v . n for a plane that dips along one axis. The printed transform is not orthonormal. At R_n = R_t = 1
-    it loses speed on a slope along one axis (physics reference 0.1), and gains up to three times its energy on a slope
-    along both axes. If the transform would send the rock into the ground, the speed into the ground is dropped.
+    Equations 3-1 to 3-3 are applied in between. theta and phi are the slopes of the ground along x and y, positive
+    where the ground rises: only in this reading is 2-3 equal to v . n for a plane that dips along one axis. The printed
+    transform is not orthonormal. At R_n = R_t = 1 it loses speed on a slope along one axis (physics reference 0.1), and
+    gains up to three times its energy on a slope along both axes. If the transform would send the rock into the ground,
+    the speed into the ground is dropped.
     """
     theta, phi = math.atan2(-n[0], n[2]), math.atan2(-n[1], n[2])
     st, ct, sp, cp = math.sin(theta), math.cos(theta), math.sin(phi), math.cos(phi)
@@ -37,5 +38,5 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 def thesis_rest(
     model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a `Rest` of zero duration, below `smallest_bounce`: no closed form is known for the printed transform."""
+    """Report no further bounces below `smallest_bounce`: the printed transform has no closed form for their sum."""
     return at_once(motion, n)

@@ -1,4 +1,4 @@
-"""Normal restitution from a single speed: R_n = v_half / (|v_n| + v_half).
+"""Rebound with a normal restitution from a single speed: R_n = v_half / (|v_n| + v_half).
 
 A slow impact is nearly elastic, a fast impact is not. At v_half, the rock keeps half of its speed along the normal.
 After Bourrier and Dorren, as in PlatRock 2 (CC; it allows 0 to 50 m/s and proposes 10; physics reference 1.11). R_n of
@@ -15,7 +15,7 @@ from rpf3d_core.vectors import dot
 
 
 class VHalf(NamedTuple):
-    """Rebound with R_n from the speed into the ground.
+    """Rebound model with R_n from the speed into the ground.
 
     speed : v_half > 0, the speed into the ground (m/s) at which R_n is 1/2
     """
@@ -25,13 +25,16 @@ class VHalf(NamedTuple):
 
 @rebound.rule(VHalf)
 def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound of a lumped mass with the material's R_t. Energy never rises."""
+    """Return the motion of a lumped mass after an impact, with R_n from its speed and the material's R_t.
+
+    Energy never rises.
+    """
     return lumped(model.speed / (abs(dot(motion.v, n)) + model.speed), surface.R_t, motion, n)
 
 
 @rest_of_bounces.rule(VHalf)
 def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a `Rest` of zero duration: with this model bounces never end, because R_n tends to 1 for small bounces.
+    """Report no further bounces: with this model they would never end, because R_n tends to 1 for small bounces.
 
     1 / v_k = 1 / v_0 + k / v_half, so the times of all bounces have no finite sum. A rise of 1 mm is reached after
     about v_half / (0.14 m/s) bounces. The bounces that are left out have a finite length. Let T_0, v_0 and u_0 be the

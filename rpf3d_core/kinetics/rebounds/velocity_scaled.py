@@ -1,4 +1,4 @@
-"""Normal restitution that falls with the speed into the ground.
+"""Rebound with a normal restitution that falls with the speed into the ground.
 
 A hard impact breaks, dents and heats more than a soft impact. R_n of the material holds for slow impacts:
 v_n' = -R_n v_n / (1 + (v_n / K)^2), K = 9.144 m/s (Pfeiffer & Bowen 1989, Bull. AEG 26:135-146, as in public
@@ -16,7 +16,7 @@ from rpf3d_core.vectors import dot
 
 
 class VelocityScaled(NamedTuple):
-    """Rebound with R_n scaled by speed.
+    """Rebound model with an R_n that falls with the speed into the ground.
 
     K : speed into the ground (m/s) at which R_n is half of the material's R_n
     """
@@ -26,13 +26,16 @@ class VelocityScaled(NamedTuple):
 
 @kernel
 def halved(x: float) -> float:
-    """Return the scaling factor 1 / (1 + x^2) of a coefficient: 1/2 at x = 1."""
+    """Return the factor 1 / (1 + x^2) that reduces a restitution coefficient: 1/2 at x = 1."""
     return 1.0 / (1.0 + x * x)
 
 
 @rebound.rule(VelocityScaled)
 def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound of a lumped mass with R_t and with R_n scaled by speed into the ground. Energy never rises."""
+    """Return the motion of a lumped mass after an impact, with R_n scaled by its speed into the ground.
+
+    Energy never rises.
+    """
     return lumped(surface.R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
 
@@ -40,7 +43,7 @@ def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: 
 def velocity_scaled_rest(
     model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the sum of all bounces with the material's R_n, which is the limit for slow bounces.
+    """Return all remaining bounces summed up with the material's R_n, which is the limit for slow bounces.
 
     For a bounce that rises by at most h, v_n^2 = 2 g h. R_n is therefore too high by the share 2 g h / K^2 (2.3e-4 at
     1 mm). The relative error of the stop's time and place is at most 1 / (1 - R_n) times this share.

@@ -1,4 +1,4 @@
-"""Wyllie's law of normal restitution: R_n is a power of the impact angle (for a table of angles, see `angle_table`).
+"""Rebound by Wyllie's law: R_n is a power of the impact angle (for a table of angles, see `angle_table`).
 
 Wyllie 2014, Rock Fall Engineering: R_n = 19.5 theta^-1.03, theta in degrees between velocity and surface. The constants
 are those of RockGIS, which limits R_n to 2 (CC; physics reference 1.6). R_t is the material's. Kinetic energy never
@@ -17,28 +17,28 @@ from rpf3d_core.values import Motion, Vec
 FACTOR = 19.5
 EXPONENT = -1.03
 MOST = 2.0
-"""Largest R_n (-); the law gives this value at 9.1 degrees and below."""
+"""Largest R_n (-) of Wyllie's law, reached at 9.1 degrees and below."""
 FLAT = 1.0
 """Angle (degrees) below which the power is not evaluated; R_n reaches its largest value far above this angle."""
 
 
 class Wyllie(NamedTuple):
-    """Rebound with R_n from the angle and R_t from the material."""
+    """Rebound model with R_n from the impact angle and R_t from the material."""
 
 
 @rebound.rule(Wyllie)
 def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the rebound of a lumped mass with R_n of Wyllie's law; R_n of the material is not used."""
+    """Return the motion of a lumped mass after an impact with R_n of Wyllie's law; R_n of the material is not used."""
     return no_faster(wyllie_R_n(impact_angle(motion, n)), surface.R_t, motion, n)
 
 
 @kernel
 def wyllie_R_n(angle: float) -> float:
-    """Return R_n (-) at an impact angle (degrees)."""
+    """Return R_n (-) by Wyllie's law at an impact angle (degrees)."""
     return min(MOST, FACTOR * float(max(angle, FLAT) ** EXPONENT))
 
 
 @rest_of_bounces.rule(Wyllie)
 def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a `Rest` without a sum, for the reason given in `angle_table.by_angle_rest`."""
+    """Report that the bounces have no known sum, for the reason given in `angle_table.by_angle_rest`."""
     return endless(motion)

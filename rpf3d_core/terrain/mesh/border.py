@@ -1,4 +1,4 @@
-"""Find the border of a mesh: the sides of facets that no neighbour has in the opposite direction.
+"""Find the border of a mesh, where the terrain ends: the sides of facets without a neighbour at the same edge.
 
 Seen from the free side, the terrain lies to the left of each border side. The border sides of a whole mesh form closed
 rings: counter-clockwise around a component, clockwise around a hole.
@@ -18,7 +18,7 @@ Corners = NDArray[np.integer[Any]]
 
 
 def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh) -> FloatArray:
-    """Return the border sides (B, 3, 3) m: begin, end and third corner of their facet.
+    """Return the border sides (B, 3, 3) m of a mesh, where gaps begin: begin, end and third corner of their facet.
 
     Sides of opposite directions along one edge cancel out in pairs; the remaining sides are the border. So an edge
     between two facets is not on the border, also if both facets have a duplicate. Facets with two corners on one vertex
@@ -40,7 +40,9 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
 
 
 def net_sides(gone: Corners, came: Corners) -> Corners:
-    """Return the sides (N, 3) that a border gains if triangles `gone` (G, 3) are replaced by triangles `came` (C, 3).
+    """Return the change (N, 3) of a border if a patch removes triangles (G, 3) and adds triangles (C, 3).
+
+    gone, came : corners of the removed and of the added triangles
 
     A side that leaves the border, because it gets a neighbour, is included in the opposite direction; `border_after`
     then cancels both. A side left open by a removed triangle has the third corner of this triangle.
@@ -51,7 +53,9 @@ def net_sides(gone: Corners, came: Corners) -> Corners:
 
 
 def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
-    """Return the border (B, 3, 3) m plus gained sides (N, 3, 3) m, without pairs of opposite sides.
+    """Return the border (B, 3, 3) m of a terrain after a patch: the old sides and the change, opposite sides cancelled.
+
+    gained : (N, 3, 3) m, from `net_sides`
 
     Vertices are identified by their coordinates, so unchanged vertices must have exactly the same coordinates.
     """
@@ -63,7 +67,7 @@ def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
 
 
 def left_over(number: Corners) -> NDArray[np.bool_]:
-    """Return (N,) true for each side that remains after opposite sides cancel out.
+    """Return (N,) true for each facet side without an opposite side from a neighbour: these sides are the border.
 
     number : (N, 2) vertex numbers of the ends of each side
     """
@@ -83,7 +87,7 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
 
 def _marks(vertices: int) -> NDArray[np.int64]:
-    """Return a pseudo-random number of 43 bits for each vertex; different sums of these numbers are almost never equal.
+    """Return a pseudo-random number of 43 bits for each vertex, so that different sets of vertices have different sums.
 
     The function is the finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of these numbers add up to
     less than 2^63.
@@ -96,9 +100,11 @@ def _marks(vertices: int) -> NDArray[np.int64]:
 
 @loop
 def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
-    """Write the balance of each vertex: the marks where its outgoing sides end, minus those where incoming sides start.
+    """Write a balance for each vertex, which shows quickly that a vertex is not on the border: the balance is then 0.
 
-    If every side at a vertex has an opposite side, the balance is 0. So a vertex with another balance is on the border.
+    The balance is the sum of the marks of the vertices where outgoing sides end, minus the marks where incoming sides
+    start. If every side at a vertex has an opposite side, the balance is 0. So a vertex with another balance is on the
+    border.
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -110,7 +116,7 @@ def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
 
 @loop
 def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
-    """Return the number of sides between two vertices with a balance other than 0, and write these sides.
+    """Write the sides that may be on the border, between two vertices with a balance other than 0; return their number.
 
     sides : (N, 3), receives begin, end and third corner of the first N sides
     """

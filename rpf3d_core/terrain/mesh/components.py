@@ -1,4 +1,4 @@
-"""Connected components of a graph given as pairs of nodes."""
+"""Connected components of a graph given as pairs of nodes: finds the separate parts of a mesh and chains of points."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ Index = NDArray[np.int32]
 
 
 def components(count: int, a: Index, b: Index) -> Index:
-    """Return the component of each node, named by its smallest node; the order of the pairs does not matter.
+    """Return the connected component of each node of a graph, named by the smallest node in it.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def components(count: int, a: Index, b: Index) -> Index:
 
 @loop
 def _join(above: Any, a: Any, b: Any) -> None:
-    """Attach the larger root of each pair to the smaller root, then every node to its root (union-find).
+    """Find the components of a graph: attach the larger root of each pair to the smaller, then every node to its root.
 
     Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A node is always
     attached to a smaller node. So the last loop, in ascending order, finds each parent already attached to its root.

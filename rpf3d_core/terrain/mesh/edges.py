@@ -13,7 +13,7 @@ Flags = NDArray[np.bool_]
 
 
 class Edges(NamedTuple):
-    """Edges of a mesh, each with its uses; a use is one side of a facet, and the uses of an edge are consecutive.
+    """The edges of a mesh, each with its uses. A use is one side of a facet; the uses of an edge are consecutive.
 
     low, high : (E,) the vertices of each edge, low < high
     start : (E,) first use of each edge; uses : (E,) number of uses
@@ -32,7 +32,10 @@ class Edges(NamedTuple):
 
 
 def edges_of(triangles: Index, vertices: int) -> Edges:
-    """Return the edges of F triangles (F, 3) over `vertices` vertices, sorted by their vertices."""
+    """Return the edges of F triangles (F, 3), sorted by their vertices, to repair and check the mesh.
+
+    vertices : number of vertices
+    """
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     reach, keys = _reach(triangles).bit_length(), np.empty(3 * len(triangles), np.int64)
     _write_side_keys(triangles, vertices, reach, keys)
@@ -45,7 +48,7 @@ def edges_of(triangles: Index, vertices: int) -> Edges:
 
 
 def collapsed(triangles: Index) -> Flags:
-    """Return (F,) true for facets with two corners on the same vertex."""
+    """Return (F,) true for facets with two corners on the same vertex: they have no area and no edges."""
     a, b, c = triangles.T
     return np.asarray((a == b) | (b == c) | (c == a))
 
@@ -58,13 +61,13 @@ def shared_by_two(edges: Edges) -> tuple[Index, Index, Flags]:
 
 
 def facets_on_borders(edges: Edges) -> Index:
-    """Return the facets (B,) at all edges of one facet, or of three or more facets."""
+    """Return the facets (B,) at edges without exactly two facets: a mesh part with such an edge is not closed."""
     return np.asarray(edges.facet[np.repeat(edges.uses != 2, edges.uses)])
 
 
 @loop
 def _reach(triangles: Any) -> int:
-    """Return the largest difference between the vertex numbers of a side."""
+    """Return the largest difference between the vertex numbers of a side, to pack both vertices into few bits."""
     reach = 0
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -74,10 +77,10 @@ def _reach(triangles: Any) -> int:
 
 @loop
 def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> None:
-    """Write a key for each side into keys (3 F,), at k F + f for side k of facet f.
+    """Write a key for each side of a facet into keys (3 F,); sorting the keys brings the sides of an edge together.
 
-    A key packs the lower vertex, the difference to the higher vertex (`reach` bits) and the direction. After sorting,
-    the uses of an edge are therefore consecutive. Sides of collapsed facets are last.
+    The key of side k of facet f is at index k F + f. A key packs the lower vertex, the difference to the higher vertex
+    (`reach` bits) and the direction. Sides of collapsed facets are last.
     """
     count = len(triangles)
     for f in range(count):
@@ -94,7 +97,9 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
 
 @loop
 def _cut_into_edges(keys: Any, side: Any, reach: int, facets: int, edges: Edges) -> int:
-    """Write the edges and their uses from sorted keys (3 F,) and their sides (3 F,); return the number of edges.
+    """Write the edges of a mesh, and the sides of facets at each edge, from the sorted keys of the sides.
+
+    keys, side : (3 F,), the sorted keys and their sides. Returns the number of edges.
 
     edges : with room for an edge per use
     """

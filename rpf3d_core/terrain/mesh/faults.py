@@ -1,4 +1,4 @@
-"""The fault report: contents, faults and repairs of a mesh."""
+"""The fault report of a mesh, which the user reads before a run: its contents, faults and repairs."""
 
 import re
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from rpf3d_core.values import Vec
 
 @dataclass(frozen=True)
 class FaultReport:
-    """Contents and faults of a terrain's mesh; lengths in m, areas in m^2.
+    """The contents and faults of a terrain's mesh, as reported to the user; lengths in m, areas in m^2.
 
     files : names of the mesh files
     triangles, vertices, edges : counts, after welding
@@ -76,7 +76,7 @@ class FaultReport:
 
 
 def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
-    """Return the areas by zone; zones whose names differ only in a final number are summed.
+    """Return the areas by zone, short enough to print; zones whose names differ only in a final number are summed.
 
     A sum takes the position of its first zone.
     """
@@ -123,7 +123,7 @@ def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[
 
 
 def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
-    """Return the corners of the bounding box in the input's coordinates."""
+    """Return the corners of the terrain's bounding box in the input's coordinates."""
     local = [[column.min() for column in terrain.vertices.T], [column.max() for column in terrain.vertices.T]]
     corners = terrain.frame.points_to_input(local)
     (x, y, z), (u, v, w) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
@@ -131,7 +131,7 @@ def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
 
 
 def _pieces(piece: Index, edges: Edges) -> Index:
-    """Return the component (F,) of each facet, connected by all shared edges.
+    """Return the component (F,) of each facet, connected by all shared edges: the report counts these.
 
     piece : (F,) component of each facet, connected only by edges of exactly two facets
     """
@@ -151,7 +151,7 @@ def _holes(vertices: int, edges: Edges, boundary: Flags, piece: Index) -> int:
 
 
 def _duplicates(triangles: Index, vertices: int) -> int:
-    """Return the number of facets on the same three vertices as an earlier facet, without collapsed facets."""
+    """Return the number of facets on the same three vertices as an earlier facet; collapsed facets do not count."""
     corners = triangles[~collapsed(triangles)]
     mark = _marks(vertices)
     marks = mark[corners[:, 0]] + mark[corners[:, 1]] + mark[corners[:, 2]]
@@ -162,9 +162,10 @@ def _duplicates(triangles: Index, vertices: int) -> int:
 
 
 def _marks(vertices: int) -> NDArray[np.uint64]:
-    """Return a pseudo-random 64-bit number for each vertex; sums of different triples are almost never equal.
+    """Return a pseudo-random 64-bit number for each vertex; equal sums then show facets with the same corners.
 
-    The function is the finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA).
+    Sums of different triples are almost never equal. The function is the finaliser of SplitMix64 (Steele, Lea & Flood
+    2014, OOPSLA).
     """
     z = np.arange(1, vertices + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -173,13 +174,13 @@ def _marks(vertices: int) -> NDArray[np.uint64]:
 
 
 def _steepest(areas: FloatArray, area: FloatArray, flat: Flags) -> float:
-    """Return the largest angle (degrees) between a normal and the vertical."""
+    """Return the largest angle (degrees) of a facet from the horizontal."""
     cosine = np.divide(areas[:, 2], area, out=np.ones_like(area), where=~flat)
     return float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))
 
 
 def _median_edge(vertices: FloatArray, edges: Edges) -> float:
-    """Return the median length of the edges (m), 0 if there are no edges."""
+    """Return the median length of the edges (m), which shows the resolution of a mesh; 0 if there are no edges."""
     if len(edges.low) == 0:
         return 0.0
     squared = np.empty(len(edges.low))
@@ -189,7 +190,7 @@ def _median_edge(vertices: FloatArray, edges: Edges) -> float:
 
 @loop
 def _squared_lengths(vertices: Any, low: Any, high: Any, squared: Any) -> None:
-    """Write the squared length of each edge (m^2)."""
+    """Write the squared length of each edge (m^2), for the median length."""
     for e in range(len(low)):
         x, y, z = (vertices[high[e], 0] - vertices[low[e], 0], vertices[high[e], 1] - vertices[low[e], 1],
                    vertices[high[e], 2] - vertices[low[e], 2])  # fmt: skip

@@ -1,4 +1,4 @@
-"""Turn over components that face the wrong side, in a mesh with consistent winding; faster than `winding`.
+"""Turn over the components of a mesh that face the wrong side, if all neighbours agree; faster than `winding`.
 
 An open component must face up, a closed component must face outwards. The result is the same as in `winding`, but no
 sorting is needed. Only a mesh with both upward and downward facets needs this test of each component.
@@ -18,7 +18,7 @@ from rpf3d_core.vectors import dot
 def turn_wrong_pieces(
     vertices: FloatArray, triangles: IntArray, starts: IntArray, to: IntArray, memory: Memory, share: Share
 ) -> None:
-    """Turn over open components that face down and closed components that face inwards.
+    """Turn over components of a mesh that face the wrong side: open ones that face down, closed ones that face inwards.
 
     Each facet keeps its first corner.
 
@@ -39,7 +39,7 @@ def turn_wrong_pieces(
 
 @loop
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
-    """Write the facet of each side that starts at a vertex from `begin` to `end`, in the order of `to`."""
+    """Write the facet of each side that starts at a vertex from `begin` to `end`, in the order of the sides in `to`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -77,7 +77,7 @@ def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
 
 @loop
 def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Write the area in plan (m^2), and three times the volume (m^3), of the facets of each component."""
+    """Write the area in plan (m^2) and three times the volume (m^3) of each component, which show where it faces."""
     for f in range(len(above)):
         sums[f, 0], sums[f, 1] = 0.0, 0.0
     for f in range(len(above)):
@@ -92,7 +92,7 @@ def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -
 
 @loop
 def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Turn over the facets of components with a negative area in plan, or a negative volume if they are closed."""
+    """Turn over the facets of components that face the wrong side: with a negative area in plan or negative volume."""
     for f in range(len(above)):
         piece = above[f]
         if sums[piece, 0 if border[piece] else 1] < 0.0:

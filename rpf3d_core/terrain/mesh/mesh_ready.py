@@ -1,4 +1,4 @@
-"""Test whether a mesh needs repair, and repair the mesh only then: most surveys are already welded and wound.
+"""Test whether a received mesh needs repair, and repair it only then: most surveys are already welded and consistent.
 
 If welding would join two vertices, both lie on borders, because the facets there do not meet. So only border vertices
 are compared with each other. (A facet shorter than the tolerance and surrounded by other facets stays unchanged,
@@ -32,7 +32,9 @@ def ready_mesh(
     vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float, memory: Memory = fresh,
     share: Share = one_by_one,
 ) -> Mesh:  # fmt: skip
-    """Return a mesh of vertices (V, 3) m and triangles (F, 3) in the local frame; weld and rewind only if necessary.
+    """Return a mesh of a survey, vertices (V, 3) m and triangles (F, 3), that is fit for a simulation.
+
+    The mesh is repaired if necessary.
 
     `survey.mesh_terrain` makes the repairs. Raises TerrainError in the same cases as `mesh_terrain`, and if a triangle
     refers to a vertex that does not exist.
@@ -54,7 +56,7 @@ def ready_mesh(
 
 
 def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Share) -> Mesh:
-    """Return a copy of the mesh with a local origin."""
+    """Return a copy of the mesh with coordinates relative to a local origin."""
     vertices = np.ascontiguousarray(vertices, dtype=np.float64)
     parts, boxes = halves(len(vertices)), np.empty((2, 2, 3))
     share([lambda k=k, a=a, b=b: _box_of(vertices, a, b, boxes[k]) for k, (a, b) in enumerate(parts)])  # type: ignore[misc]
@@ -69,7 +71,10 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
 
 
 def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
-    """Return UP or DOWN if all facets face up or down, else MIXED. Raises TerrainError if no facet has an area."""
+    """Return UP or DOWN if all facets face up or down, else MIXED, to see which facets must be turned over.
+
+    Raises TerrainError if no facet has an area.
+    """
     seen = share([lambda a=a, b=b: _look(mesh.vertices, mesh.triangles, a, b) for a, b in halves(len(mesh.triangles))])  # type: ignore[misc]
     up, down, level = (sum(counts) for counts in zip(*seen, strict=True))
     if up + down + level == 0:
@@ -78,7 +83,7 @@ def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
 
 
 def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray]:
-    """Return `starts` and `to`: the sides that start at vertex v end at the vertices to[starts[v] : starts[v + 1]]."""
+    """Return the sides of all facets, sorted by start: those of vertex v end at to[starts[v] : starts[v + 1]]."""
     count = len(mesh.vertices)
     starts, to = memory("out_starts", count + 1, np.int32), memory("out_to", 3 * len(mesh.triangles), np.int32)
     starts[:] = 0
@@ -94,7 +99,7 @@ def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray
 def _is_sound(
     mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
 ) -> bool:  # fmt: skip
-    """True if no side occurs twice in the same direction, and no two border vertices are within the tolerance (m)."""
+    """True if the mesh needs no repair: all windings agree, and no two border vertices are within the tolerance (m)."""
     border = memory("border", len(mesh.vertices), np.bool_)
     border[:] = False
     parts = halves(len(mesh.vertices))
@@ -115,7 +120,7 @@ def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: f
 
 @loop
 def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
-    """Write the box (2, 3) of some vertices; NaN if a vertex has a NaN."""
+    """Write the bounding box (2, 3) of some vertices; NaN if a vertex has a NaN."""
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for v in range(begin, end):
@@ -129,14 +134,17 @@ def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
 
 @loop
 def _move(vertices: Any, begin: int, end: int, x: float, y: float, z: float, local: Any) -> None:
-    """Write some vertices minus the origin."""
+    """Write the coordinates of some vertices relative to the origin into `local`."""
     for v in range(begin, end):
         local[v, 0], local[v, 1], local[v, 2] = vertices[v, 0] - x, vertices[v, 1] - y, vertices[v, 2] - z
 
 
 @loop
 def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int, int]:
-    """Return the numbers of upward, downward and vertical facets from `begin` to `end`, without facets without area."""
+    """Return the numbers of upward, downward and vertical facets from `begin` to `end`.
+
+    Facets without area do not count.
+    """
     up, down, level = 0, 0, 0
     for f in range(begin, end):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -155,14 +163,17 @@ def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int
 
 @loop
 def _turn(triangles: Any) -> None:
-    """Turn all facets over; each keeps its first corner."""
+    """Turn all facets over so that they face the other side; each keeps its first corner."""
     for f in range(len(triangles)):
         triangles[f, 1], triangles[f, 2] = triangles[f, 2], triangles[f, 1]
 
 
 @loop
 def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
-    """Count the sides that start at vertex v into starts[v + 1], for vertices from `begin` to `end`."""
+    """Count the sides of facets that start at each vertex, to list the sides by vertex; vertex v is counted at v + 1.
+
+    begin, end : range of the vertices
+    """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -173,7 +184,10 @@ def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
 
 @loop
 def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> None:
-    """Write the end vertex of each side that starts at a vertex from `begin` to `end`."""
+    """Write the sides of facets by their first vertex, as the list of their end vertices.
+
+    begin, end : range of the first vertices
+    """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -185,9 +199,10 @@ def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> Non
 
 @loop
 def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> bool:
-    """True if no side occurs twice in the same direction, among the sides that start at vertices `begin` to `end`.
+    """True if the windings agree at all sides that start at vertices `begin` to `end`; mark border vertices.
 
-    A side without an opposite side lies on a border: both of its vertices are marked in `border`.
+    The windings agree if no side occurs twice in the same direction. A side without an opposite side lies on a border:
+    both of its vertices are marked in `border`.
     """
     for v in range(begin, end):
         for e in range(starts[v], starts[v + 1]):

@@ -1,4 +1,4 @@
-"""Sort integers together with their original positions."""
+"""Sort integers together with their original positions, as the search for edges and the welding need it."""
 
 from typing import Any
 
@@ -10,11 +10,11 @@ from rpf3d_core.jit.dispatch import loop
 Keys = NDArray[np.int64]
 
 LARGEST_BITS = 63
-"""Number of bits of a non-negative int64."""
+"""Number of bits that a non-negative int64 can use."""
 
 
 def bits_left(count: int) -> int:
-    """Return the number of bits that each of `count` keys may have for the fast sort."""
+    """Return the number of bits that each of `count` keys may have for the fast way of `sort_keys`."""
     return LARGEST_BITS - count.bit_length()
 
 
@@ -37,14 +37,14 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
 
 @loop
 def _pack(keys: Any, shift: int) -> None:
-    """Append the position of each key to the key, in its low bits."""
+    """Append to each key its position, in the low bits, so that sorting the keys moves the positions too."""
     for i in range(len(keys)):
         keys[i] = (keys[i] << shift) + i
 
 
 @loop
 def _unpack(keys: Any, shift: int, place: Any) -> None:
-    """Split packed integers into keys and positions."""
+    """Split packed integers into keys and positions again."""
     for i in range(len(keys)):
         place[i] = keys[i] & ((1 << shift) - 1)
         keys[i] >>= shift

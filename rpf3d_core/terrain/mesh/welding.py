@@ -1,4 +1,4 @@
-"""Weld points: points nearer than a tolerance become one vertex.
+"""Weld points: points nearer than a tolerance become one vertex, so that neighbouring facets share vertices.
 
 Points are sorted along one oblique direction. Two points within the tolerance of each other are also within the
 tolerance along this direction. No grid of cells is used, so no pair is missed at the border of a cell.
@@ -18,18 +18,18 @@ from rpf3d_core.terrain.mesh.ordering import bits_left, sort_keys
 Index = NDArray[np.int32]
 
 OBLIQUE = (0.6180339887498949, 0.4142135623730951, 0.6681786379192989)
-"""Sorting direction, unit length: golden ratio - 1, sqrt(2) - 1 and the remaining component.
+"""Direction along which points are sorted, unit length: golden ratio - 1, sqrt(2) - 1 and the remaining component.
 
 Any direction gives the right result. This direction is not perpendicular to the rows of usual survey grids, so few
 points have equal places along the direction.
 """
 
 ROUNDING = 8 * np.finfo(float).eps
-"""Relative rounding of a place along OBLIQUE: three products and two sums, doubled for the difference of two places."""
+"""Relative rounding of a distance along OBLIQUE: three products and two sums, doubled for a difference of two."""
 
 
 SMALLER_THAN_ONE = 1.0 - 2.0**-40
-"""Factor that keeps the number of the last step within the available bits, for any rounding."""
+"""Factor that keeps the number of sorting steps within the available bits, for any rounding."""
 
 
 def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
@@ -65,19 +65,25 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
 
 
 def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
-    """Return selected points (N, 3); columns : x, y and z of all points; some : (N,) numbers of the selected points."""
+    """Return selected points (N, 3) from columns of coordinates.
+
+    columns : x, y and z of all points; some : (N,) numbers of the selected points
+    """
     return np.stack([column[some] for column in columns], axis=1)
 
 
 @loop
 def _project(x: Any, y: Any, z: Any, along: Any) -> None:
-    """Write the place of each point along OBLIQUE (m)."""
+    """Write the distance of each point along the direction OBLIQUE (m), by which points are sorted."""
     for p in range(len(x)):
         along[p] = x[p] * OBLIQUE[0] + y[p] * OBLIQUE[1] + z[p] * OBLIQUE[2]
 
 
 def _sorted_along(along: FloatArray) -> tuple[Index, float]:
-    """Return the points (N,) sorted by place, to the precision of whole steps, and the length of a step (m)."""
+    """Return the points (N,) in the order of their distance along OBLIQUE, and the precision (m) of this order.
+
+    Distances are counted in whole steps; the precision is the length of a step.
+    """
     bits, steps = bits_left(len(along)), np.empty(len(along), np.int64)
     low = float(along.min())
     span = float(along.max()) - low
@@ -87,16 +93,16 @@ def _sorted_along(along: FloatArray) -> tuple[Index, float]:
 
 @loop
 def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
-    """Write the number of whole steps between the lowest place and each place."""
+    """Write the distance of each point along OBLIQUE from the lowest point, as a number of whole steps."""
     for p in range(len(along)):
         steps[p] = np.int64((along[p] - low) * per_metre)
 
 
 @loop
 def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
-    """Number the runs of equal points along the order; return the number of runs.
+    """Number the runs of equal points in the sorted order, so that equal points are compared once; return their number.
 
-    Writes the point that each run begins with into `first`, and the run of each place into `run`.
+    Writes the first point of each run into `first`, and the run of each sorted point into `run`.
     """
     count = 0
     for place in range(len(order)):
@@ -110,10 +116,11 @@ def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) ->
 
 
 def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
-    """Return for each place the smallest point number in its chain, (M,).
+    """Return for each point the smallest point number in its chain of near points, (M,): the vertex of the whole chain.
 
-    places : (M, 3) m, sorted along OBLIQUE with a precision of one step (m); along : (M,) m, their places along OBLIQUE
-    first : (M,) point number of each place
+    places : (M, 3) m, the points sorted along OBLIQUE with a precision of one step (m); along : (M,) m, their distances
+        along OBLIQUE
+    first : (M,) point number of each of these points
     """
     a, b = _near_pairs(places, along, tolerance, tolerance + step + ROUNDING * float(np.abs(along).max()))
     if len(a) == 0:
@@ -125,7 +132,10 @@ def _first_of_near(places: FloatArray, along: FloatArray, first: Index, toleranc
 
 
 def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window: float) -> tuple[Index, Index]:
-    """Return all pairs of places (a < b) at most the tolerance apart; window : largest distance along OBLIQUE (m)."""
+    """Return all pairs of points (a < b) that are at most the tolerance apart and are therefore welded.
+
+    window : largest distance along OBLIQUE (m)
+    """
     found_a, found_b = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
     for step in range(1, len(places)):
         a = np.flatnonzero(along[step:] - along[:-step] <= window)
@@ -140,7 +150,9 @@ def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window:
 
 @loop
 def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
-    """Write the vertex of each point into `index`, and the point of each vertex into `kept`; return the vertex count.
+    """Number the vertices of the welded mesh: write the vertex of each point into `index`; return the vertex count.
+
+    kept : receives the point of each vertex
 
     The first point of a chain has the smallest number, so its vertex is known before the other points need the vertex.
     """

@@ -16,7 +16,7 @@ from rpf3d_core.terrain.mesh.edges import Edges, Flags, Index, facets_on_borders
 
 
 class Winding(NamedTuple):
-    """A mesh with repaired winding.
+    """A mesh after the repair of its winding, and what the repair changed.
 
     triangles : (F, 3), in the order of the input, each with the same first corner
     areas : (F, 3) m^2, the area of each facet times its unit normal
@@ -56,7 +56,9 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
 
 
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
-    """Return the component of each facet, true (F,) for facets to turn, and the number of one-sided components.
+    """Return the component of each facet, the facets (F,) to turn over so that neighbours agree, and a count.
+
+    The count is the number of one-sided components.
 
     After the turns, neighbours agree. Each facet f has two nodes: f for the unchanged facet, f + F for the facet turned
     over. The nodes of two neighbours are joined if they agree. So each component has two copies, which are separate
@@ -73,7 +75,9 @@ def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
 
 
 def _faces_wrong(first: FloatArray, areas: FloatArray, piece: Index, edges: Edges) -> Flags:
-    """Return (F,) true if the component of a facet is open and faces down, or is closed and faces inwards.
+    """Return (F,) true if the component of a facet must be turned over to face the free side.
+
+    An open component must face up, a closed component outwards.
 
     first : (F, 3) m, the first corner of each facet; areas : (F, 3) m^2, as in `Winding`
     """

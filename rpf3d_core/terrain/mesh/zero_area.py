@@ -15,7 +15,7 @@ NO_AREA_AT_ALL = "no facet has an area, for the corners of each lie on one line;
 
 
 def without_area(vertices: FloatArray, triangles: NDArray[np.int32], areas: FloatArray) -> NDArray[np.bool_]:
-    """Return (F,) true for facets without area.
+    """Return (F,) true for facets without area, which no rock can touch and which have no normal.
 
     The longest side is computed only for the few facets that may have no area.
 

@@ -1,1 +1,1 @@
-"""The synthetic open pit: its design, its relief and its mesh."""
+"""The synthetic open pit, for demos and tests: its design, its relief and its mesh."""

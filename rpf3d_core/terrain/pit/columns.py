@@ -18,15 +18,21 @@ IndexArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 SECTION = 1.0e6
-"""Difference of the keys between two sections of a profile (wall, ramp, wall, ...); far above any row or offset."""
+"""Difference of the points' keys between two sections of a profile (wall, ramp, wall, ...).
+
+The difference is far above any row number or offset.
+"""
 GROUND_KEY, FLOOR_KEY = 5.0e5, -2.0e4
-"""Keys of ground and floor points: this value plus the offset in m, so after or before all rows of the wall."""
+"""Sorting keys of points on the ground outside the pit and on the floor, at offset 0.
+
+A point's key is this value plus its offset in m.
+"""
 OUTWARD_GROWTH = 1.5
 """Edge length on the natural ground over the edge length in the pit (-)."""
 
 
 class Spacing(NamedTuple):
-    """The target length of the mesh edges, and distances that depend on this length; edge : m."""
+    """The target length of the mesh edges (edge, m), and distances that depend on this length."""
 
     edge: float
 
@@ -37,12 +43,12 @@ class Spacing(NamedTuple):
 
     @property
     def row_gap(self) -> float:
-        """Distance (m) to the ramp's edge within which all other rows merge with the edge."""
+        """Distance (m) to the ramp's edge within which all other rows of points are merged with the edge."""
         return 0.4 * self.edge
 
 
 class Columns(NamedTuple):
-    """P points in N columns, sorted by column, then outwards.
+    """The points of a pit in N columns (profiles from the floor outwards), P points, sorted by column, then outwards.
 
     column : (P,) ; offset : (P,) m ; height : (P,) m above the floor
     key_ahead, key_behind : (P,) place of the point among the points of its own and the next, or the previous, column
@@ -66,7 +72,7 @@ class Columns(NamedTuple):
 
 
 class RampTurn(NamedTuple):
-    """One turn of the ramp where it crosses the N columns; every array is (N,).
+    """One turn of the ramp, where it crosses the N columns; every array is (N,).
 
     exists : true where the ramp exists ; face : number of the bench face that the ramp cuts
     part : share of this bench face below the ramp (-) ; height : of the ramp, m
@@ -83,7 +89,10 @@ class RampTurn(NamedTuple):
 
 
 class Points(NamedTuple):
-    """A block of points as arrays (rows, N), to be joined with other blocks; for the fields see `Columns`."""
+    """One group of points, such as the wall or the floor, as arrays (rows, N), to be joined to columns.
+
+    For the fields see `Columns`.
+    """
 
     offset: FloatArray
     height: FloatArray
@@ -94,7 +103,7 @@ class Points(NamedTuple):
 
 
 def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
-    """Return the points of a pit in `count` columns, the first at the foot of the ramp."""
+    """Return the points of a pit in `count` columns (profiles from floor to ground), from the foot of the ramp on."""
     last = round(design.turns * count) if design.turns > 0.0 else -1
     crossings = [crossing_of(design, count, last, turn) for turn in range(last // count + 1)]
     rows = rows_of(design, spacing.edge)
@@ -105,7 +114,7 @@ def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
 
 
 def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
-    """Return where a turn of the ramp crosses the columns; the ramp's length is stretched to end at a column."""
+    """Return where one turn of the ramp crosses the columns: its height and the offsets of its edges in each column."""
     step = np.arange(count) + turn * count
     height = design.ramp_height(np.minimum(step, last) * (design.turns / last))
     coordinate = design.bench_coordinate(height)
@@ -123,7 +132,10 @@ def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
 
 
 def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatArray, spacing: Spacing) -> Points:
-    """Return the points of bench faces and benches; invalid points, which are omitted later, have an offset as well."""
+    """Return the points of bench faces and benches in all columns, moved outwards where the ramp lies below.
+
+    Points that the ramp replaces are marked as not valid.
+    """
     shape = (len(rows.kind), len(p))
     below = np.zeros(shape)
     for crossing in crossings:
@@ -142,7 +154,7 @@ def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatA
 
 
 def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
-    """Return the distance (W, N), m, by which to move the rows of the bench face that the ramp cuts.
+    """Return the distance (W, N), m, by which rows of a bench face move where the ramp cuts it, so that berms taper.
 
     The berm below the ramp tapers towards the ramp, and the berm above tapers away from it. If a share f of the face
     lies below the ramp, the berm at the toe of the face is f w wide and the berm at its crest (1 - f) w.
@@ -155,7 +167,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
 
 
 def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
-    """Return (W, N) true for points of inner bench rows that do not fit on a tapered berm."""
+    """Return (W, N) true for points of inner bench rows that do not fit on a tapered berm, and are omitted."""
     bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
     edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
     steps_up = rows.face[:, None] - crossing.face
@@ -176,7 +188,7 @@ def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing)
 
 
 def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing) -> Points:
-    """Return the points across one turn of the ramp, level from its inner to its outer edge."""
+    """Return the points of the haul ramp along one of its turns: lines across the ramp, level from edge to edge."""
     parts = max(1, round(design.strip / spacing.edge))
     across = np.arange(parts + 1)[:, None]
     offset = crossing.inner + across * (design.strip / parts)
@@ -194,7 +206,7 @@ def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing)
 
 
 def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
-    """Return the points of the floor's outer part, up to the toe of the lowest face."""
+    """Return the points of the pit floor's outer part, up to the toe of the lowest bench face."""
     reach = wall.offset[0] - design.inner
     parts = max(1, round(float(reach.mean()) / spacing.edge))
     offset = design.inner + np.arange(parts)[:, None] / parts * reach
@@ -211,7 +223,7 @@ def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spaci
 
 
 def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
-    """Return points that are neither on the wall nor on the ramp."""
+    """Return points that are neither on the wall nor on the ramp: points of the floor and of the natural ground."""
     nowhere = np.full(offset.shape, -1)
     return Points(
         offset=offset, height=height, key=key, row=nowhere, ramp=nowhere, valid=np.ones(offset.shape, dtype=bool)
@@ -219,7 +231,7 @@ def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
 
 
 def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
-    """Return the valid points of all blocks, sorted by column and key."""
+    """Return the valid points of all groups (floor, wall, ramp, ground) in one `Columns`, sorted by column and key."""
     count = blocks[0].offset.shape[1]
     valid = np.concatenate([block.valid for block in blocks])
     column = np.broadcast_to(np.arange(count), valid.shape)[valid]
@@ -250,7 +262,7 @@ def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
 def key_at_top(
     column: IndexArray, offset: FloatArray, key: FloatArray, at_top: Mask, rows: int, last: int
 ) -> FloatArray:
-    """Return the keys of the points for the connection to the next column, corrected at the top of the ramp.
+    """Return the sorting keys of points for the triangles to the next column, corrected at the top of the ramp.
 
     The last line across the ramp counts there as natural ground, with the crest at its inner edge.
     """
@@ -265,7 +277,7 @@ def key_at_top(
 
 
 def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot: Mask) -> FloatArray:
-    """Return the keys of the points for the connection to the previous column, corrected at the foot of the ramp.
+    """Return the sorting keys of points for the triangles to the previous column, corrected at the foot of the ramp.
 
     The first line across the ramp counts there as floor, with the toe at its outer edge.
     """

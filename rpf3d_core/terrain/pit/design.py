@@ -4,8 +4,8 @@ A place on the wall has two coordinates: p, the fraction of a turn around the pi
 the ramp), and the offset o (m) outwards from the floor outline, along the outline's normal. With offsets along the
 normal, the bench faces keep their angle for any outline. A profile at p consists, from the floor up, of bench face,
 berm, bench face, berm, ..., crest. The ramp is a strip cut into the profiles at a height that increases with p; the
-parts above the strip are moved outwards. With every turn the wall therefore moves outwards by the width of the ramp
-minus one berm, and all level lines are slowly widening spirals that end at the ramp.
+wall above the strip is moved outwards. With every turn the wall therefore moves outwards by the width of the ramp minus
+one berm, and all contour lines are slowly widening spirals that end at the ramp.
 """
 
 import math
@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.pit.parameters import Pit
 
 SAMPLES = 4096
-"""Samples of the plan in one turn: about 1 m apart on a pit of the thesis' size."""
+"""Number of places in one turn around the pit at which the plan is computed: about 1 m apart in the thesis' pit."""
 LOBES = ((3, 0.058, 3.13), (4, 0.022, 4.13), (5, 0.011, 3.47))
 """Waves of the outline: number of waves around the pit, amplitude over the radius (-), phase (rad); chosen by eye."""
 WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
@@ -26,15 +26,18 @@ WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
 INNER_SHARE = 0.14
 """Width of the outer ring of the floor that is meshed together with the walls, over the floor's radius (-)."""
 LEAST_STRETCH = 0.25
-"""Least length of an offset line over the length of the outline (-); below it the plan counts as folded."""
+"""Least length of a line at an offset from the outline, over the outline's length (-).
+
+Below it the plan folds over itself.
+"""
 MOST_TURNS = 12
 FACES_BETWEEN_TURNS = 2.5
-"""Least height between two turns of the ramp over the height of a face (-)."""
+"""Least height between two turns of the ramp, over the height of a bench face (-)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """All data of a pit that the mesh needs.
+    """The design of a pit: all data from which the mesh is made.
 
     pit : its parameters; cot : run over rise of the faces (-)
     angle : (SAMPLES + 1,) polar angle of the floor outline at p = 0 ... 1, rad
@@ -56,18 +59,18 @@ class Design:
 
     @property
     def zones(self) -> tuple[str, ...]:
-        """Names of the zones: the benches from the top, then the other zones."""
+        """Names of the pit's zones: the benches from the top, then the other zones."""
         benches = tuple(f"bench_{number}" for number in range(1, self.benches + 1))
         return (*benches, "face", "ramp", "floor", "spill", "ground")
 
     @property
     def benches(self) -> int:
-        """Number of catch benches."""
+        """Number of catch benches of the pit."""
         return len(self.pit.levels) - 2 if self.pit.bench_widths[1] > 0.0 else 0
 
     @property
     def surface_area(self) -> float:
-        """Approximate area of the pit's surface, m^2; gives a first value for the edge length."""
+        """Approximate area of the pit's surface, m^2, from which the edge length of the mesh is first estimated."""
         rings = np.linspace(0.0, self.crest_offset, 2)
         plan = math.pi * (self.pit.floor_radius + rings) ** 2
         steepness = 1.0 / math.sin(math.radians(self.pit.face_angle_deg)) * self.pit.levels[-1] / self.crest_offset
@@ -76,30 +79,35 @@ class Design:
 
     @property
     def crest_offset(self) -> float:
-        """Mean offset of the crest, m."""
+        """Mean horizontal distance of the crest from the floor outline, m."""
         berms = (len(self.pit.levels) - 2) * float(self.width.mean())
         return float(self.pit.levels[-1]) * self.cot + berms + float(self.push(0.5, 0.5))
 
     def width_at(self, p: FloatArray) -> FloatArray:
-        """Return the bench width, m, at p."""
+        """Return the bench width, m, at places around the pit; p : fraction of a turn."""
         return sampled(p % 1.0, 1.0, self.width)
 
     def plan(self, p: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y, m, of places on the wall."""
+        """Return x and y, m, of places on the wall, from their fraction p of a turn and their offset (m) outwards."""
         x, y, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return x + offset * nx, y + offset * ny
 
     def outward(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y of the outline's outward unit normal at p."""
+        """Return x and y of the floor outline's unit normal, outwards, at places around the pit.
+
+        P : fraction of a turn.
+        """
         _, _, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return nx, ny
 
     def angle_at(self, p: FloatArray) -> FloatArray:
-        """Return the polar angle, rad, of the outline at p."""
+        """Return the polar angle, rad, of the floor outline at places around the pit; p : fraction of a turn."""
         return sampled(p % 1.0, 1.0, self.angle)
 
     def push(self, p: FloatArray | float, ramps_below: FloatArray | float) -> FloatArray:
-        """Return the distance, m, by which the ramp pushes the wall at p outwards.
+        """Return the distance, m, by which the ramp moves the wall outwards, because it needs room below the wall.
+
+        p : fraction of a turn around the pit
 
         ramps_below : number of turns of the ramp below the place
         """
@@ -110,18 +118,25 @@ class Design:
         return pushed
 
     def ramp_height(self, turn: FloatArray) -> FloatArray:
-        """Return the height of the ramp above the floor, m, `turn` turns from its foot."""
+        """Return the height of the ramp above the floor, m.
+
+        turn : number of turns around the pit from the ramp's foot
+        """
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
-        """Return the height as a bench coordinate: i at level i, linear in between."""
+        """Return the height as a number of benches: i at the top of bench face i, linear in between."""
         benches: FloatArray = np.interp(height, self.pit.levels, np.arange(len(self.pit.levels), dtype=float))
         return benches
 
     def wall_offset(
         self, p: FloatArray, height: FloatArray, berms: FloatArray, ramps_below: FloatArray | float
     ) -> FloatArray:
-        """Return the offset, m, of the wall at p and a height in m, with a number of bench widths and ramp turns below.
+        """Return the horizontal distance (offset, m) of the wall from the floor outline, at a place around the pit.
+
+        p : fraction of a turn around the pit; height : m above the floor
+
+        berms : number of bench widths below the place; ramps_below : number of turns of the ramp below the place
 
         At the ramp's inner edge `berms` is the bench coordinate minus one: at level i the inner edge is the crest of
         face i. The berm at that level therefore tapers to nothing, and continues outside the ramp.
@@ -131,7 +146,10 @@ class Design:
 
 
 def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
-    """Return interpolated values at places from 0 to `end`; samples : values at evenly spaced places in this range."""
+    """Return interpolated values of a function at places from 0 to `end`, from its values at evenly spaced places.
+
+    samples : the values at the evenly spaced places
+    """
     values: FloatArray = np.interp(place, np.linspace(0.0, end, len(samples)), samples)
     return values
 
@@ -153,7 +171,9 @@ def design_of(pit: Pit) -> Design:
 
 
 def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the floor outline at polar angles in rad: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
+    """Return the floor outline of the pit at polar angles in rad: x, y (m) and its direction, speed and curvature.
+
+    Results: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
 
     An ellipse of the given elongation with a few waves; closed forms of a polar curve r(angle).
     """
@@ -165,7 +185,7 @@ def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the outline's radius (m) at polar angles in rad, and its first and second derivative."""
+    """Return the radius (m) of the floor outline at polar angles in rad, and its first and second derivative."""
     a2, turned = pit.elongation, angle - math.radians(pit.long_axis_deg)
     g = 0.5 * (1.0 / a2 + a2) + 0.5 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
     g1, g2 = -(1.0 / a2 - a2) * np.sin(2.0 * turned), -2.0 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
@@ -179,7 +199,9 @@ def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def evenly_round(pit: Pit, offset: float) -> FloatArray:
-    """Return polar angles (SAMPLES + 1,) around the pit from the foot of the ramp, evenly spaced on an offset line.
+    """Return polar angles (SAMPLES + 1,) around the pit, from the foot of the ramp, at equal distances on a line.
+
+    The line lies at a constant offset from the floor outline; the columns of the mesh start at such angles.
 
     offset : of the line, m
     """
@@ -193,7 +215,7 @@ def evenly_round(pit: Pit, offset: float) -> FloatArray:
 
 
 def bench_width(pit: Pit) -> FloatArray:
-    """Return the bench width (SAMPLES + 1,) around the pit, m; it varies from the least to the greatest width."""
+    """Return the bench width (SAMPLES + 1,) around the pit, m; it varies between the limits that the user gave."""
     p = np.linspace(0.0, 1.0, SAMPLES + 1)
     wave = np.zeros(SAMPLES + 1)
     for number, amplitude, phase in WIDENINGS:
@@ -205,7 +227,7 @@ def bench_width(pit: Pit) -> FloatArray:
 
 
 def obliqueness(pit: Pit, cot: float) -> float:
-    """Return the ramp width along the outline's normal over the true ramp width (-).
+    """Return the ramp width along the outline's normal over the true ramp width (-), to place the ramp in a profile.
 
     The ratio is above 1, because the ramp moves outwards while it climbs.
     """
@@ -214,7 +236,9 @@ def obliqueness(pit: Pit, cot: float) -> float:
 
 
 def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip: float) -> tuple[FloatArray, float]:
-    """Return the heights of the ramp (L,) at evenly spaced p from the foot to the crest, m, and its number of turns.
+    """Return the heights of the ramp (L,), m, at even steps around the pit from the foot to the crest, and its turns.
+
+    The second result is the number of turns around the pit.
 
     The rise per step is the grade times the distance along the ramp's middle line (explicit Euler, steps of about 1 m).
     """
@@ -240,7 +264,7 @@ def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip
 
 
 def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
-    """Raise `TerrainError` if lines at the innermost or outermost offset would fold over themselves."""
+    """Raise `TerrainError` if the plan of the pit folds over itself at the innermost or outermost offset."""
     curvature = outline(pit, np.linspace(0.0, 2.0 * math.pi, SAMPLES))[5]
     stretch = min(float(np.min(1.0 + curvature * inner)), float(np.min(1.0 + curvature * outer)))
     if stretch < LEAST_STRETCH:
@@ -248,7 +272,7 @@ def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
 
 
 def refuse_close_turns(pit: Pit, climb: FloatArray, turns: float) -> None:
-    """Raise `TerrainError` if two turns of the ramp have less than FACES_BETWEEN_TURNS faces between them."""
+    """Raise `TerrainError` if the ramp runs too close above itself: less than FACES_BETWEEN_TURNS faces apart."""
     place = np.linspace(0.0, turns, len(climb))
     between = np.diff(pit.levels).max() * FACES_BETWEEN_TURNS
     if turns > 1.0 and np.any((sampled(place + 1.0, turns, climb) - climb)[place <= turns - 1.0] < between):

@@ -9,7 +9,7 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.frame import FloatArray
 
 WHOLE = ("triangles", "seed", "waste_benches", "ore_benches", "spills")
-"""Parameters that are counts."""
+"""Names of the parameters that are counts and must be whole numbers."""
 RANGES: dict[str, tuple[float, float]] = {
     "triangles": (2_000, 5_000_000),
     "seed": (0, 2**63),
@@ -30,7 +30,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "rim_width": (20.0, 2000.0),
     "crest_altitude": (-500.0, 9000.0),
 }
-"""Bounds of the numbers, both included, in their own units."""
+"""Least and greatest valid value of each parameter, in its own unit."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Pit:
     crest_altitude: float = 1688.0
 
     def __post_init__(self) -> None:
-        """Refuse values out of range, with the name of the parameter."""
+        """Raise `TerrainError` for values out of range, with the name of the parameter."""
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:
@@ -101,6 +101,6 @@ class Pit:
 
     @cached_property
     def levels(self) -> FloatArray:
-        """Heights (n + 1,) of floor, benches and crest above the floor, from the lowest, m."""
+        """Heights (n + 1,) m above the floor: of the floor itself, of each bench, and of the crest, from the lowest."""
         heights = [self.ore_bench_height] * self.ore_benches + [self.waste_bench_height] * self.waste_benches
         return np.concatenate([[0.0], np.cumsum(heights)])

@@ -17,19 +17,19 @@ from rpf3d_core.terrain.pit.rows import BENCH, CREST, FACE, TOE
 OCTAVES = (24.0, 12.0, 6.0, 3.0)
 """Wavelengths of the roughness, m; facets of 1 m^2 are too large to show shorter waves."""
 HURST = 0.8
-"""Exponent of the amplitude as a power of the wavelength (-): a common value for rough rock surfaces."""
+"""Exponent by which the roughness grows with its wavelength (-): a common value for rough rock surfaces."""
 WAVES = 6
-"""Number of plane waves of random direction per wavelength."""
+"""Number of plane waves of random direction for each wavelength of the roughness."""
 SMOOTH_SHARE = 1.0 / 3.0
 """Roughness of the graded surfaces, ramp and floor, over the roughness of faces and benches (-)."""
 HILLS = (900.0, 420.0)
-"""Wavelengths of the natural ground, m."""
+"""Wavelengths of the hills on the natural ground, m."""
 HILL_HEIGHT = 8.0
-"""Standard deviation of the natural ground at the outer edge, m; it increases from zero over the width of the rim."""
+"""Standard deviation of the natural ground at the outer edge, m; it increases from zero at the crest."""
 LEAST_SPILL, MOST_SPILL = 0.6, 0.95
-"""Reach of a spill over the width of its bench (-): figure 5-9 of the thesis shows spills within the bench."""
+"""Limits of the reach of a spill over the width of its bench (-), after figure 5-9 of the thesis."""
 LONGEST_SPILL = 3.0
-"""Largest reach of a spill along the bench over its reach across (-)."""
+"""Largest reach of a spill along its bench, over its reach across the bench (-)."""
 HIGHEST_SPILL = 0.8
 """Largest height of a spill over the height of the bench face behind the spill (-)."""
 SLACK = 1.3
@@ -41,7 +41,7 @@ TRIES = 40
 
 
 class Waves(NamedTuple):
-    """A sum of K plane waves: vector (K, 3) rad/m, phase (K,) rad, amplitude (K,)."""
+    """A sum of K plane waves that makes relief: wave vector (K, 3) rad/m, phase (K,) rad, amplitude (K,)."""
 
     vector: FloatArray
     phase: FloatArray
@@ -49,7 +49,7 @@ class Waves(NamedTuple):
 
 
 def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: bool) -> Waves:
-    """Return waves of random direction (in plan or in space) whose sum has a standard deviation of 1."""
+    """Return waves of random direction (in plan or in space) for relief; their sum has a standard deviation of 1."""
     vectors, amplitudes = [], []
     for length in lengths:
         direction = random.normal(size=(WAVES, 3))
@@ -65,7 +65,7 @@ def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: b
 
 
 def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the sum of the waves at points (P,)."""
+    """Return the height of the relief at points (P,): the sum of the waves there."""
     total = np.zeros(len(x))
     for (kx, ky, kz), phase, amplitude in zip(waves.vector, waves.phase, waves.amplitude, strict=True):
         total += amplitude * np.sin(kx * x + ky * y + (kz * z + phase))
@@ -73,13 +73,13 @@ def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -
 
 
 def roughness(design: Design, points: FloatArray) -> FloatArray:
-    """Return the height (P,), m, of the small-scale relief at points (P, 3), with the standard deviation of the pit."""
+    """Return the height (P,), m, of the small-scale relief (roughness) at points (P, 3), from the pit's parameters."""
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=1))
     return design.pit.roughness * height_of_waves(drawn_waves(random, OCTAVES, plan=False), *points.T)
 
 
 def steepness(design: Design, columns: Columns) -> FloatArray:
-    """Return the factor (P,) from roughness along the normal to displacement along z, for the points of the columns.
+    """Return the factor (P,) that turns roughness normal to the surface into a displacement along z, for all points.
 
     On bench faces the factor is above 1; at the edges of bench faces the mean slope counts. Points move along z and not
     along the normal, so that every facet's normal points upwards for any roughness.
@@ -106,7 +106,7 @@ def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
 
 
 class Spill(NamedTuple):
-    """A cone of loose rock at the toe above bench `level`.
+    """A cone of loose rock (spill) that lies on bench `level`, against the bench face behind it.
 
     p : fraction of a turn around the pit ; level : number of the level, counted from the floor
     across, along : reach of the spill across and along the bench, m ; height : m
@@ -128,7 +128,7 @@ def drawn_spills(design: Design) -> list[Spill]:
 
 
 def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
-    """Return one spill; None if no free place was found."""
+    """Return one spill at a random place; None if no place away from the ramp was found."""
     for _ in range(TRIES):
         p, level = float(random.uniform()), int(random.integers(1, design.benches + 1))
         across = random.uniform(LEAST_SPILL, MOST_SPILL) * float(design.width_at(np.array([p]))[0])
@@ -141,14 +141,19 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 
 
 def near_ramp(design: Design, p: float, level: int) -> bool:
-    """True if the ramp passes within 1.3 bench heights of this level at p."""
+    """True if the ramp passes within 1.3 bench heights of a bench, so that a spill has no room on the bench there.
+
+    p : fraction of a turn around the pit
+
+    level : number of the bench, counted from the floor
+    """
     turns = np.arange(p, max(design.turns, 0.0), 1.0)
     coordinate = design.bench_coordinate(design.ramp_height(turns))
     return bool(np.any(np.abs(coordinate - level) < 1.3))
 
 
 def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray[np.bool_]:
-    """Raise points (P, 3) under the spills, in place; return true (P,) for points that lie on a spill."""
+    """Raise the points (P, 3) under the spills, in place; return true (P,) for points that lie on a spill."""
     raised = np.zeros(len(points), dtype=bool)
     first = np.searchsorted(columns.column, np.arange(columns.around + 1))
     for spill in drawn_spills(design):
@@ -169,7 +174,7 @@ def cone(design: Design, columns: Columns, spill: Spill, points: FloatArray) -> 
 
 
 def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tuple[float, float]:
-    """Return x and y, m, of the place at p on the toe line of the bench face behind a spill."""
+    """Return x and y, m, of a point on the toe of the bench face behind a spill; p : fraction of a turn."""
     toe = columns.wall[toe_row(columns, spill)]
     offset = np.interp(p * columns.around, np.arange(columns.around + 1), np.append(toe, toe[0]))
     x, y = design.plan(np.array([p]), np.array([offset]))
@@ -177,7 +182,7 @@ def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tup
 
 
 def toe_row(columns: Columns, spill: Spill) -> int:
-    """Return the row of the toe of the bench face behind a spill."""
+    """Return the row number of the toe of the bench face behind a spill."""
     return int(np.flatnonzero((columns.rows.kind == TOE) & (columns.rows.face == spill.level + 1))[0])
 
 

@@ -1,4 +1,4 @@
-"""Make the rows of a pit's wall: the points that every profile of the wall has, from the floor's edge to the crest."""
+"""Make the rows of a pit's wall: lines of points around the pit, at the toes, the crests and in between."""
 
 from typing import NamedTuple
 
@@ -14,14 +14,14 @@ TOE, FACE, CREST, BENCH = range(4)
 
 
 class Rows(NamedTuple):
-    """The W rows of a wall, in order from the floor up.
+    """The W rows of the pit's wall (lines of points around the pit), in order from the floor up.
 
     kind : (W,) TOE, FACE, CREST or BENCH (FACE and BENCH: on a face or bench; TOE and CREST: where a face begins or
         ends)
     face : (W,) number of the face, 1 is the lowest; for BENCH rows the face below the bench
     height : (W,) m above the floor, without ramp or roughness
     berms : (W,) number of bench widths between the edge of the floor and the row; a fraction on a bench
-    coordinate : (W,) height as a bench coordinate
+    coordinate : (W,) height as a bench coordinate (`Design.bench_coordinate`)
     """
 
     kind: Array
@@ -32,7 +32,7 @@ class Rows(NamedTuple):
 
 
 def rows_of(design: Design, edge: float) -> Rows:
-    """Return the rows of the wall, about `edge` m apart, with a row at every toe and every crest."""
+    """Return the rows of points of the wall, about `edge` m apart, with a row at every toe and every crest."""
     levels = design.pit.levels
     found: list[tuple[int, int, float, float, float]] = []
     for face in range(1, len(levels)):
@@ -46,7 +46,10 @@ def rows_of(design: Design, edge: float) -> Rows:
 
 
 def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
-    """Return toe, inner rows and crest of a bench face; without berms only the lowest bench face has a toe row."""
+    """Return the rows of points of one bench face: toe, inner rows and crest.
+
+    Without berms only the lowest bench face has a toe row.
+    """
     low, high = design.pit.levels[face - 1], design.pit.levels[face]
     parts = max(1, round((high - low) * np.hypot(1.0, design.cot) / edge))
     berms = float(face - 1)
@@ -57,7 +60,7 @@ def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, fl
 
 
 def bench_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
-    """Return the rows on the bench above a face, without its crest and the next toe."""
+    """Return the rows of points on the bench above a face, without the bench's crest and the next toe."""
     parts = max(1, int(np.ceil(float(design.width.mean()) / edge - 0.25)))
     height = design.pit.levels[face]
     return [(BENCH, face, height, face - 1.0 + part / parts, float(face)) for part in range(1, parts)]

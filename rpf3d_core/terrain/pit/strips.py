@@ -1,4 +1,7 @@
-"""Fill the strips between neighbouring lines of points with triangles; the lines may differ in their point counts."""
+"""Fill the strip between two neighbouring lines of points with triangles.
+
+The lines may differ in their point counts.
+"""
 
 from typing import NamedTuple
 
@@ -11,7 +14,7 @@ IndexArray = NDArray[np.int64]
 
 
 class StripLines(NamedTuple):
-    """Lines of points, one per strip.
+    """The lines of points on one side of all strips, one line per strip.
 
     strip : (A,) number of the strip, ascending; key : (A,) place along the line, ascending within a strip
     point : (A,) index of the point
@@ -23,7 +26,7 @@ class StripLines(NamedTuple):
 
 
 def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, IndexArray]:
-    """Return triangles that fill the strips between right and left lines, in the order of the keys.
+    """Return triangles that fill the strips between neighbouring lines of points, a right and a left line each.
 
     Each point except the first of a line makes one triangle: with the previous point on its line and with the point
     last passed on the other line. Points of equal key are passed together, so an edge joins them. The two lines of a
@@ -50,7 +53,7 @@ def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, In
 
 
 def starts(strip: IndexArray) -> NDArray[np.bool_]:
-    """Return true for entries that are the first of their strip."""
+    """Return true for entries that are the first of their strip, which make no triangle."""
     first = np.ones(len(strip), dtype=bool)
     first[1:] = strip[1:] != strip[:-1]
     return first

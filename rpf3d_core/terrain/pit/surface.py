@@ -12,15 +12,18 @@ from rpf3d_core.terrain.pit.strips import StripLines, strip_triangles
 
 IndexArray = NDArray[np.int64]
 STEEP_SHARE = 0.5
-"""Least slope of a segment in zone `face`, over the slope of the bench faces (-); other segments are level."""
+"""Least slope of a profile segment in zone `face`, over the slope of the bench faces (-).
+
+Other segments count as level.
+"""
 ROUNDING = 1.0e-9
-"""Precision to which levels are compared, as a share of a bench height (-)."""
+"""Precision to which bench levels are compared, as a share of a bench height (-)."""
 FEWEST_ROUND = 6
-"""Least number of points in a ring of the floor."""
+"""Least number of points in a ring of the floor's mesh."""
 
 
 def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,) of a pit."""
+    """Return the mesh of a pit: vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,)."""
     points, spilled = wall_vertices(design, columns)
     triangles, zone = wall_triangles(design, columns)
     zone[spilled[triangles].sum(axis=1) >= 2] = design.zones.index("spill")
@@ -32,7 +35,7 @@ def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[Floa
 
 
 def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the points (P, 3) m of the columns with all their relief, z above the floor, and true (P,) for spills."""
+    """Return the points (P, 3) m of the columns with all relief, z above the floor, and true (P,) for spills."""
     x, y = design.plan(columns.column / columns.around, columns.offset)
     points = np.stack([x, y, columns.height], axis=1)
     spilled = pile_spills(design, columns, points)
@@ -41,7 +44,7 @@ def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray
 
 
 def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
-    """Return triangles (T, 3) between the columns, and their zones (T,)."""
+    """Return triangles (T, 3) that join neighbouring columns of points, and the zones (T,) of the triangles."""
     every, ahead = np.arange(len(columns.column)), columns.column
     turned = np.roll(every, -int(np.searchsorted(columns.column, 1)))
     behind = (columns.column[turned] - 1) % columns.around
@@ -53,7 +56,7 @@ def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexA
 
 
 def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
-    """Return the zone of the profile segment that ends at each point, for the next and for the previous column."""
+    """Return the zone of the profile segment that ends at each point, towards the next and the previous column."""
     rise, run = np.diff(columns.height, prepend=0.0), np.diff(columns.offset, prepend=0.0)
     lower = design.bench_coordinate(columns.height - np.maximum(rise, 0.0))
     flat = np.array([flat_zone(design, level) for level in range(len(design.pit.levels))])
@@ -68,7 +71,7 @@ def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArra
 
 
 def flat_zone(design: Design, level: int) -> int:
-    """Return the zone of level ground at a level."""
+    """Return the zone of level ground (floor, bench or natural ground) at a level counted from the floor (0)."""
     top = len(design.pit.levels) - 1
     if level in (0, top):
         return design.zones.index("floor" if level == 0 else "ground")
@@ -76,7 +79,7 @@ def flat_zone(design: Design, level: int) -> int:
 
 
 def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int]:
-    """Return the number of points of each ring of the floor's inner part, from the outermost new ring to the middle."""
+    """Return the number of points of each ring that fills the middle of the floor, from the outermost ring inwards."""
     reach = design.pit.floor_radius + design.inner
     steps = max(1, round(reach / spacing.edge))
     around = 2.0 * np.pi * reach / spacing.edge
@@ -84,9 +87,9 @@ def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int
 
 
 def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IndexArray]:
-    """Return the new points and triangles of the floor's inner part.
+    """Return the points and triangles that fill the middle of the floor, inside the mesh of the walls.
 
-    The part consists of rings that shrink to the middle, with fewer and fewer points.
+    They form rings that shrink to the middle, with fewer and fewer points.
     """
     ring = np.searchsorted(columns.column, np.arange(columns.around))
     p = np.arange(columns.around) / columns.around
@@ -103,13 +106,13 @@ def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[Flo
 
 
 def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
-    """Return the points (P, 3) m of a ring of the floor: the innermost line of the walls' mesh, scaled by `share`."""
+    """Return the points (P, 3) m of a ring of the floor: the innermost line of the wall's mesh, scaled by `share`."""
     x, y = design.plan(p, np.full(len(p), design.inner))
     return np.stack([share * x, share * y, np.zeros(len(p))], axis=1)
 
 
 def ring_triangles(outer: IndexArray, outer_key: FloatArray, inner: IndexArray, inner_key: FloatArray) -> IndexArray:
-    """Return the triangles between two rings; a ring of one point closes the floor."""
+    """Return the triangles between two rings of the floor; an inner ring of one point closes the floor."""
     right = StripLines(
         strip=np.zeros(len(outer) + 1, dtype=np.int64), key=np.append(outer_key, 1.0), point=np.append(outer, outer[0])
     )

@@ -1,7 +1,7 @@
 """A synthetic open pit after the thesis' Arturo mine: `Pit` holds the parameters, `pit_terrain` makes the terrain.
 
 The pit looks like the drawing of a mine planner: level benches and steep faces around a floor, a haul ramp that climbs
-counter-clockwise from the floor to the rim and widens the pit where it passes, berms that taper into the ramp.
+counter-clockwise from the floor to the crest and widens the pit where it passes, berms that taper into the ramp.
 """
 
 import math
@@ -39,7 +39,7 @@ def pit_terrain(pit: Pit) -> Terrain:
 
 
 def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
-    """Return the number of columns for a mesh of about `triangles` triangles: about two triangles for each point."""
+    """Return the number of columns of points for a mesh of about `triangles` triangles: two for each point."""
     trial = columns_of(design, spacing, TRIAL_COLUMNS)
     of_a_column = 2.0 * (len(trial.column) / TRIAL_COLUMNS - 1.0)
     count = triangles / of_a_column
@@ -52,7 +52,7 @@ def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
 
 
 def floor_triangles(design: Design, spacing: Spacing, columns: int) -> int:
-    """Return the number of triangles of the floor's inner part.
+    """Return the number of triangles that fill the middle of the floor, to plan the number of columns.
 
     A ring of a points around a ring of b points makes a + b triangles; the innermost ring of a points makes a.
     """
