@@ -23,7 +23,8 @@ LONGEST = 240.0
 """Seconds after which a test that goes on has failed: without some guards a rock bounces until max_impacts."""
 NARROW, SEARCH = "rpf3d_core/detection/narrow_phase.py", "rpf3d_core/detection/search.py"
 GEOMETRY = "rpf3d_core/terrain/facet_geometry.py"
-TIES, MARCH, SUSTAINED = "rpf3d_core/simulation/march.py", "rpf3d_core/simulation/sustained.py"
+TIES = "rpf3d_core/detection/ties.py"
+MARCH, SUSTAINED = "rpf3d_core/simulation/march.py", "rpf3d_core/simulation/sustained.py"
 SETTLING = "rpf3d_core/simulation/settling.py"
 SLIDING, REBOUND = "rpf3d_core/kinetics/sliding.py", "rpf3d_core/kinetics/rebound.py"
 
