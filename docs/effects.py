@@ -58,15 +58,16 @@ SHOWN = 50
 """Characters of the longest example that the page shows."""
 
 HEAD = """# Models and effects
-For everyone who chooses what a scene simulates: every model and effect, its parameters, its sources and its cost.
+Look up here every model and effect that a scene may name, with its parameters, sources and cost.
 
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
 
-A scene names one rebound model, one ground model and any number of effects. **What it does not name is not simulated,
-not compiled, not imported and draws no random number.** You can add [your own](../howto/own-models.md).
+A scene names one rebound model, one ground model and any number of effects. **An effect that the scene does not name
+is not simulated, not compiled, not imported and uses no random number.** You can add [your
+own](../howto/own-models.md).
 
 ```yaml
-rebound: coulomb_limited         # a name, or a mapping of it to parameters: {v_half: {speed: 10}}
+rebound: coulomb_limited         # a name, or a name with parameters: {v_half: {speed: 10}}
 ground: sliding
 effects: {roughness: {angle_sd_deg: 8}}
 ```
@@ -78,28 +79,29 @@ effects: {roughness: {angle_sd_deg: 8}}
 | CC | in an independent public implementation |
 | S | quoted by another text |
 | D | derived, or checked from first principles |
-| UNCONFIRMED | general knowledge: check it before you rest a decision on it |
+| UNCONFIRMED | general knowledge: check it before you base a decision on it |
 
-A parameter with a mark alone has the source of its model. "Physics reference" is the project's collection of notes on
-the literature; it is not part of this repository.
+If a parameter has only a mark, its source is that of the model. "Physics reference" is the project's collection of
+notes on the literature; it is not part of this repository.
 
 ## What does each cost?
-*Time* is the time of a rock over its time with the defaults (`coulomb_limited`, `sliding`), without compiling: the
-median of {passes} passes in turn. *Runout* is the change of the mean horizontal runout. Both are of {rocks:,} rocks on
-a wall of one synthetic pit (150,000 triangles, `docs/effects_wall.yaml`). They show the order, not what your pit does.
-`make effects` measures them. A model without a sensible default was measured with made-up figures, which are no advice.
+*Time* is the time of flight of the rocks, divided by their time with the defaults (`coulomb_limited`, `sliding`),
+without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal runout.
+Both are for {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles, `docs/effects_wall.yaml`). They show
+only the order of magnitude for other pits. `make effects` measures them. Models without a default were measured with
+invented figures: do not use these figures as advice.
 
 """
 TEXTS = {
     "effects.scarring": """\
-In `zones`, each zone or pattern takes the other keys of this table. Keys that it leaves out have the value outside
-`zones`.
+In `zones`, each zone or pattern may have the other keys of this table. A key that is left out has the value given
+outside `zones`.
 """,
     "effects.forest": """\
 - A file of trees is a CSV with a header. It names x, y, `dbh_cm` and, where known, `height` (m), `kind` (`conifer`,
   `broadleaved`, `silver_fir`) and the foot's z, which must lie within 2 m of the ground. Without a header, the columns
   are x, y, dbh_cm, height and kind.
-- Trees that are drawn stand anywhere with the same chance. Each depends only on the seed and its number.
+- Randomly placed trees have the same probability everywhere. Each tree depends only on the seed and its number.
 - A rock that loses all its energy at a tree drops to the foot of the tree; a sliding or rolling rock lies against it.
 """,
     "effects.barriers": """\
@@ -117,11 +119,11 @@ effects:
 - A rock with at most `capacity_kj` of translational energy is caught (outcome `caught`). A rock with more breaks
   through in the same direction, and loses `taken_by_break` times the capacity.
 - Rocks that slide, roll or settle also meet barriers.
-- Every rock meets the barrier as the scene gives it, because rocks are independent of each other. For a net that was
-  hit, give `residual_height`.
+- Rocks are independent of each other, so every rock meets an undamaged barrier. For a net that was hit before, give
+  `residual_height`.
 - `capacity_kj: 0` counts the rocks that cross a line, and changes no bit of any path.
-- Whether a net is high and strong enough is for the engineer: [results](outputs.md#barriers) have p95 energies and
-  heights, and no factor of safety is applied.
+- The engineer must decide whether a net is high and strong enough: [results](outputs.md#barriers) have p95 energies and
+  heights, without a factor of safety.
 - ETAG 027 (now EAD 340059) tests nets at these maximum energy levels (kJ), classes 0 to 7: 100, 250, 500, 1000, 1500,
   2000, 3000, 4500. They are unconfirmed: look them up for the product.
 """,
