@@ -45,12 +45,12 @@ def _distances(field: Results) -> str:
     """Return what the distances mean, and which of them the field's few blocks cannot reject."""
     x, side = field["x"], field["side"]
     return wrapped(
-        "The next table gives Wasserstein's distance (m): how far the mean rock must be moved along an axis to make "
-        "the simulated distribution the field's. The field cannot reject a model that is nearer than "
-        f"{x['resampled']:.1f} m in x and {side['resampled']:.1f} m across: 95 % of bootstrap samples of the 41 blocks "
-        f"are. Two random halves of the blocks are {x['random_halves']:.1f} m apart in x and "
-        f"{side['random_halves']:.1f} m across; the two halves of the table {x['these_halves']:.1f} and "
-        f"{side['these_halves']:.1f} m."
+        "The next table has the difference of simulated and observed end points as Wasserstein's distance (m): how "
+        "far rocks must be moved on average to make the two distributions equal. The 41 blocks cannot reject a model "
+        f"with a distance below {x['resampled']:.1f} m in x and {side['resampled']:.1f} m across, because 95 % of "
+        "their bootstrap samples are as near. For comparison, two random halves of the blocks have a distance of "
+        f"{x['random_halves']:.1f} m in x and {side['random_halves']:.1f} m across, the two halves of the table "
+        f"{x['these_halves']:.1f} and {side['these_halves']:.1f} m."
     )
 
 
@@ -95,7 +95,7 @@ def _sensitivity(sensitivity: Results) -> str:
         for model, parameters in sensitivity.items() if model != "curves"
         for name, one in parameters.items()
     ]  # fmt: skip
-    return table(("model", "parameter", "two steps down", "one", "calibrated", "one", "two steps up"), rows)
+    return table(("model", "parameter", "two steps down", "one step down", "calibrated", "one step up", "two steps up"), rows)
 
 
 def _curves(curves: Results, calibrations: Results) -> str:

@@ -39,7 +39,7 @@ def _six(results: Results) -> str:
 
 def _eleven(lines: Sequence[Results]) -> str:
     slopes = list(lines[0]["contacts"])
-    head = (f"eleven contacts; slopes of {listed(slopes)} degrees", "velocity off (m/s)",
+    head = (f"eleven contacts; slopes of {listed(slopes)} degrees", "error of velocity (m/s)",
             "speed after, mean error (m/s)", "energy ratio, mean error")  # fmt: skip
     rows = [
         (label(line), *(", ".join(f"{line['contacts'][slope][key]:{form}}" for slope in slopes)
@@ -59,12 +59,12 @@ def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 def _calibrated_impacts(calibrations: Results) -> str:
     head = ("calibrated on the eleven", "speed after, rms (m/s)", "rms, each run kept out",
-            "speed after, mean error (m/s)", "velocity off (m/s)", "energy ratio, mean absolute error")  # fmt: skip
+            "speed after, mean error (m/s)", "error of velocity (m/s)", "energy ratio, mean absolute error")  # fmt: skip
     rows = [
         (model, f"{found['contacts']['speed_rms']:.2f}", f"{found['kept_out']['speed_rms']:.2f}",
          f"{found['contacts']['speed_mean']:+.2f}", f"{found['contacts']['velocity']:.2f}",
          f"{found['contacts']['ratio_absolute']:.2f}")
         for model, found in calibrations.items()
     ]  # fmt: skip
-    words = "Calibrated values (m/s off the eleven speeds; sets tried):\n\n"
+    words = "Calibrated values (error of the eleven speeds in m/s; number of sets tried):\n\n"
     return f"{words}{searched(calibrations)}\n{table(head, rows)}"

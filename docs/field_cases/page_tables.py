@@ -53,7 +53,7 @@ def halves_table(results: Results, columns: Sequence[str], keys: Sequence[str] =
             cells = [f"**{error:.1f}**" if k == 2 - which else f"{error:.1f}" for key in keys
                      for k, error in enumerate(half[key])]  # fmt: skip
             rows.append([f"{model}, {('first', 'second')[which]} half", *cells])
-    return table(("values, or the half that they fit; kept out in bold", *columns), rows)
+    return table(("values, or half of the data that they fit; kept-out half in bold", *columns), rows)
 
 
 def mean_and_sd_of(figures: Results, name: str, decimals: int = 1) -> str:

@@ -10,10 +10,10 @@ from field_cases.prose import TSCHAMUT, TSCHAMUT_FAILS
 def section(results: Results) -> str:
     """What was measured at Tschamut."""
     field, bar = results["field"], tschamut.OTHER_CODE
-    head = ("runout, simulated less seen (m)", "mean", "mean absolute", "correlation over runs", "mean end off by (m)",
+    head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs", "mean end off (m)",
             "not at rest (%)")  # fmt: skip
     rows = [
-        *((f"another code, {name}", f"{value:+.1f}", *[""] * 4) for name, value in bar.items()),
+        *((f"another program, {name}", f"{value:+.1f}", *[""] * 4) for name, value in bar.items()),
         *((label(line), f"{line['error_mean']:+.1f} ({interval_of(line['error_interval'], 0, '+')})",
            f"{line['error_absolute']:.1f}",
            f"{line['correlation']:+.2f}", f"{line['end_off']:.1f}", f"{100 * line['left']:.0f}")
