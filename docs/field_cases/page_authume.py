@@ -95,7 +95,9 @@ def _sensitivity(sensitivity: Results) -> str:
         for model, parameters in sensitivity.items() if model != "curves"
         for name, one in parameters.items()
     ]  # fmt: skip
-    return table(("model", "parameter", "two steps down", "one step down", "calibrated", "one step up", "two steps up"), rows)
+    return table(
+        ("model", "parameter", "two steps down", "one step down", "calibrated", "one step up", "two steps up"), rows
+    )
 
 
 def _curves(curves: Results, calibrations: Results) -> str:

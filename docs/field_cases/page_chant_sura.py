@@ -59,7 +59,8 @@ def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 def _calibrated_impacts(calibrations: Results) -> str:
     head = ("calibrated on the eleven", "speed after, rms (m/s)", "rms, each run kept out",
-            "speed after, mean error (m/s)", "error of velocity (m/s)", "energy ratio, mean absolute error")  # fmt: skip
+            "speed after, mean error (m/s)", "error of velocity (m/s)",
+            "energy ratio, mean absolute error")  # fmt: skip
     rows = [
         (model, f"{found['contacts']['speed_rms']:.2f}", f"{found['kept_out']['speed_rms']:.2f}",
          f"{found['contacts']['speed_mean']:+.2f}", f"{found['contacts']['velocity']:.2f}",

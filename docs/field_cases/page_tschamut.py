@@ -10,8 +10,8 @@ from field_cases.prose import TSCHAMUT, TSCHAMUT_FAILS
 def section(results: Results) -> str:
     """What was measured at Tschamut."""
     field, bar = results["field"], tschamut.OTHER_CODE
-    head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs", "mean end off (m)",
-            "not at rest (%)")  # fmt: skip
+    head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
+            "mean end off (m)", "not at rest (%)")  # fmt: skip
     rows = [
         *((f"another program, {name}", f"{value:+.1f}", *[""] * 4) for name, value in bar.items()),
         *((label(line), f"{line['error_mean']:+.1f} ({interval_of(line['error_interval'], 0, '+')})",
