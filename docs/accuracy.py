@@ -1,7 +1,7 @@
-"""Write docs/explanation/accuracy.md and its pictures: what accuracy costs on the demo pit, and on Authume.
+"""Write docs/explanation/accuracy.md and its pictures: error and time of each setting on the demo pit and at Authume.
 
 python docs/accuracy.py            (or make accuracy; takes about a minute a scene)
-python docs/accuracy.py --as-is    the text alone, around what was measured last
+python docs/accuracy.py --as-is    only the text; the last measurements stay
 """
 
 import sys
@@ -40,7 +40,7 @@ MEASURED = {
     ),
     "authume_p1": Measured("authume_p1", "Authume, with the rebound `constant`"),
 }
-"""By the name of its picture."""
+"""Sections of the page, by the name of their picture."""
 
 HEAD = """# What accuracy costs
 After this page you can choose a method, a mesh and a number of rocks by the error that each causes and the time that it
@@ -119,21 +119,21 @@ READING = """## What follows from the tables?
 """
 
 def main(arguments: list[str]) -> int:
-    """Measure and write, or renew the text alone; the exit code."""
+    """Measure and write the page, or with `--as-is` write only its text; return the exit code."""
     sections = kept_sections() if "--as-is" in arguments else [_section(*one) for one in MEASURED.items()]
     PAGE.write_text("\n".join([HEAD, *sections, READING]), encoding="utf-8")
     return 0
 
 
 def kept_sections() -> list[str]:
-    """Return the sections of the page as it is."""
+    """Return the measured sections of the existing page, so that `--as-is` can keep them."""
     page = PAGE.read_text(encoding="utf-8")
     begin, end = page.index(f"## {MEASURED['demo'].title}\n"), page.index(READING.splitlines()[0])
     return [page[begin : end - 1]]
 
 
 def _section(name: str, measured: Measured) -> str:
-    """Return what was measured on a scene, or why it was not measured."""
+    """Measure a scene; return its section of the page, or the reason if it cannot be measured."""
     began = time.process_time()
     try:
         scene = read_scene(SCENES / f"{measured.stem}.yaml")
@@ -158,12 +158,12 @@ def _section(name: str, measured: Measured) -> str:
 
 
 def bullet(text: str) -> str:
-    """Return a bullet with lines of at most 118 characters."""
+    """Return a text as a Markdown bullet with lines of at most 118 characters."""
     return textwrap.fill(f"- {text}", 118, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
-    """Return the map errors of the three tables alone, methods against steps, as Markdown."""
+    """Return short Markdown tables with the map errors only, for a section that does not need all columns."""
     (_, numerical), (_, geometric), (_, statistical) = measured
     errors = {(method, dt): error for method, dt, error, *_ in numerical if dt}
     steps = sorted({dt for _, dt in errors}, key=float, reverse=True)

@@ -27,13 +27,13 @@ ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES, PICTURES = ROOT / "examples", ROOT / "docs" / "images" / "examples"
 SIZE, DPI, COLOURS = (8.0, 4.2), 110, 256
 LIGHT = np.array([-0.5, 0.5, 0.7])
-"""Direction to the light."""
+"""Direction to the light, for shaded ground."""
 PATH, STOP, AREA, WORK = "#23406b", "#c8361e", "#d8a31a", "#8c1d82"
-"""Colours of paths, places where rocks stop, of the road, and of a fence or berm."""
+"""Colours of paths, of end points, of the road, and of a fence or berm."""
 ZONES = np.array([[0.80, 0.78, 0.73], [0.95, 0.87, 0.70], [0.75, 0.82, 0.69], [0.90, 0.71, 0.48]])
 
 Result = dict[str, Any]
-"""Names and values that a script leaves."""
+"""The variables of a script after its run, by name."""
 Box = tuple[float, float, float, float]
 """A part of the plan: least and greatest x, least and greatest y (m)."""
 

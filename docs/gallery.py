@@ -1,4 +1,4 @@
-"""Write docs/examples.md: the scripts in examples/, with their first sentences and their pictures.
+"""Write docs/examples.md, the gallery: the scripts in examples/, with their first sentences and their pictures.
 
 python docs/gallery.py
 """

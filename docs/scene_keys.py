@@ -1,4 +1,4 @@
-"""Write docs/reference/scene-file.md from the scene's own model, so that no key, bound or default stands twice.
+"""Write docs/reference/scene-file.md from the model that checks scenes, so that each bound is written only once.
 
 python docs/scene_keys.py
 """
@@ -157,7 +157,7 @@ MODELS = (
     ("ground", "The ground model, one of:", scene_models.GroundSpec),
     ("effects", "Any number of:", scene_models.EffectsSpec),
 )
-"""Keys whose parameters the page of effects has."""
+"""Keys of the scene that name models or effects; the page of effects has their parameters."""
 PIT_MEANINGS = {
     "triangles": "number of triangles; the mesh has this number within 3 %, below 5,000 within 5 %",
     "seed": "seed of roughness, spills and natural relief",
@@ -182,7 +182,7 @@ PIT_MEANINGS = {
 
 
 def document() -> str:
-    """The whole page."""
+    """Return the whole page as Markdown."""
     return "\n".join(
         [
             HEAD,
@@ -213,14 +213,14 @@ def document() -> str:
 
 
 def names(title: str, text: str, part: type[BaseModel]) -> str:
-    """The models or effects that a key may name, with links to their parameters."""
+    """Return the section on a key that names models or effects, with links to their parameters."""
     links = [f"[`{name}`](effects.md#{name})" for name in part.model_fields if name != "own"]
     own = "" if part is scene_models.GroundSpec else ", or [your own](../howto/own-models.md)"
     return f"## {title}\n{text}\n" + ",\n".join(links) + f"{own}.\n"
 
 
 def table(title: str, part: type[BaseModel], text: str = "") -> str:
-    """One part of the scene, a row a key, below a text."""
+    """Return the section on a part of the scene: a text, and a table with one row per key."""
     rows = [
         f"| `{name}` | {short(field.description or '')} | {default_of(field)} |"
         for name, field in part.model_fields.items()
@@ -231,12 +231,12 @@ def table(title: str, part: type[BaseModel], text: str = "") -> str:
 
 
 def short(description: str) -> str:
-    """A description of the model as it stands in a table: without its first article, and without "number"."""
+    """Return the description of a key for a table: without its first article, and without "number"."""
     return re.sub(r"^(a number |an? |the )", "", description)
 
 
 def default_of(field: Any) -> str:
-    """What a key is when it is left out."""
+    """Return the default of a key, as the table shows it."""
     if field.default_factory is not None:
         made = field.default_factory()
         if isinstance(made, scene_models.OneOf):
@@ -248,14 +248,14 @@ def default_of(field: Any) -> str:
 
 
 def plain(value: Any) -> str:
-    """A default as it would stand in the file."""
+    """Return a default as it would be written in a scene file."""
     if isinstance(value, bool):
         return str(value).lower()
     return str(list(value)) if isinstance(value, tuple) else str(value)
 
 
 def pit_table() -> str:
-    """The synthetic pit's parameters with their bounds."""
+    """Return the section on the synthetic pit: its parameters with bounds and defaults."""
     pit = Pit()
     rows = []
     for name in Pit.__dataclass_fields__:

@@ -23,7 +23,7 @@ FAILED = {"mean": "mean x", "ledge": "ledge", "floor": "floor"}
 
 
 def section(results: Results) -> str:
-    """Return the section of what was measured at Authume."""
+    """Return the section on Authume as Markdown."""
     field, lines = results["field"], results["lines"]
     return "\n".join([
         AUTHUME,
@@ -42,7 +42,7 @@ def section(results: Results) -> str:
 
 
 def _distances(field: Results) -> str:
-    """Return what the distances mean, and which of them the field's few blocks cannot reject."""
+    """Return the explanation of the distances, and the distance below which the few blocks cannot reject a model."""
     x, side = field["x"], field["side"]
     return wrapped(
         "The next table has the difference of simulated and observed end points as Wasserstein's distance (m): how "
@@ -84,7 +84,7 @@ def _shares(field: Results, lines: Sequence[Results]) -> str:
 
 
 def _failed(line: Results) -> str:
-    """Return the checks that a line fails."""
+    """Return the names of the checks that a line of the table fails."""
     return ", ".join(f"**{FAILED[name]}**" for name, is_met in line["checks"].items() if not is_met) or "none"
 
 
@@ -112,7 +112,7 @@ def _curves(curves: Results, calibrations: Results) -> str:
 
 
 def _reading(curves: Results) -> str:
-    """Return what the constant model's curves mean."""
+    """Return the conclusion from the curves of the constant model."""
     here, there = (authume.STEPS_OF_R_T.index(R_t) for R_t in (0.86, 0.90))
     R_n, means = next(iter(curves.items()))
     return wrapped(

@@ -7,7 +7,7 @@ from field_cases.prose import CHANT_SURA
 
 
 def section(results: Results) -> str:
-    """What was measured at Chant Sura."""
+    """Return the section on Chant Sura as Markdown."""
     parts = [
         CHANT_SURA,
         "![Chant Sura](../pictures/validation_chant_sura.png)\n",
@@ -50,7 +50,7 @@ def _eleven(lines: Sequence[Results]) -> str:
 
 
 def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
-    """Return rows of a table with one row for all labels that have the same figures."""
+    """Return the rows of a table; labels with the same figures share one row."""
     labels: dict[tuple[str, ...], list[str]] = {}
     for name, *cells in rows:
         labels.setdefault(tuple(cells), []).append(name)

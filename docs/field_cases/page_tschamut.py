@@ -8,7 +8,7 @@ from field_cases.prose import TSCHAMUT, TSCHAMUT_FAILS
 
 
 def section(results: Results) -> str:
-    """What was measured at Tschamut."""
+    """Return the section on Tschamut as Markdown."""
     field, bar = results["field"], tschamut.OTHER_CODE
     head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
             "mean end off (m)", "not at rest (%)")  # fmt: skip
@@ -28,7 +28,7 @@ def section(results: Results) -> str:
 
 
 def _ends(field: Results, lines: Sequence[Results]) -> str:
-    """Return the table of where rocks end, over all runs."""
+    """Return the table of runout, lateral position and reach angle over all runs."""
     head = ("from the run's release", "runout (m)", "lateral mean (m)", "lateral sd (m)", "reach angle (degrees)")
     named = [("**field, 18 runs**", field), *((label(line), line) for line in lines)]
     rows = [

@@ -1,4 +1,4 @@
-"""The prose of docs/explanation/validation.md. Figures of the field are published; those of models are of `page`."""
+"""The text of docs/explanation/validation.md; most figures of models are inserted by the modules `page_*`."""
 
 HEAD = """# Validation: simulated rocks against rocks that fell
 After this page you know how far to trust a predicted runout: it compares simulated rocks with rocks that fell at three

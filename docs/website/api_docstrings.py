@@ -39,13 +39,13 @@ def paragraph_as_rst(paragraph: str) -> str:
 
 
 def blocks_as_rst(parts: list[str]) -> str:
-    """Return texts and entries of lists as reStructuredText, with a blank line between a text and a list."""
+    """Return texts and entries of lists as reStructuredText, with the blank line that a list needs before it."""
     groups = groupby(parts, key=is_entry)
     return "\n\n".join("\n".join(map(part_as_rst, group)) for _, group in groups)
 
 
 def entries(lines: list[str]) -> Iterator[str]:
-    """Yield the parts of a section; there, a line over indented lines is a name or a type, explained by those lines."""
+    """Yield the parts of a section, in which a line is a name or a type, and the indented lines below explain it."""
     for part in re.split(r"\n(?! )", "\n".join(lines)):
         first, *more = (line.strip() for line in part.split("\n"))
         if more and not is_entry(first):

@@ -1,4 +1,4 @@
-"""Links from pages to what the site does not hold: folders of the repository, and pages outside the site.
+"""Replace links from pages to targets outside the site: folders of the repository, and pages that are not included.
 
 A link to a single file becomes a download (MyST does that). A link to a folder, or to a page that the site leaves out,
 becomes its text and its path in the repository. A link to nothing stays a link, and fails the build.
@@ -25,7 +25,7 @@ class RepositoryLinks(SphinxTransform):
                 link.replace_self([*link.children, *place(link.astext(), path)])
 
     def path_of(self, link: addnodes.pending_xref) -> str | None:
-        """Return the path in the repository that a link leads to, None if it leads into the site or to nothing."""
+        """Return the path in the repository that a link leads to; None if its target is in the site or does not exist."""
         target = link["reftarget"].partition("#")[0]
         if link.get("refdomain") == "doc":
             return None if target in self.env.found_docs else f"{target}.md"
@@ -34,7 +34,7 @@ class RepositoryLinks(SphinxTransform):
 
 
 def place(text: str, path: str) -> list[nodes.Node]:
-    """Return the path as code between brackets; nothing if the text of the link says it."""
+    """Return the path as code between brackets; nothing if the text of the link has the path."""
     return [] if path in text else [nodes.Text(" ("), nodes.literal(text=path), nodes.Text(")")]
 
 
