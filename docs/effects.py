@@ -173,7 +173,7 @@ def _described(entry: CatalogueEntry) -> str:
 
 
 def _spec(entry: CatalogueEntry) -> type[ModelSpec]:
-    """Return the class with the parameters of a model or effect."""
+    """Return the class of the scene model that has the parameters of a model or effect."""
     annotation = KINDS[entry.kind].model_fields[entry.name].annotation  # type: ignore[attr-defined]
     return next(kind for kind in get_args(annotation) if issubclass(kind, ModelSpec))
 
@@ -183,7 +183,7 @@ def _wrapped(text: str) -> str:
 
 
 def _measured_with(key: str) -> list[str]:
-    """Return the lines of the scene, besides its name, with which a model or effect was measured."""
+    """Return the keys of the scene with which a model or effect was measured, for the sentence "Measured with"."""
     kind, name = key.split(".")
     example = EXAMPLES.get(key, "")
     shown = f"`{kind}: {{{name}: {example}}}`" if len(example) <= SHOWN else "the example in `docs/effects.py`"
@@ -203,7 +203,7 @@ def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
 
 
 def _part(name: str, part: type[BaseModel]) -> list[str]:
-    """Return the table of keys of a parameter that is a mapping."""
+    """Return the table for a parameter that itself has keys, such as the panels of barriers."""
     rows = []
     for key, field in part.model_fields.items():
         facts = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
@@ -217,7 +217,7 @@ def _part(name: str, part: type[BaseModel]) -> list[str]:
 
 
 def _short(meaning: str) -> str:
-    """Return the meaning of a parameter for a table: without its first article, and without "number"."""
+    """Shorten the meaning of a parameter for a table cell: remove its first article and the word "number"."""
     return re.sub(r"^(a number |an? |the )", "", meaning)
 
 
@@ -242,7 +242,7 @@ def _cost(entry: CatalogueEntry) -> tuple[str, str]:
 
 
 class Flown:
-    """Rocks on the wall with one more model or effect in the scene; measures the CPU seconds of each flight."""
+    """The rocks of the measurement, with one more model or effect in the scene; `fly` measures the CPU seconds."""
 
     def __init__(self, lines: str) -> None:
         scene = DOCS / "measured.yaml"

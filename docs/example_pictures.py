@@ -134,7 +134,7 @@ def barrier_design(figure: Figure, result: Result) -> None:
 
 
 def price_of_accuracy(figure: Figure, result: Result) -> None:
-    """Draw the error of each step against the number of steps a rock."""
+    """Draw the error of fixed time steps against the number of steps per rock."""
     axes = figure.subplots()
     axes.loglog(result["steps"], result["errors"], "o-", color=STOP, label="fixed time steps")
     axes.axvline(result["events"], color=PATH, label="event by event: exact")
@@ -164,7 +164,7 @@ def import_rockyfor3d(figure: Figure, result: Result) -> None:
 
 
 def live_node(figure: Figure, result: Result) -> None:
-    """Draw the hazard grid that the node published, with the level of the site."""
+    """Draw the map of reach probability that the node published, with the alert level of the site."""
     axes = figure.subplots()
     grid = result["grids"][-1]
     info, share = grid.info, np.array(grid.data).reshape(grid.info.height, grid.info.width)

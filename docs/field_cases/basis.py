@@ -21,7 +21,7 @@ class Axes(NamedTuple):
 
 
 class EndPoints(NamedTuple):
-    """N end points, measured from a start.
+    """N end points as distances and angles from a start, such as the mean drop point.
 
     along, across : (N,) m, horizontal; runout : (N,) m, horizontal distance
     reach_angle : (N,) degrees, slope of the line from the start to the end point
@@ -34,7 +34,7 @@ class EndPoints(NamedTuple):
 
 
 def measured_from(start: FloatArray, ends: FloatArray, axes: Axes) -> EndPoints:
-    """Return end points (N, 3) m as distances from a start (3,) m of the field, or from one start each, (N, 3) m."""
+    """Return end points (N, 3) m as distances and angles from a start (3,) m of the field, or from one start each."""
     way = ends - start
     along, across, up = (way @ axis for axis in axes)
     runout = np.hypot(along, across)

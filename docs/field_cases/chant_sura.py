@@ -40,9 +40,10 @@ SPIN = 27.0
 
 
 class Impact(NamedTuple):
-    """One measured impact: its run, the rock, velocities (3,) m/s before and after, the normal of the ground if known.
+    """One impact measured in the field, which the models must predict.
 
-    after : None if only the speed after the impact is known
+    before : velocity (3,) m/s; after : velocity (3,) m/s, None if only the speed is known; speed_after : m/s
+    normal : unit normal (3,) of the ground, None if unknown
     """
 
     name: str

@@ -21,7 +21,7 @@ def bootstrap(values: FloatArray, figure: Callable[[FloatArray], float]) -> tupl
 
 
 def distance(a: FloatArray, b: FloatArray) -> float:
-    """Return Wasserstein's distance of two samples, in the unit of the values.
+    """Return how much two samples differ: Wasserstein's distance, in the unit of the values.
 
     This is the mean distance by which the values of one sample must be moved to make it equal to the other.
     """

@@ -63,7 +63,7 @@ def measured(say: Say) -> Measured:
 
 
 def _flown(name: str, site: Any, field: dict[str, Any], ends: dict[str, Ends], say: Say) -> dict[str, Any]:
-    """Return the results of a site with end points: calibrations, and one line for each model and set of values."""
+    """Calibrate and fly all models at Authume or Tschamut; return calibrations, and a line for each set of values."""
     calibrations: dict[str, Any] = {}
     lines = []
     for row in rows():
@@ -189,7 +189,7 @@ def _completed(row: Row, parameters: Mapping[str, float], site: str) -> dict[str
 
 
 def rounded(value: Any) -> Any:
-    """Return figures rounded as in the file of results."""
+    """Round all figures in a nested result, for the file of results."""
     if isinstance(value, float):
         return round(value, DECIMALS)
     if isinstance(value, Mapping):

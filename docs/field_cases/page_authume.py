@@ -1,4 +1,4 @@
-"""The section of docs/explanation/validation.md on Authume."""
+"""Build the section of docs/explanation/validation.md on Authume from the file of results."""
 
 from collections.abc import Sequence
 

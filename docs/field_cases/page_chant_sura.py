@@ -1,4 +1,4 @@
-"""The section of docs/explanation/validation.md on Chant Sura."""
+"""Build the section of docs/explanation/validation.md on Chant Sura from the file of results."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The section of docs/explanation/validation.md on Tschamut."""
+"""Build the section of docs/explanation/validation.md on Tschamut from the file of results."""
 
 from collections.abc import Sequence
 

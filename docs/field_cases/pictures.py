@@ -71,7 +71,7 @@ def _curves(axes: Axes, results: Mapping[str, Any]) -> None:
 
 
 def _shares_below(axes: Axes, field: FloatArray, simulated: Mapping[str, FloatArray]) -> None:
-    """Draw shares of rocks below a position: the field's blocks (N,) m, and simulated rocks by model and values."""
+    """Draw cumulative distributions of positions (m): the field's N blocks, and rocks by model and values."""
     field = np.sort(field)
     axes.fill_betweenx(_steps(len(field)), *_band(field), color="0.85", label="field, bootstrap 95 %", step="mid")
     axes.step([field[0], *field], np.arange(len(field) + 1) / len(field), "k-", lw=2, where="post",
@@ -148,7 +148,7 @@ def _tschamut_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
 
 
 def _contours(axes: Axes) -> None:
-    """Draw contour lines of the approximate terrain, every 5 m."""
+    """Draw contour lines of the terrain at Tschamut, every 5 m."""
     heights = tschamut.heights()
     y, x = (tschamut.CELL * np.arange(n) for n in heights.shape)
     west, south = tschamut.CORNER

@@ -24,7 +24,7 @@ SPECIAL = re.compile(r"([\\*_|`])")
 
 
 def as_rst(docstring: str) -> str:
-    """Return a docstring as reStructuredText."""
+    """Convert a docstring of rpf3d to reStructuredText, so that Sphinx shows its lists and definitions."""
     return "\n\n".join(filter(None, map(paragraph_as_rst, re.split(r"\n\s*\n", docstring.strip("\n")))))
 
 
@@ -103,7 +103,7 @@ def code_as_rst(code: str) -> str:
 
 
 def replace_docstring(app: Any, kind: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
-    """Replace the lines of a docstring (the event `autodoc-process-docstring` of Sphinx)."""
+    """Convert a docstring for the API reference (handler of the Sphinx event `autodoc-process-docstring`)."""
     lines[:] = [*as_rst("\n".join(lines)).split("\n"), ""]
 
 
@@ -119,7 +119,7 @@ def skips(app: Any, kind: str, name: str, item: Any, skip: bool, options: Any) -
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Register both functions with Sphinx."""
+    """Connect the two handlers of this module to Sphinx, which calls this function at the start of a build."""
     app.connect("autodoc-process-docstring", replace_docstring)
     app.connect("autoapi-skip-member", skips)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -13,19 +13,19 @@ from sphinx.transforms import SphinxTransform
 
 
 class RepositoryLinks(SphinxTransform):
-    """Replace links to folders, and to pages outside the site, by their text and path."""
+    """Sphinx transform: replace links to targets outside the site, which would break, by their text and path."""
 
     default_priority = 5
 
     def apply(self, **arguments: Any) -> None:
-        """Replace the links of one page."""
+        """Replace the links of one page to targets outside the site."""
         for link in list(self.document.findall(addnodes.pending_xref)):
             path = self.path_of(link) if link.get("reftype") == "myst" else None
             if path:
                 link.replace_self([*link.children, *place(link.astext(), path)])
 
     def path_of(self, link: addnodes.pending_xref) -> str | None:
-        """Return the path in the repository that a link leads to; None if its target is in the site or does not exist."""
+        """Return the path in the repository that a link leads to; None if the target is in the site or is missing."""
         target = link["reftarget"].partition("#")[0]
         if link.get("refdomain") == "doc":
             return None if target in self.env.found_docs else f"{target}.md"
@@ -39,6 +39,6 @@ def place(text: str, path: str) -> list[nodes.Node]:
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Register the transform with Sphinx."""
+    """Add this module's transform to Sphinx, which calls this function at the start of a build."""
     app.add_transform(RepositoryLinks)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
