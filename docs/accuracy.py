@@ -101,8 +101,8 @@ terrains. To use a coarser terrain, you must make it.
   All other lines include maps.
 - **Events** have rounding errors only. To measure them, the impacts are calculated again with 50 digits on the facets
   that the rocks hit (`test/accuracy` shows the digits, and that exact arithmetic hits no other facet). Every bounce
-  off another facet may multiply a difference. So the line *events* has the change of the map if all rocks start one
-  contact tolerance further east, which is thousands of times more than rounding.
+  off another facet may multiply a difference. So the map error in the line *events* is that of a shift of all
+  rocks by one contact tolerance to the east, which is thousands of times more than rounding.
 """
 READING = """## What follows from the tables?
 - **A ten times smaller error costs ten times more time with steps.** If step and threshold shrink together, the error
