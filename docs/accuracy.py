@@ -1,7 +1,7 @@
-"""Write docs/explanation/accuracy.md and its pictures: what accuracy costs on the demo pit, and on Authume.
+"""Write docs/explanation/accuracy.md and its pictures: error and time of each setting on the demo pit and at Authume.
 
 python docs/accuracy.py            (or make accuracy; takes about a minute a scene)
-python docs/accuracy.py --as-is    the text alone, around what was measured last
+python docs/accuracy.py --as-is    only the text; the last measurements stay
 """
 
 import sys
@@ -40,97 +40,100 @@ MEASURED = {
     ),
     "authume_p1": Measured("authume_p1", "Authume, with the rebound `constant`"),
 }
-"""By the name of its picture."""
+"""Sections of the page, by the name of their picture."""
 
 HEAD = """# What accuracy costs
-This page is for engineers who choose a method, a mesh or a number of rocks. It shows what each choice does to the
-answer and what it costs.
+After this page you can choose a method, a mesh and a number of rocks by the error that each causes and the time that it
+costs.
 
 ## How do I measure it on my own scene?
 ```
 rpf3d cost SCENE --out DIR                  # a table on the screen; cost.json, cost.png, cost.rrd in DIR
-rpf3d run SCENE --out DIR --accuracy 0.05   # as many rocks as keep the error under 0.05
+rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error under 0.05
 ```
 
-`run --accuracy` reads the price list in DIR if it is of the very same scene and version, and measures it first if not.
-It keeps to the scene's terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page;
-`python docs/accuracy.py --as-is` renews its text only.
+`rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR if it
+belongs to the same scene and version; otherwise it measures it first. It does not change the terrain. `make accuracy`
+(`docs/accuracy.py`) measures and writes this page; `python docs/accuracy.py --as-is` writes only the text again.
 
 ## Which errors are measured?
-- **numerical**: how contacts are found. The same rocks fly event by event, which is exact, and in fixed time steps, as
-  in the thesis (`method: {stepping: ...}` in a scene). At each step VTK finds the closest facet. A rock that is nearer
-  than the threshold and moves into the facet has an impact. Everything else is the same code.
-  *squared* compares the squared distance with the threshold, as the thesis' code does: 0.05 then means 0.22 m.
-  *raster* steps over heights sampled in cells and has an impact at the first step below the ground; no scene can ask
-  for it.
-- **geometric**: the resolution of the terrain. The same rocks, from the same heights above the ground, fly over 1/2 to
-  1/64 of the triangles (quadric decimation). They are compared with the terrain as it is. What the survey itself misses
-  is unknown; what the first halving changes is the nearest value that can be measured.
-- **statistical**: the number of rocks. The distance of n rocks from all N that were flown (the n among them), over the
-  square root of 1 - n/N, is their expected distance from the map of all possible rocks. Beyond the largest n the error
-  goes with one over the square root of the number of rocks. (Two small ensembles cannot be compared directly: most of
-  their cells have one rock or none.)
+- **numerical**: the error of the search for contacts. The same rocks fly with two methods: event by event, which is
+  exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
+  scene). At each step VTK finds the closest facet. A rock that is nearer than the *threshold* and moves into the
+  facet has an impact. All other code is the same. Two variants: *squared* compares the squared distance with the
+  threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* replaces the mesh by heights in cells, with an
+  impact at the first step below the ground; scenes do not offer it.
+- **geometric**: the error of a coarser terrain. The same rocks, from the same heights above the ground, fly over 1/2
+  to 1/64 of the triangles (quadric decimation). Their map is compared with the map on the full terrain. The error of
+  the survey itself is unknown; the best estimate is the change from the first halving.
+- **statistical**: the error of a small number of rocks. The map of n rocks is compared with the map of all N rocks
+  flown, which include the n. The difference, divided by the square root of 1 - n/N, is the expected difference from
+  the map of all possible rocks. For numbers above the largest n, the error is proportional to one over the square
+  root of the number of rocks. (Two small ensembles cannot be compared directly: most of their cells have one rock or
+  none.)
 
-All three are **map errors**: the sum over all cells of |p - q| over the sum of p + q, with p and q the two maps of
-reach probability. 0 means equal maps, 1 maps without a common cell. It is the share of all visits to cells that one map
-has elsewhere. It depends on `hazard.cell`: smaller cells ask for more rocks.
+All three are **map errors**: the sum over all cells of |p - q|, divided by the sum of p + q. Here p and q are the
+reach probabilities of a cell in the two maps. 0 means equal maps, 1 means maps without a common cell. The map error
+depends on `hazard.cell`: smaller cells need more rocks.
 
-The **total** is the sum of the three, because a bias and an interval do not cancel. A target is met against the terrain
-as it is: its geometric error is 0 there. The cheapest setting is chosen among events and steps, over all measured
-terrains; a coarser terrain is the user's to make.
+The **total** is the sum of the three, because a systematic and a random error do not cancel. The full terrain has the
+geometric error 0. For each scene, a line below names the cheapest setting among events and steps, over all measured
+terrains. To use a coarser terrain, you must make it.
 
 ## What do the columns mean?
 | column | meaning |
 | --- | --- |
-| chance | map error between two ensembles of as many, but other, rocks |
-| shares | largest difference of a share that reaches, or stops in, an area of interest or zone |
-| impact, stop, bounce | medians: shift of the first impact and of the stop, change of the first bounce's height |
+| chance | map error between two ensembles of the same number of different rocks |
+| shares | largest difference of the share of rocks that reaches, or stops in, an area of interest or zone |
+| impact, stop, bounce | medians: shift of the first impact and of the end point, change of the first bounce's height |
 | tunnelled | share of rocks that fell through the ground |
-| half-width | of the widest 95 % Wilson interval of a share; of the 95 % interval of p95 energy, over that p95 |
-| s / 1,000 rocks | seconds of one core; ~ where a step was timed at a coarser setting |
-| compiled | the same, with the closest facet found by this program's own index |
+| half-width | half of the widest 95 % Wilson interval of a share; half of the 95 % interval of p95 energy over p95 |
+| s / 1,000 rocks | seconds of one core; ~ if the time of a step was measured at a coarser setting |
+| compiled | the same, with the closest facet found by rpf3d's own compiled search |
 
-- **Chance.** Numerical and geometric lines compare the same rocks, so errors far below chance are still seen. Where a
-  setting leads most rocks elsewhere, they are as good as other rocks: the error then contains chance and is an upper
-  end. Settings too slow for 2,000 rocks fly a half, a quarter, ... of them (`rocks` in `cost.json`). Of 500 rocks, one
-  that ends elsewhere moves the map by some thousandths.
-- **Seconds of steps.** Every step is looked at, as in the thesis, and maps are not filled. *s / 1,000 rocks* is VTK
-  called from Python, as the thesis is built, and compares programs; *compiled* (hollow in the picture) compares
-  methods. `method: {stepping: ...}` is quicker than either: it passes over steps that cannot be a contact. All other
-  lines fill their maps.
-- **Events** have errors of rounding. The facets that rocks met are followed again with 50 digits, impact by impact
-  (`test/accuracy` shows the digits, and that no other facet is met in exact arithmetic). Every bounce off another facet
-  may multiply a difference. So the line of events shows how far the *map* moves where all rocks start one contact
-  tolerance further east: thousands of times what rounding does.
+- **Chance.** Numerical and geometric lines compare the same rocks, so errors far below chance are visible. But if a
+  setting moves most rocks elsewhere, the error also contains chance and is an upper limit. Settings too slow for
+  2,000 rocks fly a half, a quarter, ... of them (`rocks` in `cost.json`). If one of 500 rocks ends elsewhere, the map
+  error is some thousandths.
+- **Seconds of steps.** Every step is tested, as in the thesis, and no maps are made. *s / 1,000 rocks* uses VTK
+  called from Python, as the thesis' program does, so it compares programs. *compiled* (hollow in the picture)
+  compares methods. `method: {stepping: ...}` is faster than both, because it skips steps that cannot be a contact.
+  All other lines include maps.
+- **Events** have rounding errors only. To measure them, the impacts are calculated again with 50 digits on the facets
+  that the rocks hit (`test/accuracy` shows the digits, and that exact arithmetic hits no other facet). Every bounce
+  off another facet may multiply a difference. So the map error in the line *events* is that of a shift of all
+  rocks by one contact tolerance to the east, which is thousands of times more than rounding.
 """
 READING = """## What follows from the tables?
-- **Ten times better steps cost ten times more.** Where step and threshold shrink together, the error goes with the step
-  and the price with its inverse (`test/accuracy` holds the order of one). Events have no such price list: their error
-  is that of rounding.
-- **A threshold is a bias that no step removes.** From some step on, smaller steps only cost. An impact is found a
-  threshold too early, which is a multiple of it along the ground where the rock comes in flat.
-- **A long step loses rocks**: a rock that moves further than twice the threshold in a step can fall through the ground.
-- **Python explains a factor of four to ten** between steps from Python and events. The steps explain the rest.
-- **A raster does not converge to the answer** as its step shrinks, but to that of another terrain. A smaller cell need
-  not be nearer: it makes stairs of a face of 70 degrees.
+- **A ten times smaller error costs ten times more time with steps.** If step and threshold shrink together, the error
+  is proportional to the step, and the time to its inverse (`test/accuracy` checks this first order). With events no
+  such choice is needed: their error is only rounding.
+- **A threshold is a systematic error that no step removes.** Below a certain step, smaller steps cost more time
+  without a smaller error. An impact is found one threshold too early. If the rock hits the ground at a flat angle,
+  the shift along the ground is several times the threshold.
+- **A long step loses rocks**: a rock that moves more than twice the threshold in one step can fall through the ground.
+- **Python causes a factor of four to ten** of the time difference between steps from Python and events. The steps
+  cause the rest.
+- **A raster converges to the result of another terrain** as its step shrinks. A smaller cell may even be worse,
+  because it turns a face of 70 degrees into stairs.
 """
 
 def main(arguments: list[str]) -> int:
-    """Measure and write, or renew the text alone; the exit code."""
+    """Measure and write the page, or with `--as-is` write only its text; return the exit code."""
     sections = kept_sections() if "--as-is" in arguments else [_section(*one) for one in MEASURED.items()]
     PAGE.write_text("\n".join([HEAD, *sections, READING]), encoding="utf-8")
     return 0
 
 
 def kept_sections() -> list[str]:
-    """Return the sections of the page as it is."""
+    """Return the measured sections of the existing page, so that `--as-is` can keep them."""
     page = PAGE.read_text(encoding="utf-8")
     begin, end = page.index(f"## {MEASURED['demo'].title}\n"), page.index(READING.splitlines()[0])
     return [page[begin : end - 1]]
 
 
 def _section(name: str, measured: Measured) -> str:
-    """Return what was measured on a scene, or why it was not measured."""
+    """Measure a scene; return its section of the page, or the reason if it cannot be measured."""
     began = time.process_time()
     try:
         scene = read_scene(SCENES / f"{measured.stem}.yaml")
@@ -155,12 +158,12 @@ def _section(name: str, measured: Measured) -> str:
 
 
 def bullet(text: str) -> str:
-    """Return a bullet with lines of at most 118 characters."""
+    """Return a text as a Markdown bullet with lines of at most 118 characters."""
     return textwrap.fill(f"- {text}", 118, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
-    """Return the map errors of the three tables alone, methods against steps, as Markdown."""
+    """Return short Markdown tables with the map errors only, for a section that does not need all columns."""
     (_, numerical), (_, geometric), (_, statistical) = measured
     errors = {(method, dt): error for method, dt, error, *_ in numerical if dt}
     steps = sorted({dt for _, dt in errors}, key=float, reverse=True)

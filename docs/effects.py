@@ -1,7 +1,7 @@
-"""Write docs/reference/effects.md: what a scene may name, and what that costs.
+"""Write docs/reference/effects.md: the models and effects that a scene may name, and their cost.
 
-python docs/effects.py            (or make effects: measures every one on a wall first; takes some minutes)
-python docs/effects.py --as-is    (from what was measured last)
+python docs/effects.py            (or make effects: measures all of them on a wall first; takes some minutes)
+python docs/effects.py --as-is    (uses the last measurements)
 """
 
 import json
@@ -28,13 +28,13 @@ from rpf3d_core.values import Outcome
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 WALL = DOCS / "effects_wall.yaml"
-"""The scene that all are measured on: plain coefficients, so that only what is named differs."""
+"""The scene for all measurements: fixed coefficients, so that only the measured model or effect differs."""
 MEASURED = ROOT / "rpf3d_core" / COSTS
 ROCKS = 4000
 PASSES = 7
 TITLES = {"rebound": "Rebound models", "ground": "Ground models", "effects": "Effects"}
 BASE = {"rebound": "coulomb_limited", "ground": "sliding"}
-"""What all are measured against: the defaults of a scene."""
+"""The models that all others are compared with: the defaults of a scene."""
 
 MADE_UP = [[0.0025 if row == column else 0.0 for column in range(9)] for row in range(9)]
 EXAMPLES: dict[str, str] = {
@@ -47,26 +47,27 @@ EXAMPLES: dict[str, str] = {
     "effects.forest": "{stems_per_ha: 400}",
     "effects.barriers": ("{panels: [{name: crest, along: [[-590, -160], [-590, 160]], height: 3, capacity_kj: 1000}]}"),
 }
-"""What stands in the scene to measure those that have no sensible default, as YAML."""
+"""Parameters, as YAML, for the measurement of models and effects without a sensible default."""
 BESIDE = {"rebound.coulomb_sphere": "ground: sphere", "ground.sphere": "rebound: coulomb_sphere"}
-"""What some of them need in the same scene."""
+"""The line that some models need in the same scene."""
 ROLLING_FRICTION = read_scene(WALL).materials["default"].rolling_friction
-"""mu_r (-) of the wall."""
+"""mu_r (-) of the material in the scene of the measurements."""
 ROLLING = ("rebound.coulomb_sphere", "ground.rolling", "ground.rolling_stone", "ground.sphere")
-"""Those that it decides, so the page states it."""
+"""Models whose result depends on ROLLING_FRICTION, so the page states its value."""
 SHOWN = 50
 """Characters of the longest example that the page shows."""
 
 HEAD = """# Models and effects
-For everyone who chooses what a scene simulates: every model and effect, its parameters, its sources and its cost.
+Look up here every model and effect that a scene may name, with its parameters, sources and cost.
 
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
 
-A scene names one rebound model, one ground model and any number of effects. **What it does not name is not simulated,
-not compiled, not imported and draws no random number.** You can add [your own](../howto/own-models.md).
+A scene names one rebound model, one ground model and any number of effects. **An effect that the scene does not name
+is not simulated, not compiled, not imported and uses no random number.** You can add [your
+own](../howto/own-models.md).
 
 ```yaml
-rebound: coulomb_limited         # a name, or a mapping of it to parameters: {v_half: {speed: 10}}
+rebound: coulomb_limited         # a name, or a name with parameters: {v_half: {speed: 10}}
 ground: sliding
 effects: {roughness: {angle_sd_deg: 8}}
 ```
@@ -78,28 +79,29 @@ effects: {roughness: {angle_sd_deg: 8}}
 | CC | in an independent public implementation |
 | S | quoted by another text |
 | D | derived, or checked from first principles |
-| UNCONFIRMED | general knowledge: check it before you rest a decision on it |
+| UNCONFIRMED | general knowledge: check it before you base a decision on it |
 
-A parameter with a mark alone has the source of its model. "Physics reference" is the project's collection of notes on
-the literature; it is not part of this repository.
+If a parameter has only a mark, its source is that of the model. "Physics reference" is the project's collection of
+notes on the literature; it is not part of this repository.
 
 ## What does each cost?
-*Time* is the time of a rock over its time with the defaults (`coulomb_limited`, `sliding`), without compiling: the
-median of {passes} passes in turn. *Runout* is the change of the mean horizontal runout. Both are of {rocks:,} rocks on
-a wall of one synthetic pit (150,000 triangles, `docs/effects_wall.yaml`). They show the order, not what your pit does.
-`make effects` measures them. A model without a sensible default was measured with made-up figures, which are no advice.
+*Time* is the time of flight of the rocks, divided by their time with the defaults (`coulomb_limited`, `sliding`),
+without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal runout.
+Both are for {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles, `docs/effects_wall.yaml`). They show
+only the order of magnitude for other pits. `make effects` measures them. Models without a default were measured with
+invented figures: do not use these figures as advice.
 
 """
 TEXTS = {
     "effects.scarring": """\
-In `zones`, each zone or pattern takes the other keys of this table. Keys that it leaves out have the value outside
-`zones`.
+In `zones`, each zone or pattern may have the other keys of this table. A key that is left out has the value given
+outside `zones`.
 """,
     "effects.forest": """\
 - A file of trees is a CSV with a header. It names x, y, `dbh_cm` and, where known, `height` (m), `kind` (`conifer`,
   `broadleaved`, `silver_fir`) and the foot's z, which must lie within 2 m of the ground. Without a header, the columns
   are x, y, dbh_cm, height and kind.
-- Trees that are drawn stand anywhere with the same chance. Each depends only on the seed and its number.
+- Randomly placed trees have the same probability everywhere. Each tree depends only on the seed and its number.
 - A rock that loses all its energy at a tree drops to the foot of the tree; a sliding or rolling rock lies against it.
 """,
     "effects.barriers": """\
@@ -117,27 +119,27 @@ effects:
 - A rock with at most `capacity_kj` of translational energy is caught (outcome `caught`). A rock with more breaks
   through in the same direction, and loses `taken_by_break` times the capacity.
 - Rocks that slide, roll or settle also meet barriers.
-- Every rock meets the barrier as the scene gives it, because rocks are independent of each other. For a net that was
-  hit, give `residual_height`.
+- Rocks are independent of each other, so every rock meets an undamaged barrier. For a net that was hit before, give
+  `residual_height`.
 - `capacity_kj: 0` counts the rocks that cross a line, and changes no bit of any path.
-- Whether a net is high and strong enough is for the engineer: [results](outputs.md#barriers) have p95 energies and
-  heights, and no factor of safety is applied.
+- The engineer must decide whether a net is high and strong enough: [results](outputs.md#barriers) have p95 energies and
+  heights, without a factor of safety.
 - ETAG 027 (now EAD 340059) tests nets at these maximum energy levels (kJ), classes 0 to 7: 100, 250, 500, 1000, 1500,
   2000, 3000, 4500. They are unconfirmed: look them up for the product.
 """,
 }
-"""What the page says of some of them next to their summary."""
+"""Additional text of the page on some models and effects."""
 
 
 def document(listed: list[CatalogueEntry]) -> str:
-    """The whole page."""
+    """Return the whole page as Markdown, from the catalogue of models and effects."""
     head = HEAD.replace("{passes}", str(PASSES)).replace("{rocks:,}", f"{ROCKS:,}")
     sections = [part for kind, title in TITLES.items() for part in _section(kind, title, listed)]
     return "\n".join([head + _costs(listed), *sections])
 
 
 def _costs(listed: list[CatalogueEntry]) -> str:
-    """The table of what each costs."""
+    """Return the table with time and runout of each model and effect."""
     rows = [
         f"| `{entry.kind}:` [`{entry.name}`](#{entry.name}) | {entry.confirmed} | "
         + (" | ".join(_cost(entry)) if entry.cost else "not measured |")
@@ -153,7 +155,7 @@ def _section(kind: str, title: str, listed: list[CatalogueEntry]) -> list[str]:
 
 
 def _described(entry: CatalogueEntry) -> str:
-    """One of them: what it does, where it is from, its parameters."""
+    """Return the section of a model or effect: summary, source, parameters."""
     key, spec = f"{entry.kind}.{entry.name}", _spec(entry)
     lines = [f"### `{entry.name}`", _wrapped(entry.summary), ""]
     lines += [f"Every material must have `{each}`.\n" for each in spec.MATERIAL_KEYS]
@@ -171,7 +173,7 @@ def _described(entry: CatalogueEntry) -> str:
 
 
 def _spec(entry: CatalogueEntry) -> type[ModelSpec]:
-    """The class of its parameters."""
+    """Return the class of the scene model that has the parameters of a model or effect."""
     annotation = KINDS[entry.kind].model_fields[entry.name].annotation  # type: ignore[attr-defined]
     return next(kind for kind in get_args(annotation) if issubclass(kind, ModelSpec))
 
@@ -181,7 +183,7 @@ def _wrapped(text: str) -> str:
 
 
 def _measured_with(key: str) -> list[str]:
-    """What stood in the scene when it was measured, but for its name."""
+    """Return the keys of the scene with which a model or effect was measured, for the sentence "Measured with"."""
     kind, name = key.split(".")
     example = EXAMPLES.get(key, "")
     shown = f"`{kind}: {{{name}: {example}}}`" if len(example) <= SHOWN else "the example in `docs/effects.py`"
@@ -191,7 +193,7 @@ def _measured_with(key: str) -> list[str]:
 
 
 def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
-    """Names and models of parameters that are mappings, or lists of mappings, with keys of their own."""
+    """Return names and classes of parameters that are mappings, or lists of mappings: each needs a separate table."""
     found = []
     for name, field in spec.model_fields.items():
         for kind in (field.annotation, *get_args(field.annotation)):
@@ -201,7 +203,7 @@ def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
 
 
 def _part(name: str, part: type[BaseModel]) -> list[str]:
-    """The keys of one of them."""
+    """Return the table for a parameter that itself has keys, such as the panels of barriers."""
     rows = []
     for key, field in part.model_fields.items():
         facts = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
@@ -215,12 +217,12 @@ def _part(name: str, part: type[BaseModel]) -> list[str]:
 
 
 def _short(meaning: str) -> str:
-    """A meaning as it stands in a table: without its first article, and without "number"."""
+    """Shorten the meaning of a parameter for a table cell: remove its first article and the word "number"."""
     return re.sub(r"^(a number |an? |the )", "", meaning)
 
 
 def _source(source: str, confirmed: str, above: str) -> str:
-    """A source with its mark; the mark alone where the source is that of the model above."""
+    """Return the source of a figure with its mark of confirmation; only the mark if the model has the same source."""
     return confirmed if source in ("", above) else f"{source} ({confirmed})"
 
 
@@ -234,13 +236,13 @@ def _default(value: Any, required: bool) -> str:
 
 
 def _cost(entry: CatalogueEntry) -> tuple[str, str]:
-    """Time and runout in words, of one that has been measured."""
+    """Return time and runout of a measured model or effect, as the table shows them."""
     assert entry.cost is not None
     return f"{entry.cost['time']:.2f}", f"{100 * entry.cost['runout']:+.0f} %"
 
 
 class Flown:
-    """The wall's rocks with one more thing named, ready to fly; CPU seconds of the passes so far."""
+    """The rocks of the measurement, with one more model or effect in the scene; `fly` measures the CPU seconds."""
 
     def __init__(self, lines: str) -> None:
         scene = DOCS / "measured.yaml"
@@ -258,7 +260,7 @@ class Flown:
         self.seconds.clear()
 
     def fly(self) -> None:
-        """Fly all rocks again."""
+        """Fly all rocks; append the CPU seconds of the flight."""
         self.ends: list[Deposits] = []
         nothing = Shown(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
         stream = Stream(
@@ -270,14 +272,14 @@ class Flown:
         self.seconds.append(time.process_time() - began)
 
     def runout(self) -> float:
-        """Mean horizontal distance (m) from the release to the end, of pieces from where they broke off."""
+        """Return the mean horizontal distance (m) from release to end; of fragments, from where the rock broke."""
         whole = [ends.outcome != Outcome.FRAGMENTED for ends in self.ends]
         ways = [(ends.x - ends.release)[some, :2] for ends, some in zip(self.ends, whole, strict=True)]
         return float(np.mean(np.linalg.norm(np.concatenate(ways), axis=1)))
 
 
 def measured(listed: list[CatalogueEntry]) -> dict[str, dict[str, float]]:
-    """Time and runout of each, against the same wall with the defaults of a scene."""
+    """Return time and runout of each model and effect, relative to the same wall with the defaults of a scene."""
     base, costs = Flown(""), {}
     for entry in listed:
         key = f"{entry.kind}.{entry.name}"
@@ -294,7 +296,7 @@ def measured(listed: list[CatalogueEntry]) -> dict[str, dict[str, float]]:
 
 
 def main(arguments: list[str]) -> None:
-    """Measure, and write the page."""
+    """Measure, unless `--as-is` is given, and write the page."""
     listed = entries()
     if "--as-is" not in arguments:
         costs = measured(listed)

@@ -27,13 +27,13 @@ ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES, PICTURES = ROOT / "examples", ROOT / "docs" / "images" / "examples"
 SIZE, DPI, COLOURS = (8.0, 4.2), 110, 256
 LIGHT = np.array([-0.5, 0.5, 0.7])
-"""Direction to the light."""
+"""Direction to the light, for shaded ground."""
 PATH, STOP, AREA, WORK = "#23406b", "#c8361e", "#d8a31a", "#8c1d82"
-"""Colours of paths, places where rocks stop, of the road, and of a fence or berm."""
+"""Colours of paths, of end points, of the road, and of a fence or berm."""
 ZONES = np.array([[0.80, 0.78, 0.73], [0.95, 0.87, 0.70], [0.75, 0.82, 0.69], [0.90, 0.71, 0.48]])
 
 Result = dict[str, Any]
-"""Names and values that a script leaves."""
+"""The variables of a script after its run, by name."""
 Box = tuple[float, float, float, float]
 """A part of the plan: least and greatest x, least and greatest y (m)."""
 
@@ -134,7 +134,7 @@ def barrier_design(figure: Figure, result: Result) -> None:
 
 
 def price_of_accuracy(figure: Figure, result: Result) -> None:
-    """Draw the error of each step against the number of steps a rock."""
+    """Draw the error of fixed time steps against the number of steps per rock."""
     axes = figure.subplots()
     axes.loglog(result["steps"], result["errors"], "o-", color=STOP, label="fixed time steps")
     axes.axvline(result["events"], color=PATH, label="event by event: exact")
@@ -164,7 +164,7 @@ def import_rockyfor3d(figure: Figure, result: Result) -> None:
 
 
 def live_node(figure: Figure, result: Result) -> None:
-    """Draw the hazard grid that the node published, with the level of the site."""
+    """Draw the map of reach probability that the node published, with the alert level of the site."""
     axes = figure.subplots()
     grid = result["grids"][-1]
     info, share = grid.info, np.array(grid.data).reshape(grid.info.height, grid.info.width)

@@ -1,4 +1,4 @@
-"""Write docs/examples.md: the scripts in examples/, with their first sentences and their pictures.
+"""Write docs/examples.md, the gallery: the scripts in examples/, with their first sentences and their pictures.
 
 python docs/gallery.py
 """
@@ -10,8 +10,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "examples.md"
 HEAD = """# Examples
 
-For engineers who call rpf3d from Python: a gallery of short scripts, each complete, to run and to change.
-Each writes into `out/` of the folder that it runs in. The pictures are made from the results of the scripts.
+Find here short, complete Python scripts that use rpf3d, to run and to change. Each script writes into `out/` of the
+current folder. The pictures show the results of the scripts.
 """
 NONE_YET = "The folder `examples/` has no scripts yet.\n"
 COMMAND = """

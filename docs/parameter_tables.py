@@ -26,11 +26,11 @@ KINDS = {
 SCENE = "scene"
 BOUNDS = {"gt": "above {:g}", "ge": "from {:g}", "lt": "below {:g}", "le": "to {:g}"}
 BEGIN, END = "<!-- parameters: {} -->\n", "<!-- end -->"
-"""Stand around each table; what is between is written by this program."""
+"""Comments before and after each table; this program writes the lines between them."""
 
 
 def with_tables(page: str) -> str:
-    """The page with its tables as they should be."""
+    """Return the page with its tables written again from the code."""
     for name in (*KINDS, SCENE):
         begin, table = BEGIN.format(name), table_of(name)
         before, _, after = page.partition(begin)
@@ -39,7 +39,7 @@ def with_tables(page: str) -> str:
 
 
 def table_of(name: str) -> str:
-    """The table of one kind of parameters."""
+    """Return the table of the parameters of a node, or of a scene, as Markdown."""
     return _scene_table() if name == SCENE else _table(name)
 
 

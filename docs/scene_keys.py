@@ -1,4 +1,4 @@
-"""Write docs/reference/scene-file.md from the scene's own model, so that no key, bound or default stands twice.
+"""Write docs/reference/scene-file.md from the model that checks scenes, so that each bound is written only once.
 
 python docs/scene_keys.py
 """
@@ -20,12 +20,12 @@ from rpf3d_core.scene import terrain as scene_terrain
 from rpf3d_core.terrain.pit.parameters import RANGES, Pit
 
 HEAD = """# The scene file
-For everyone who writes a scene: every key of the YAML file that describes a run, with its unit, bounds and default.
+Look up here every key of the scene, the YAML file that describes a run, with its unit, bounds and default.
 
 `docs/scene_keys.py` writes this page from the model that checks scenes. [config/scenes](../../config/scenes) has
 examples. The parameters of models and effects are on a page of their own: [effects.md](effects.md).
 
-The least that a scene must have:
+The smallest possible scene:
 
 ```yaml
 terrain: {pit: {}}
@@ -40,15 +40,15 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - Paths are relative to the scene file.
 - An unknown key, or a value out of bounds, is refused. The message names the file, the line, the key and what would be
   right.
-- YAML anchors and aliases: `*name` stands for a copy of the value with the anchor `&name`. A message about the copy
-  names its key, and the line where the value is written. All aliases of a file together may repeat 100,000 values. An
-  alias inside its own anchor is refused, and so are merge keys (`<<`).
-- In the tables, a value without a kind is a number; (-) is a number without a unit.
+- YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has its
+  key, and the line of the original value. All aliases of a file together may repeat 100,000 values. An alias inside
+  its own anchor and merge keys (`<<`) are refused.
+- In the tables, a value without a stated type is a number; (-) means without a unit.
 """
 SOURCES = """\
-A source without `rocks` has one rock for each of its points; a line, polygon or zone has one rock. Points get rocks in
-turn. A line gets its rocks evenly over its length, a polygon or zone evenly over the true area of its surface.
-`rpf3d check` prints how much of a polygon lies on the terrain.
+Without `rocks`, a source has one rock for each of its points; a line, polygon or zone has one rock. Rocks are
+assigned to points in turn. They start evenly along a line, and evenly over the true surface of a polygon or zone.
+`rpf3d check` prints how much of a polygon is on the terrain.
 """
 POINTS = """## Files of points
 | file | content |
@@ -58,27 +58,28 @@ POINTS = """## Files of points
 that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
 
-- A header is a first line without a number. It names x, y and z in any order, in small letters or capitals, also among
-  other columns.
+- A first line without a number is a header. It names x, y and z in any order, in small letters or capitals; other
+  columns are allowed.
 - Other names of x are `east`, `easting`, `e`; of y `north`, `northing`, `n`; of z `elevation`, `elev`, `height`,
   `altitude`, `alt`, `rl`. Each may end in `_m`, `(m)` or `[m]`. With `up: y`, only x, y and z are names.
 - A cell must be a plain number. `1,234.5` and `1,5` are refused with line and column.
 - With `above_ground`, the height may be missing: no column for it, or `[x, y]` (with `up: y`, x and z).
 """
 ROCKS = """## rocks
-The total number of rocks, also as `--rocks` of `rpf3d run`. Left out, each source flies its own `rocks`.
+The total number of rocks; `--rocks` of `rpf3d run` replaces it. Without it, each source flies its own `rocks`.
 
 - With a number, sources share the total in proportion to their own `rocks`.
-- With `auto`, at least 1,000 rocks fly, then their number doubles until `target` is met, or until another doubling
-  would exceed `most_rocks`. Each doubling keeps the proportions. The summary says what was reached.
+- With `auto`, at least 1,000 rocks fly. Then their number doubles until `target` is met, or until another doubling
+  would exceed `most_rocks`. Each doubling keeps the proportions. The summary shows the intervals that were reached.
 """
 TARGET = """\
-The target is judged in the areas of interest or, without areas, in every zone that rocks reached: a rock touched one of
-its facets, or passed straight above one at any height. Judged are the shares of all rocks that reached the place and
-that stopped there, and its p95 energy if at least 20 rocks reached it.
+The number of rocks is sufficient when three figures of each place are certain enough: the share of rocks that reached
+it, the share that stopped there, and its p95 energy if at least 20 rocks reached it. The places are the areas of
+interest. Without areas, they are all zones that rocks reached; a rock reaches a zone if it touches a facet of the
+zone or passes straight above one, at any height.
 """
 MATERIALS = """\
-A zone has the material with its exact name, else the first pattern that fits (`bench_*`), else `default`.
+A zone has the material with its exact name; otherwise the first pattern that fits (`bench_*`); otherwise `default`.
 A material other than `default` that fits no zone of the terrain is refused.
 """
 ROCK = """\
@@ -91,42 +92,43 @@ of cells; NODATA is a hole. Maps have the reference system `crs`; if GeoTIFF fil
 SCENE = f"""\
 - `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` does not ask for
   friction; `rolling_stone` has a `stop_speed` of its own.
-- `smallest_bounce`: bounces that would rise less are summed in closed form, or are the last, depending on the rebound
-  model ([why](../explanation/physics.md#the-end-of-bouncing)).
+- `smallest_bounce`: when a bounce would rise less than this height, the remaining bounces are summed in closed form,
+  or end, depending on the rebound model ([why](../explanation/physics.md#the-end-of-bouncing)).
 - `max_time` and `max_impacts` end a rock that still moves, with the outcome of the same name.
-- `engine`: both engines give the same result with `method: events`. `auto` takes the one that finishes first:
+- `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
   `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `coulomb_sphere`) or without numba, else
   `compiled`.
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) serve for comparison.
 """
 BERMS = """\
-A berm is ground: it is raised on the terrain before anything else. Its crest follows the ground below it, and it slopes
-to its foot and beyond its ends. Where two berms cross, their heights add up. Its facets are the zone `berm_<name>`,
-whatever `zones` draws there, so `materials` and the bench table can name it. The first part of a facet that a berm
-cuts keeps the facet's number.
+A berm is a part of the ground, made before all other changes of the terrain. Its crest has a constant height above
+the ground below it. It slopes down to its foot on both sides and beyond its ends. Where two berms cross, their
+heights are added. Its facets form the zone `berm_<name>`, even where `zones` draws another zone, so `materials` and
+the bench table can use this name. If a berm cuts a facet, the first part keeps the facet's number.
 
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
 AREAS = """\
-An area of interest off the terrain is refused. `rpf3d check` prints how much of an area lies on it.
+An area of interest outside the terrain is refused. `rpf3d check` prints how much of an area is on the terrain.
 """
 HAZARD = """\
 [outputs.md](outputs.md#hazard) explains the maps and has an example.
 """
 DRAWS = """## Distributions
-Where a table says "or a distribution", one of these may replace the number. Its bounds cut it off, and must lie within
-the limits of the key.
+Where a table says "or a distribution", one of these may replace the number. `min` and `max` cut the distribution off.
+They must be within the limits of the key.
 
 | written | drawn |
 |---|---|
 | `{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}` | normal; mean and sd are those before the cut |
 | `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
 | `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
-| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | N(> x) ~ x^-exponent: volumes of blocks have 0.4 to 0.6 |
+| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | number above x ~ x^-exponent; 0.4 to 0.6 for volumes of rocks |
 
-- A draw depends only on the seed, the source, the number of the rock and the purpose: it is the same on every engine.
-- A coefficient of a material is drawn for each rock and zone, with `draw: per_impact` for each impact. It stays the
-  same until the next impact: the summed-up last bounces and the slide after them share one draw.
+- A random number depends only on the seed, the source, the number of the rock and the purpose, so it is the same on
+  both engines.
+- A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last
+  bounces, which are summed, and the slide after them share one draw.
 
 ```yaml
 materials:
@@ -155,32 +157,32 @@ MODELS = (
     ("ground", "The ground model, one of:", scene_models.GroundSpec),
     ("effects", "Any number of:", scene_models.EffectsSpec),
 )
-"""Keys whose parameters the page of effects has."""
+"""Keys of the scene that name models or effects; the page of effects has their parameters."""
 PIT_MEANINGS = {
-    "triangles": "number of triangles; the mesh is within 3 %, below 5,000 within 5 %",
-    "seed": "of roughness, spills and natural relief",
+    "triangles": "number of triangles; the mesh has this number within 3 %, below 5,000 within 5 %",
+    "seed": "seed of roughness, spills and natural relief",
     "floor_radius": "mean radius of the floor",
     "elongation": "length over width of the floor",
-    "long_axis_deg": "of the floor, counter-clockwise from east",
+    "long_axis_deg": "direction of the floor's long axis, counter-clockwise from east",
     "waste_benches": "number of upper benches",
     "ore_benches": "number of lower benches",
-    "waste_bench_height": "of the upper benches",
-    "ore_bench_height": "of the lower benches",
+    "waste_bench_height": "height of the upper benches",
+    "ore_bench_height": "height of the lower benches",
     "bench_widths": "least and greatest width of catch benches; `[0, 0]`: none",
-    "face_angle_deg": "of bench faces from the horizontal",
-    "ramp_width": "of the haul ramp; 0: none",
-    "ramp_grade": "rise over run",
-    "ramp_foot_deg": "where the ramp leaves the floor, counter-clockwise from east",
+    "face_angle_deg": "angle of bench faces from the horizontal",
+    "ramp_width": "width of the haul ramp; 0: none",
+    "ramp_grade": "slope of the ramp: rise over run",
+    "ramp_foot_deg": "direction of the place where the ramp leaves the floor, counter-clockwise from east",
     "spills": "number of cones of loose rock on benches",
     "repose_deg": "steepest slope of these cones",
     "roughness": "standard deviation of small-scale relief; floor and ramp have a third",
     "rim_width": "least width of natural ground outside the crest",
-    "crest_altitude": "of the crest above sea level",
+    "crest_altitude": "altitude of the crest above sea level",
 }
 
 
 def document() -> str:
-    """The whole page."""
+    """Return the whole page as Markdown."""
     return "\n".join(
         [
             HEAD,
@@ -211,14 +213,14 @@ def document() -> str:
 
 
 def names(title: str, text: str, part: type[BaseModel]) -> str:
-    """The models or effects that a key may name, with links to their parameters."""
+    """Return the section on a key that names models or effects, with links to their parameters."""
     links = [f"[`{name}`](effects.md#{name})" for name in part.model_fields if name != "own"]
     own = "" if part is scene_models.GroundSpec else ", or [your own](../howto/own-models.md)"
     return f"## {title}\n{text}\n" + ",\n".join(links) + f"{own}.\n"
 
 
 def table(title: str, part: type[BaseModel], text: str = "") -> str:
-    """One part of the scene, a row a key, below a text."""
+    """Return the section on a part of the scene: a text, and a table with one row per key."""
     rows = [
         f"| `{name}` | {short(field.description or '')} | {default_of(field)} |"
         for name, field in part.model_fields.items()
@@ -229,12 +231,12 @@ def table(title: str, part: type[BaseModel], text: str = "") -> str:
 
 
 def short(description: str) -> str:
-    """A description of the model as it stands in a table: without its first article, and without "number"."""
+    """Return the description of a key for a table: without its first article, and without "number"."""
     return re.sub(r"^(a number |an? |the )", "", description)
 
 
 def default_of(field: Any) -> str:
-    """What a key is when it is left out."""
+    """Return the default of a key, as the table shows it."""
     if field.default_factory is not None:
         made = field.default_factory()
         if isinstance(made, scene_models.OneOf):
@@ -246,14 +248,14 @@ def default_of(field: Any) -> str:
 
 
 def plain(value: Any) -> str:
-    """A default as it would stand in the file."""
+    """Return a default as it would be written in a scene file."""
     if isinstance(value, bool):
         return str(value).lower()
     return str(list(value)) if isinstance(value, tuple) else str(value)
 
 
 def pit_table() -> str:
-    """The synthetic pit's parameters with their bounds."""
+    """Return the section on the synthetic pit: its parameters with bounds and defaults."""
     pit = Pit()
     rows = []
     for name in Pit.__dataclass_fields__:

@@ -1,7 +1,7 @@
-"""Write docs/explanation/validation.md and its pictures: models against rocks that fell, calibrated and not.
+"""Write docs/explanation/validation.md and its pictures: simulated rocks compared with rocks that fell.
 
 python docs/validation.py            (or make validation; takes some minutes)
-python docs/validation.py --as-is    the page alone, from what was measured last
+python docs/validation.py --as-is    only the page, from the last measurement
 """
 
 import json
@@ -19,7 +19,7 @@ PAGE = DOCS / "explanation" / "validation.md"
 
 
 def main(arguments: list[str]) -> int:
-    """Measure, draw and write; the exit code."""
+    """Measure, draw the pictures and write the page; return the exit code."""
     if "--as-is" not in arguments:
         found = measured(lambda line: print(line, file=sys.stderr, flush=True))
         RESULTS.write_text(json.dumps(found.results, indent=1) + "\n", encoding="utf-8")

@@ -1,1 +1,1 @@
-"""What the validation report is made of: field cases, the models flown on them, and the search that calibrates them."""
+"""The validation page: field cases, the models that fly on them, the search that calibrates them, and the text."""

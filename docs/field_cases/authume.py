@@ -27,46 +27,46 @@ SCENE = ROOT / "config" / "scenes" / "authume_p1.yaml"
 SECTIONS = {"upper": (-np.inf, 30.0), "ledge": (30.0, 45.0), "floor": (45.0, np.inf)}
 PERCENTILES = (5, 25, 50, 75, 95)
 DATUM = 2.87
-"""The field's end points lie so far above the mesh (m). Simulated ones are lifted by it, which moves their reach angle
-alone."""
+"""Height of the field's end points above the mesh (m). Simulated end points are raised by this height, which changes
+only their reach angle."""
 AXES = Axes(*np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
-"""x runs along profile P1, z across it, y upwards."""
+"""Axes of the data: x along profile P1, z across the profile, y upwards."""
 
 MEAN_X, MEAN_X_ROOM = 44.1, 5.0
 LEDGE, FLOOR, SHARE_ROOM = 51.0, 44.0, 15.0
-"""What a calibrated model should reach: |mean x - 44.1| of 5 m; shares (%) to 15 points, as unsure as the field is."""
+"""Goals of a calibrated model: |mean x - 44.1| up to 5 m; shares (%) to 15 points, the uncertainty of the field."""
 
 SEARCH_SEED = 1
 REPORT_SEED = 2
 ROCKS = 10_000
-"""Figures of the report are of other rocks than those of the search."""
+"""Rocks of the figures on the page. With another seed than the search, they are an independent check."""
 STEPS_OF_R_T = (0.78, 0.82, 0.86, 0.90, 0.94)
 
 
 @lru_cache
 def site(rocks: int, seed: int) -> Site:
-    """The quarry with this number of rocks."""
+    """Return the quarry with a number of rocks, prepared for many flights."""
     return Site(chosen_scene(SCENE, rocks, "compiled", seed))
 
 
 def end_points() -> FloatArray:
-    """The 41 end points (41, 3) m."""
+    """Return the observed end points of the 41 blocks, (41, 3) m."""
     return np.loadtxt(DATA / "Endpoints_P1.txt")[:, :3]
 
 
 def drop() -> FloatArray:
-    """The middle of the drop points (3,) m."""
+    """Return the mean drop point (3,) m, from which all distances are measured."""
     return np.loadtxt(DATA / "positions_P1.xyz")[:, :3].mean(axis=0)
 
 
 def halves() -> tuple[list[int], list[int]]:
-    """The blocks of the first half, every second line of the file from the first, and of the second."""
+    """Return the blocks of two halves, so that one can check the other: every second line of the file, and the rest."""
     blocks = list(range(len(end_points())))
     return blocks[::2], blocks[1::2]
 
 
 def field() -> dict[str, Any]:
-    """Return the field's figures, with intervals."""
+    """Return the figures of the field's end points, with 95 % intervals."""
     ends = end_points()
     x, across = ends[:, 0], seen(ends).across
     return {
@@ -85,7 +85,7 @@ def field() -> dict[str, Any]:
 
 
 def _apart(values: FloatArray) -> dict[str, float]:
-    """Return how far the field's values (N,) are from themselves, by chance alone."""
+    """Return distances within the field's values (N,) due to chance; below them, no model can be rejected."""
     return {
         "random_halves": distance_of_halves(values),
         "these_halves": distance(*(values[half] for half in halves())),
@@ -94,7 +94,7 @@ def _apart(values: FloatArray) -> dict[str, float]:
 
 
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
-    """Return a model's figures, and where its rocks ended."""
+    """Fly a model; return the figures of its end points, and the end points."""
     flown = site(ROCKS, REPORT_SEED).fly(keys)
     ends, field = in_field_datum(flown.end), end_points()
     some = (range(len(field)), *halves())
@@ -107,17 +107,17 @@ def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
 
 
 def in_field_datum(ends: FloatArray) -> FloatArray:
-    """Return simulated end points (N, 3) m, lifted by the shift of the field's vertical datum."""
+    """Return simulated end points (N, 3) m in the height reference of the field."""
     return ends + DATUM * AXES.up
 
 
 def seen(ends: FloatArray) -> EndPoints:
-    """Return end points (N, 3) m of field or simulation, in the field's datum, as seen from the mean drop point."""
+    """Return end points (N, 3) m, in the field's height reference, as distances from the mean drop point."""
     return measured_from(drop(), ends, AXES)
 
 
 def figures_of(ends: FloatArray) -> dict[str, Any]:
-    """Return the figures of end points (N, 3) m of field or simulation, in the field's datum."""
+    """Return the figures of end points (N, 3) m in the field's height reference, for field and simulation alike."""
     x, found = ends[:, 0], seen(ends)
     pairs = {"": x, "side_": found.across, "runout_": found.runout, "angle_": found.reach_angle}
     figures = {f"{name}{key}": value for name, values in pairs.items()
@@ -131,7 +131,7 @@ def figures_of(ends: FloatArray) -> dict[str, Any]:
 
 
 def checks(found: Mapping[str, Any]) -> dict[str, bool]:
-    """What a calibrated model should reach, and whether these figures do."""
+    """Return for each goal of a calibrated model whether the figures reach it."""
     shares = found["sections"]
     return {
         "mean": abs(found["mean"] - MEAN_X) <= MEAN_X_ROOM,
@@ -141,20 +141,20 @@ def checks(found: Mapping[str, Any]) -> dict[str, bool]:
 
 
 def calibrate(row: Row, some: Sequence[int]) -> Found:
-    """One set of parameters for all zones, by the distance of x from that of some blocks."""
+    """Find the set of parameters for all zones whose x of end points is nearest to that of some blocks."""
     x = end_points()[some, 0]
     return search(lambda parameters: distance(_flown_x(row.name, tuple(parameters.items())), x), row.free)
 
 
 @cache
 def _flown_x(model: str, parameters: tuple[tuple[str, float], ...]) -> FloatArray:
-    """x (N,) m of a search's rocks, flown once for all searches."""
+    """Return x (N,) m of the end points for a set of parameters; the flight is kept for other searches."""
     row = row_named(model)
     return site(row.rocks, SEARCH_SEED).fly(row.keys(dict(parameters))).end[:, 0]
 
 
 def sensitivity(row: Row, about: Mapping[str, float], name: str, values: tuple[float, ...]) -> list[float]:
-    """Mean x (m) as one parameter takes several values and the others stay."""
+    """Return the mean x (m) of end points for several values of one parameter; the other parameters do not change."""
     quarry = site(row.rocks, SEARCH_SEED)
     flown = [quarry.fly(row.keys({**about, name: value})) for value in values]
     return [float(ends.end[:, 0].mean()) for ends in flown]

@@ -1,8 +1,8 @@
-"""End points measured on one basis: field and simulation go through `measured_from`.
+"""Measure end points of field and simulation by the same function, `measured_from`.
 
-A start always belongs to the field: the mean drop point, or the release of a run. No function here takes the place
-where a simulated rock was released. Field blocks are known by their end points alone, so a spread of simulated rocks
-that is measured from their own releases leaves out the spread of the releases, which the field's spread contains.
+The start of a distance is always that of the field: the mean drop point, or the release of a run. No function here uses
+the release of a simulated rock. Of field blocks only the end points are known, so their spread contains the spread of
+the releases. If simulated rocks were measured from their own releases, their spread would not contain it.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from rpf3d_core.ensemble.flights import FloatArray
 
 
 class Axes(NamedTuple):
-    """Unit vectors (3,) of a site in the input's coordinates: along its profile, across the profile, upwards."""
+    """Unit vectors (3,) in the coordinates of the input: along the profile of a site, across the profile, upwards."""
 
     along: FloatArray
     across: FloatArray
@@ -21,7 +21,7 @@ class Axes(NamedTuple):
 
 
 class EndPoints(NamedTuple):
-    """N end points as seen from a start.
+    """N end points as distances and angles from a start, such as the mean drop point.
 
     along, across : (N,) m, horizontal; runout : (N,) m, horizontal distance
     reach_angle : (N,) degrees, slope of the line from the start to the end point
@@ -34,7 +34,7 @@ class EndPoints(NamedTuple):
 
 
 def measured_from(start: FloatArray, ends: FloatArray, axes: Axes) -> EndPoints:
-    """Return end points (N, 3) m as seen from a start (3,) m of the field, or from a start for each, (N, 3) m."""
+    """Return end points (N, 3) m as distances and angles from a start (3,) m of the field, or from one start each."""
     way = ends - start
     along, across, up = (way @ axis for axis in axes)
     runout = np.hypot(along, across)

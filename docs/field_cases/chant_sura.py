@@ -1,7 +1,7 @@
 """Chant Sura: single impacts on an alpine meadow, speeds before and after.
 
 EnviDat doi:10.16904/envidat.174, eleven contacts of five runs; Caviezel et al. 2019, ESurf 7:199, six impacts of
-780 kg. Neither gives the slope of the ground that a rock met, nor spin.
+780 kg. Neither data set has the slope of the ground at the impact, or the spin.
 """
 
 import csv
@@ -30,9 +30,9 @@ from rpf3d_core.values import Motion, Rock, Vec
 
 DATA = ROOT.parent / "shared" / "data" / "chant_sura"
 ANY_SCENE = ROOT / "config" / "scenes" / "lab_22.yaml"
-"""Rebound models are built from a scene; nothing of this one but its engine is asked for."""
+"""A scene for building rebound models, because they are built from a scene; the rest of the scene is not used."""
 PARAMETERS: dict[str, tuple[tuple[str, Any], ...]] = {"angle_table": (("law", "wyllie"),)}
-"""Of rebound models that have no defaults."""
+"""Parameters of rebound models that have no defaults."""
 SLOPES = (0.0, 15.0, 30.0)
 SLOPE = Free("slope_deg", 0.0, 40.0, 9, 1)
 SPIN = 27.0
@@ -40,9 +40,10 @@ SPIN = 27.0
 
 
 class Impact(NamedTuple):
-    """One impact: its run, the rock, velocities (3,) m/s before and after, the ground's normal where it is known.
+    """One impact measured in the field, which the models must predict.
 
-    after : None where only its speed is known
+    before : velocity (3,) m/s; after : velocity (3,) m/s, None if only the speed is known; speed_after : m/s
+    normal : unit normal (3,) of the ground, None if unknown
     """
 
     name: str
@@ -56,7 +57,7 @@ class Impact(NamedTuple):
 
 @lru_cache
 def contacts() -> tuple[Impact, ...]:
-    """The eleven contacts of EnviDat 174."""
+    """Return the eleven measured contacts of EnviDat 174."""
     return tuple(
         Impact(
             line["event_id"], line["source_trajectory_id"], Rock(float(line["mass_kg"]), float(line["radius_m"])),
@@ -68,7 +69,7 @@ def contacts() -> tuple[Impact, ...]:
 
 @lru_cache
 def published() -> tuple[Impact, ...]:
-    """The six impacts of 780 kg. Speed along the normal comes from the height of the jump, not from the ground."""
+    """Return the six published impacts of 780 kg; their speed into the ground comes from the height of the jump."""
     found = []
     for line in _lines("esurf2019_impacts.csv"):
         mass, after = float(line["mass_kg"]), float(line["observed_post_rebound_translational_j"])
@@ -80,19 +81,19 @@ def published() -> tuple[Impact, ...]:
 
 
 def model_for(row: Row, parameters: Mapping[str, float]) -> object:
-    """The rebound model of a row with some of its parameters."""
+    """Return the rebound model of a row of the page, with some of its parameters."""
     name, values = next(iter(row.rebound_keys(parameters).items()))
     return model_of(name, tuple(values.items()))
 
 
 @lru_cache(maxsize=100_000)
 def model_of(name: str, values: tuple[tuple[str, Any], ...] = ()) -> object:
-    """A rebound model by the name that scenes give it, with parameters.
+    """Return a rebound model with parameters, by its name in scenes.
 
     Raises
     ------
     ValueError
-        It has parameters that only its user can give.
+        The model has parameters that only the user can give.
     """
     scene, terrain = _any_scene()
     return models_of(with_keys(scene, {"rebound": {name: dict(values)}, "ground": "none"}), terrain).rebound
@@ -105,7 +106,7 @@ def _any_scene() -> tuple[Scene, Terrain]:
 
 
 def all_models() -> dict[str, object | None]:
-    """Every rebound model of the package by name; None where it has parameters that only its user can give."""
+    """Return every rebound model of the package by name; None if only the user can give the model's parameters."""
     found: dict[str, object | None] = {}
     for name in ReboundSpec.model_fields:
         if name != "own":
@@ -117,16 +118,17 @@ def all_models() -> dict[str, object | None]:
 
 
 def surface(values: Values) -> Surface:
-    """The ground of published values, as rebound models take it."""
+    """Return published values of a ground in the form that rebound models use."""
     mu = math.tan(math.radians(values.friction_angle_deg))
     known = {"R_n": values.R_n, "R_t": values.R_t, "mu": mu, "mu_r": values.rolling_friction}
     return Surface(**{name: known.get(name, 0.0) for name in Surface._fields})
 
 
 def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, spin: float = 0.0) -> Vec:
-    """Velocity (3,) m/s after an impact; slope_deg of the ground, which dips where the rock is heading, if unknown.
+    """Return the velocity (3,) m/s after a measured impact that a model predicts.
 
-    spin : rad/s forwards, as of a rock that rolls ahead
+    slope_deg : assumed slope of the ground, falling in the direction of motion; not used if the normal is known
+    spin : rad/s, assumed spin before the impact, positive for a rock that rolls forwards
     """
     n = impact.normal or _dipping(impact.before, slope_deg)
     axis = np.cross(n, impact.before)
@@ -139,7 +141,7 @@ def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, 
 def of_contacts(
     model: object, ground: Surface, slope_deg: float, some: tuple[Impact, ...] | None = None
 ) -> dict[str, float]:
-    """Errors over the eleven contacts: of velocity, of speed (m/s), of the energy ratio."""
+    """Return the errors of a model over the eleven contacts: of velocity and speed (m/s), and of the energy ratio."""
     impacts = contacts() if some is None else some
     after = [predicted(model, ground, impact, slope_deg) for impact in impacts]
     off = [math.dist(v, impact.after) for v, impact in zip(after, impacts, strict=True) if impact.after]
@@ -147,14 +149,14 @@ def of_contacts(
 
 
 def of_published(model: object, ground: Surface, spin: float = 0.0) -> dict[str, Any]:
-    """Errors over the six published impacts, and the energy ratio of each."""
+    """Return the errors of a model over the six published impacts, and the energy ratio of each impact."""
     after = [predicted(model, ground, impact, 0.0, spin) for impact in published()]
     ratio = ratios(speeds(after), published())
     return {"ratios": [round(float(r), 3) for r in ratio], **speed_errors(after, published())}
 
 
 def speed_errors(after: list[Vec], impacts: tuple[Impact, ...]) -> dict[str, float]:
-    """Mean error of speed (m/s), its root mean square, and mean error and mean absolute error of the energy ratio."""
+    """Return errors of predicted velocities: of speed (m/s) mean and rms; of energy ratio mean and mean absolute."""
     speed = speeds(after)
     off = speed - [impact.speed_after for impact in impacts]
     ratio = ratios(speed, impacts) - measured_ratios(impacts)
@@ -172,20 +174,21 @@ def speeds(velocities: list[Vec]) -> FloatArray:
 
 
 def ratios(speed_after: FloatArray, impacts: tuple[Impact, ...]) -> FloatArray:
-    """Return translational energy after over before (I,) (-), from predicted or measured speeds (I,) m/s."""
+    """Return the energy ratios (I,) (-): translational energy after over before each impact, from speeds (I,) m/s."""
     return (speed_after / speeds([impact.before for impact in impacts])) ** 2
 
 
 def measured_ratios(impacts: tuple[Impact, ...]) -> FloatArray:
-    """Return the measured translational energy after over before (I,) (-)."""
+    """Return the measured energy ratios (I,) (-): translational energy after each impact over that before."""
     return ratios(np.array([impact.speed_after for impact in impacts]), impacts)
 
 
 def calibrate(row: Row, some: tuple[Impact, ...] | None = None) -> Found:
-    """What decides an impact, and one slope for all contacts, by the error of speed over (some of) the eleven.
+    """Find the parameters of an impact, and one slope for all contacts, with the smallest error of speed.
 
-    Not of velocity: where a rock goes is decided by the ground's own slope there, which was not measured, and a model
-    that misses directions for lack of it comes nearest by hardly moving.
+    The error is over the eleven contacts, or some of them. It is an error of speed, not of velocity, because the
+    direction after an impact depends on the local slope, which was not measured. With wrong directions, the velocity
+    with the smallest error would be almost 0.
     """
     base = PUBLISHED["chant_sura"][HOEK]["default"]
     free = (*row.at_impacts, SLOPE)
@@ -198,14 +201,14 @@ def calibrate(row: Row, some: tuple[Impact, ...] | None = None) -> Found:
 
 
 def calibrated_surface(base: Values, parameters: Mapping[str, float]) -> Surface:
-    """The ground of calibrated parameters; those that are not calibrated are the published ones."""
+    """Return the ground with calibrated parameters; parameters that are not calibrated have the published values."""
     names = {"normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction_angle_deg",
              "rolling_friction": "rolling_friction"}  # fmt: skip
     return surface(base._replace(**{names[key]: value for key, value in parameters.items() if key in names}))
 
 
 def calibrated_speeds(model_name: str, parameters: Mapping[str, float]) -> list[float]:
-    """Speed (m/s) after each of the eleven contacts, by a model of the report with calibrated parameters."""
+    """Return the speed (m/s) after each of the eleven contacts, predicted by a calibrated model of the page."""
     row = row_named(model_name)
     ground = calibrated_surface(PUBLISHED["chant_sura"][HOEK]["default"], parameters)
     model, slope = model_for(row, parameters), parameters[SLOPE.name]
@@ -213,7 +216,7 @@ def calibrated_speeds(model_name: str, parameters: Mapping[str, float]) -> list[
 
 
 def kept_out(row: Row) -> dict[str, float]:
-    """Each run predicted by what the other four calibrate: its error of speed (m/s), over all eleven contacts."""
+    """Predict each run with a calibration on the other four runs; return the error of speed (m/s) over all contacts."""
     base, squares = PUBLISHED["chant_sura"][HOEK]["default"], 0.0
     for run in sorted({impact.run for impact in contacts()}):
         others = tuple(impact for impact in contacts() if impact.run != run)
@@ -226,7 +229,7 @@ def kept_out(row: Row) -> dict[str, float]:
 
 
 def _dipping(v: Vec, slope_deg: float) -> Vec:
-    """Normal (3,) of a slope that dips along the horizontal part of v."""
+    """Return the normal (3,) of a slope that falls in the horizontal direction of v."""
     level, angle = math.hypot(v[0], v[1]), math.radians(slope_deg)
     return (math.sin(angle) * v[0] / level, math.sin(angle) * v[1] / level, math.cos(angle))
 

@@ -1,4 +1,4 @@
-"""Figures of a set of numbers, and how sure few of them make them."""
+"""Intervals and distances of small samples, for the comparison of field and simulation."""
 
 from collections.abc import Callable
 
@@ -7,13 +7,13 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray
 
 RESAMPLES = 4000
-"""Bootstrap samples: their 95 % ends move by about 2 % of the interval with another seed."""
+"""Number of bootstrap samples: with another seed, the ends of a 95 % interval move by about 2 % of the interval."""
 SEED = 20140318
-"""Of the bootstrap, so that the page says the same each time."""
+"""Seed of the bootstrap; it is fixed, so that the page has the same figures each time."""
 
 
 def bootstrap(values: FloatArray, figure: Callable[[FloatArray], float]) -> tuple[float, float]:
-    """95 % interval of a figure of values (N,), by drawing N of them again and again (Efron 1979, percentiles)."""
+    """Return the 95 % interval of a figure of values (N,), from samples of N of them (Efron 1979, percentiles)."""
     values, draws = np.asarray(values, dtype=float), np.random.default_rng(SEED)
     picked = values[draws.integers(0, len(values), (RESAMPLES, len(values)))]
     low, high = np.percentile([figure(sample) for sample in picked], (2.5, 97.5))
@@ -21,9 +21,9 @@ def bootstrap(values: FloatArray, figure: Callable[[FloatArray], float]) -> tupl
 
 
 def distance(a: FloatArray, b: FloatArray) -> float:
-    """Wasserstein's distance of two samples: the area between their shares of values below, in the values' unit.
+    """Return how much two samples differ: Wasserstein's distance, in the unit of the values.
 
-    How far the mean rock of one has to be moved along the axis to make it the other.
+    This is the mean distance by which the values of one sample must be moved to make it equal to the other.
     """
     a, b = np.sort(np.asarray(a, dtype=float)), np.sort(np.asarray(b, dtype=float))
     both = np.sort(np.concatenate([a, b]))
@@ -32,7 +32,7 @@ def distance(a: FloatArray, b: FloatArray) -> float:
 
 
 def distance_of_halves(values: FloatArray) -> float:
-    """Mean distance of two random halves of values (N,): what no model can be asked to beat on a half kept out."""
+    """Return the mean distance of two random halves of values (N,): no model can be expected to be nearer to a half."""
     draws, first = np.random.default_rng(SEED), len(values) // 2
     orders = [draws.permutation(values) for _ in range(RESAMPLES)]
     return float(np.mean([distance(order[:first], order[first:]) for order in orders]))

@@ -1,7 +1,6 @@
-"""A site of the field: its terrain and releases once, its ground and models as often as a search likes.
+"""Fly the rocks of a site many times: terrain and releases are prepared once, materials and models may change.
 
-All rocks keep their draws from one set of parameters to the next (common random numbers): what changes between two
-evaluations is what the parameters change.
+All sets of parameters use the same random numbers. So a difference between two flights comes from the parameters only.
 """
 
 from collections.abc import Mapping
@@ -15,16 +14,16 @@ from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, release
 from rpf3d_core.values import Outcome
 
 Keys = Mapping[str, Any]
-"""Keys of a scene that stand instead of its own: `rebound`, `ground`, `materials`."""
+"""Keys that replace those of a scene: `rebound`, `ground`, `materials`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Where N rocks ended, in the input's coordinates.
+    """End points of N rocks, in the coordinates of the input.
 
-    source : (N,) the number of each rock's source; end : (N, 3) m; stopped : (N,) whether the rock stopped
+    source : (N,) number of each rock's source; end : (N, 3) m; stopped : (N,) True if the rock stopped
 
-    Releases are left out on purpose: distances are measured from the field's start (`basis.py`).
+    There are no releases, because distances are measured from the field's start (`basis.py`).
     """
 
     source: IntArray
@@ -33,7 +32,7 @@ class Ends:
 
 
 class Site:
-    """A prepared scene whose rocks can be flown again with other ground and other models."""
+    """A prepared scene whose rocks can fly many times, with other materials and other models."""
 
     def __init__(self, scene: Scene) -> None:
         self.prepared: Prepared = prepare(scene)

@@ -1,4 +1,4 @@
-"""Everything that the report says, measured: plain figures for page and test, ends of rocks for the pictures."""
+"""Measure everything for the validation page: figures for page and test, end points of rocks for the pictures."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -17,23 +17,27 @@ SENSITIVITY_STEPS = {
     "friction_angle_deg": 2.0,
     "rolling_friction": 0.04,
 }
-"""A step of a parameter about its calibrated value: no more than two people who look at the same ground differ by."""
+"""Step of each parameter around its calibrated value: small enough that two experts may differ by it."""
 LARGEST = {"friction_angle_deg": 89.0}
-"""Upper bounds of parameters; 1 where left out."""
+"""Upper bounds of parameters; 1 for all other parameters."""
 SIDE_STEPS = (-2, -1, 0, 1, 2)
 R_N_CURVES = (0.25, 0.40, 0.55)
 Say = Callable[[str], None]
 
 
 class Measured(NamedTuple):
-    """results : figures by site, as JSON holds them; ends : of each line of a site's table, by its label."""
+    """The result of a measurement.
+
+    results : figures by site, in the form of the JSON file
+    ends : end points of each line of a site's table, by the label of the line
+    """
 
     results: dict[str, Any]
     ends: dict[str, dict[str, Ends]]
 
 
 def measured(say: Say) -> Measured:
-    """Calibrate every model at every site, and fly what the tables hold.
+    """Calibrate every model at every site, and fly the rocks for all tables of the page.
 
     Raises
     ------
@@ -59,7 +63,7 @@ def measured(say: Say) -> Measured:
 
 
 def _flown(name: str, site: Any, field: dict[str, Any], ends: dict[str, Ends], say: Say) -> dict[str, Any]:
-    """A site where rocks fly: calibrations, and one line for each model and set of values."""
+    """Calibrate and fly all models at Authume or Tschamut; return calibrations, and a line for each set of values."""
     calibrations: dict[str, Any] = {}
     lines = []
     for row in rows():
@@ -78,20 +82,20 @@ def _flown(name: str, site: Any, field: dict[str, Any], ends: dict[str, Ends], s
 
 
 def _half(row: Row, site: Any, found: Found) -> dict[str, Any]:
-    """Return what half of the data calibrates: its errors on all data, on the first half and on the second half."""
+    """Return a calibration on half of the data, with its errors on all data and on both halves."""
     figures, _ = site.simulated(row.keys(found.parameters))
     errors = {name: figures[name] for name in ("errors", "side_errors", "side_sd") if name in figures}
     return {**_calibration(row.free, found), **errors}
 
 
 def _calibration(free: tuple[Free, ...], found: Found) -> dict[str, Any]:
-    """What a search found, and which parameters lie at the edge of what was searched."""
+    """Return the result of a search, and the parameters at the edge of the searched range."""
     at_edge = [one.name for one in free if found.parameters[one.name] in (one.low, one.high)]
     return {"parameters": found.parameters, "error": found.error, "tried": found.tried, "at_edge": at_edge}
 
 
 def _impacts(say: Say) -> dict[str, Any]:
-    """Chant Sura: every rebound model with published values, and the calibrated ones."""
+    """Return the results at Chant Sura: every rebound model with published values, and the calibrated models."""
     grounds = {source: chant_sura.surface(PUBLISHED["chant_sura"][source]["default"]) for source in SOURCES}
     lines, left_out = [], []
     for name, model in chant_sura.all_models().items():
@@ -117,7 +121,7 @@ def _impacts(say: Say) -> dict[str, Any]:
 
 
 def _calibrated_impacts(row: Row, say: Say) -> dict[str, Any]:
-    """What the eleven contacts calibrate, run by run kept out, and what that says of the six."""
+    """Return a calibration on the eleven contacts, its check with each run kept out, and its errors on the six."""
     found = chant_sura.calibrate(row)
     model, ground = chant_sura.model_for(row, found.parameters), _surface_of(found.parameters)
     slope = found.parameters[chant_sura.SLOPE.name]
@@ -136,7 +140,7 @@ def _surface_of(parameters: Mapping[str, float]) -> Any:
 
 
 def _sensitivities(calibrations: Mapping[str, Any]) -> dict[str, Any]:
-    """Return mean x at Authume about each model's calibrated values and, of the point models, over R_t."""
+    """Return mean x at Authume for values around the calibrated ones; for point models also over R_t."""
     found: dict[str, Any] = {"curves": {}}
     for row in rows():
         about, of_row = calibrations[row.name]["parameters"], {}
@@ -158,7 +162,7 @@ def _sensitivities(calibrations: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _transfers(results: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What is calibrated at one site, at all three."""
+    """Return the errors at all three sites of values that were calibrated at one site."""
     lines = []
     for row in rows():
         for site in ("authume", "tschamut", "chant_sura"):
@@ -176,13 +180,16 @@ def _transfers(results: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _completed(row: Row, parameters: Mapping[str, float], site: str) -> dict[str, float]:
-    """Parameters of a row; what single impacts do not calibrate is the site's published value, of its first zone."""
+    """Return the parameters of a row, completed by published values of the site's first zone.
+
+    Single impacts calibrate only some of the parameters.
+    """
     values = material(next(iter(PUBLISHED[site][HOEK].values())))
     return {one.name: parameters[one.name] if one.name in parameters else values[one.name] for one in row.free}
 
 
 def rounded(value: Any) -> Any:
-    """Figures as the page and the file hold them."""
+    """Round all figures in a nested result, for the file of results."""
     if isinstance(value, float):
         return round(value, DECIMALS)
     if isinstance(value, Mapping):

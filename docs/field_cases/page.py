@@ -1,4 +1,4 @@
-"""docs/explanation/validation.md from what was measured."""
+"""Build the text of docs/explanation/validation.md from the file of results."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ def document(results: Results) -> str:
 
 
 def _grids() -> str:
-    """Return what each search looks through; models with the same grid share a line."""
+    """Return the section on the searched values; models with the same grid share a line."""
     models: dict[tuple[str, Free], list[str]] = {}
     for row in rows():
         for where, searched in (("flights", row.free), ("impacts", row.at_impacts)):
@@ -37,7 +37,7 @@ def _grids() -> str:
 
 
 def _last_step(one: Free) -> float:
-    """Return the step of the finest grid."""
+    """Return the step of the finest grid of a parameter."""
     return (one.high - one.low) / (one.values - 1) / 2**ROUNDS
 
 
@@ -58,7 +58,7 @@ def _values_of_books() -> str:
 
 
 def _transfer(lines: Sequence[Results]) -> str:
-    """Return the table of what is calibrated at one site and flown at all."""
+    """Return the table of values that were calibrated at one site and used at all sites."""
     head = ("model", "calibrated on", "Authume: mean x less 44.1 (m)", "distance of x (m)", "lateral sd (m), field 6.9",
             "Tschamut: mean runout error (m)", "mean absolute error (m)",
             "Chant Sura: energy ratio of the six, mean error")  # fmt: skip

@@ -1,4 +1,4 @@
-"""The section of docs/explanation/validation.md on Authume."""
+"""Build the section of docs/explanation/validation.md on Authume from the file of results."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ FAILED = {"mean": "mean x", "ledge": "ledge", "floor": "floor"}
 
 
 def section(results: Results) -> str:
-    """Return the section of what was measured at Authume."""
+    """Return the section on Authume as Markdown."""
     field, lines = results["field"], results["lines"]
     return "\n".join([
         AUTHUME,
@@ -42,15 +42,15 @@ def section(results: Results) -> str:
 
 
 def _distances(field: Results) -> str:
-    """Return what the distances mean, and which of them the field's few blocks cannot reject."""
+    """Return the explanation of the distances, and the distance below which the few blocks cannot reject a model."""
     x, side = field["x"], field["side"]
     return wrapped(
-        "The next table gives Wasserstein's distance (m): how far the mean rock must be moved along an axis to make "
-        "the simulated distribution the field's. The field cannot reject a model that is nearer than "
-        f"{x['resampled']:.1f} m in x and {side['resampled']:.1f} m across: 95 % of bootstrap samples of the 41 blocks "
-        f"are. Two random halves of the blocks are {x['random_halves']:.1f} m apart in x and "
-        f"{side['random_halves']:.1f} m across; the two halves of the table {x['these_halves']:.1f} and "
-        f"{side['these_halves']:.1f} m."
+        "The next table has the difference of simulated and observed end points as Wasserstein's distance (m): how "
+        "far rocks must be moved on average to make the two distributions equal. The 41 blocks cannot reject a model "
+        f"with a distance below {x['resampled']:.1f} m in x and {side['resampled']:.1f} m across, because 95 % of "
+        "their bootstrap samples are as near. For comparison, two random halves of the blocks have a distance of "
+        f"{x['random_halves']:.1f} m in x and {side['random_halves']:.1f} m across, the two halves of the table "
+        f"{x['these_halves']:.1f} and {side['these_halves']:.1f} m."
     )
 
 
@@ -84,7 +84,7 @@ def _shares(field: Results, lines: Sequence[Results]) -> str:
 
 
 def _failed(line: Results) -> str:
-    """Return the checks that a line fails."""
+    """Return the names of the checks that a line of the table fails."""
     return ", ".join(f"**{FAILED[name]}**" for name, is_met in line["checks"].items() if not is_met) or "none"
 
 
@@ -95,7 +95,9 @@ def _sensitivity(sensitivity: Results) -> str:
         for model, parameters in sensitivity.items() if model != "curves"
         for name, one in parameters.items()
     ]  # fmt: skip
-    return table(("model", "parameter", "two steps down", "one", "calibrated", "one", "two steps up"), rows)
+    return table(
+        ("model", "parameter", "two steps down", "one step down", "calibrated", "one step up", "two steps up"), rows
+    )
 
 
 def _curves(curves: Results, calibrations: Results) -> str:
@@ -110,7 +112,7 @@ def _curves(curves: Results, calibrations: Results) -> str:
 
 
 def _reading(curves: Results) -> str:
-    """Return what the constant model's curves mean."""
+    """Return the conclusion from the curves of the constant model."""
     here, there = (authume.STEPS_OF_R_T.index(R_t) for R_t in (0.86, 0.90))
     R_n, means = next(iter(curves.items()))
     return wrapped(

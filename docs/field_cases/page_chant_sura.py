@@ -1,4 +1,4 @@
-"""The section of docs/explanation/validation.md on Chant Sura."""
+"""Build the section of docs/explanation/validation.md on Chant Sura from the file of results."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from field_cases.prose import CHANT_SURA
 
 
 def section(results: Results) -> str:
-    """What was measured at Chant Sura."""
+    """Return the section on Chant Sura as Markdown."""
     parts = [
         CHANT_SURA,
         "![Chant Sura](../pictures/validation_chant_sura.png)\n",
@@ -22,8 +22,8 @@ def section(results: Results) -> str:
 
 
 def _six(results: Results) -> str:
-    head = ("energy ratio of the six", *("2.1", "2.2", "2.3", "4.1", "4.2", "4.3"), "mean error", "mean absolute",
-            "speed after, mean error (m/s)", "rms (m/s)", "mean absolute, 27 rad/s")  # fmt: skip
+    head = ("energy ratio of the six impacts", *("2.1", "2.2", "2.3", "4.1", "4.2", "4.3"), "mean error",
+            "mean absolute", "speed after, mean error (m/s)", "rms (m/s)", "mean absolute, 27 rad/s")  # fmt: skip
     rows = [("**field**", *(f"{ratio:.2f}" for ratio in results["field"]["published"]), *[""] * 5)]
     calibrated = [
         {"model": model, "values": "calibrated on the eleven", **found}
@@ -39,7 +39,7 @@ def _six(results: Results) -> str:
 
 def _eleven(lines: Sequence[Results]) -> str:
     slopes = list(lines[0]["contacts"])
-    head = (f"eleven contacts; slopes of {listed(slopes)} degrees", "velocity off (m/s)",
+    head = (f"eleven contacts; slopes of {listed(slopes)} degrees", "error of velocity (m/s)",
             "speed after, mean error (m/s)", "energy ratio, mean error")  # fmt: skip
     rows = [
         (label(line), *(", ".join(f"{line['contacts'][slope][key]:{form}}" for slope in slopes)
@@ -50,7 +50,7 @@ def _eleven(lines: Sequence[Results]) -> str:
 
 
 def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
-    """Return rows of a table with one row for all labels that have the same figures."""
+    """Return the rows of a table; labels with the same figures share one row."""
     labels: dict[tuple[str, ...], list[str]] = {}
     for name, *cells in rows:
         labels.setdefault(tuple(cells), []).append(name)
@@ -59,12 +59,13 @@ def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 def _calibrated_impacts(calibrations: Results) -> str:
     head = ("calibrated on the eleven", "speed after, rms (m/s)", "rms, each run kept out",
-            "speed after, mean error (m/s)", "velocity off (m/s)", "energy ratio, mean absolute error")  # fmt: skip
+            "speed after, mean error (m/s)", "error of velocity (m/s)",
+            "energy ratio, mean absolute error")  # fmt: skip
     rows = [
         (model, f"{found['contacts']['speed_rms']:.2f}", f"{found['kept_out']['speed_rms']:.2f}",
          f"{found['contacts']['speed_mean']:+.2f}", f"{found['contacts']['velocity']:.2f}",
          f"{found['contacts']['ratio_absolute']:.2f}")
         for model, found in calibrations.items()
     ]  # fmt: skip
-    words = "Calibrated values (m/s off the eleven speeds; sets tried):\n\n"
+    words = "Calibrated values (error of the eleven speeds in m/s; number of sets tried):\n\n"
     return f"{words}{searched(calibrations)}\n{table(head, rows)}"

@@ -1,4 +1,4 @@
-"""The comparison of the two models of a point: the figures behind the words of `prose.DEFAULT`."""
+"""Compare the two point models, so that a test can check the statements of `prose.DEFAULT`."""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -13,10 +13,10 @@ Pair = tuple[float, float]
 
 
 class Quantity(NamedTuple):
-    """A quantity of both models: constant first, Coulomb-limited second.
+    """A quantity of both point models: constant first, Coulomb-limited second.
 
-    field : what both should be
-    form : how the cells are written
+    field : value of the field, which both should have
+    form : format of the cells
     """
 
     group: str
@@ -26,15 +26,15 @@ class Quantity(NamedTuple):
     form: str = ".1f"
 
     def cells(self) -> list[str]:
-        """Return the figures as the page has them."""
+        """Return the two figures in the format of the page."""
         return [f"{value:{self.form}}" for value in self.found]
 
     def target(self) -> str:
-        """Return what both should be, as the page has it."""
+        """Return the value of the field in the format of the page."""
         return f"{self.field:{self.form}}" if self.field else "0"
 
     def better(self) -> str:
-        """Return the model that is nearer to the field; a dash where the figures, as printed, are equally near."""
+        """Return the model that is nearer to the field; a dash if the printed figures are equally near."""
         off = [abs(float(cell) - float(self.target())) for cell in self.cells()]
         if off[0] == off[1]:
             return "-"
@@ -42,7 +42,7 @@ class Quantity(NamedTuple):
 
 
 def quantities(results: Results) -> Iterator[Quantity]:
-    """Yield what is compared; every figure stands in a table of the page."""
+    """Yield all quantities of the comparison; each figure is also in a table of the page."""
     yield from _kept_out(results)
     yield from _transferred(results)
     yield from _fitted_authume(results)
@@ -127,5 +127,5 @@ def _lines(results: Results, site: str) -> dict[tuple[str, str], Results]:
 
 
 def _both(figure: Callable[[str], float]) -> Pair:
-    """Return a figure of the constant and of the Coulomb-limited model."""
+    """Return a figure for the constant and for the Coulomb-limited model."""
     return figure(CONSTANT.name), figure(COULOMB_LIMITED.name)

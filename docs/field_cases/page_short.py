@@ -1,4 +1,4 @@
-"""The first section of docs/explanation/validation.md: what the figures say, with the range over all models."""
+"""The first section of docs/explanation/validation.md: the conclusion, with the range of the figures of all models."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,7 @@ from field_cases.rows import COULOMB_LIMITED, HOEK
 
 
 def section(results: Results) -> str:
-    """Return the answer to the question of the page."""
+    """Return the section on how far a predicted runout can be trusted."""
     quarry, meadow = results["authume"]["lines"], results["tschamut"]["lines"]
     fitted = [line for line in quarry if line["values"] == CALIBRATED]
     words = wrapped(
@@ -31,18 +31,18 @@ def section(results: Results) -> str:
 
 
 def _off(line: Results) -> float:
-    """Return how far the mean x of a line is off the field's at Authume (m)."""
+    """Return mean x of a line at Authume minus mean x of the field (m)."""
     return float(line["mean"]) - authume.MEAN_X
 
 
 def _range(name: str, values: Iterable[float]) -> dict[str, float]:
-    """Return the lowest and the highest of values, as the words name them."""
+    """Return the lowest and the highest value, under the names that the text uses."""
     found = list(values)
     return {f"{name}_low": min(found), f"{name}_high": max(found)}
 
 
 def _carried(results: Results) -> dict[str, str]:
-    """Return how far values of another site are off in the mean (m), model by model."""
+    """Return the mean error (m) of values from another site, for each model, under the names that the text uses."""
     asked = {"at_meadow": ("authume", "tschamut"), "at_quarry": ("tschamut", "authume"),
              "impacts_quarry": ("chant_sura", "authume"), "impacts_meadow": ("chant_sura", "tschamut")}  # fmt: skip
     return {

@@ -1,4 +1,4 @@
-"""Tables and words that the sections of docs/explanation/validation.md share."""
+"""Tables and phrases that the sections of docs/explanation/validation.md share."""
 
 import re
 import textwrap
@@ -9,16 +9,16 @@ from field_cases.measuring import CALIBRATED
 
 Results = Mapping[str, Any]
 WIDTH = 118
-"""Characters in a line of prose."""
+"""Largest number of characters in a line of text."""
 NAMES = {
     "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction angle",
     "rolling_friction": "rolling friction", "slope_deg": "slope",
 }  # fmt: skip
-"""How the page writes what is calibrated."""
+"""Names of the calibrated parameters on the page."""
 
 
 def table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
-    """A Markdown table."""
+    """Return a Markdown table from its head and its lines."""
     rule = ["---"] * len(head)
     return "\n".join("| " + " | ".join(line) + " |" for line in (head, rule, *lines)) + "\n"
 
@@ -33,7 +33,7 @@ def wrapped(text: str) -> str:
 
 
 def searched(calibrations: Results) -> str:
-    """Return what each search found, its error and the number of sets it tried."""
+    """Return a list with the result of each search: parameters, error, number of sets tried."""
     lines = []
     for model, found in calibrations.items():
         values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in found["parameters"].items())
@@ -46,33 +46,33 @@ def searched(calibrations: Results) -> str:
 
 
 def halves_table(results: Results, columns: Sequence[str], keys: Sequence[str] = ("errors",)) -> str:
-    """Return a table of errors on all data and on its halves; those on a half that was kept out are in bold."""
+    """Return a table of errors on all data and on its halves; errors on a kept-out half are in bold."""
     rows = [[label(line), *(f"{error:.1f}" for key in keys for error in line[key])] for line in results["lines"]]
     for model, found in results["calibrations"].items():
         for which, half in enumerate(found["halves"]):
             cells = [f"**{error:.1f}**" if k == 2 - which else f"{error:.1f}" for key in keys
                      for k, error in enumerate(half[key])]  # fmt: skip
             rows.append([f"{model}, {('first', 'second')[which]} half", *cells])
-    return table(("values, or the half that they fit; kept out in bold", *columns), rows)
+    return table(("values, or half of the data that they fit; kept-out half in bold", *columns), rows)
 
 
 def mean_and_sd_of(figures: Results, name: str, decimals: int = 1) -> str:
-    """Return mean and standard deviation of a quantity as table cells hold them."""
+    """Return mean and standard deviation of a quantity in the format of a table cell."""
     return f"{figures[f'{name}_mean']:.{decimals}f} ± {figures[f'{name}_sd']:.{decimals}f}"
 
 
 def label(line: Results) -> str:
-    """A line's model and values."""
+    """Return the label of a line: its model and its values."""
     values = line["values"]
     return f"{line['model']}, **{values}**" if values == CALIBRATED else f"{line['model']}, {values}"
 
 
 def interval_of(interval: Sequence[float], decimals: int = 1, sign: str = "") -> str:
-    """An interval as tables have it."""
+    """Return an interval in the format of a table cell."""
     low, high = (f"{value:{sign}.{decimals}f}" for value in interval)
     return f"{low} to {high}"
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names as a sentence has them."""
+    """Return names as a list in a sentence, with "and" before the last name."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,4 +1,4 @@
-"""The section of docs/explanation/validation.md on Tschamut."""
+"""Build the section of docs/explanation/validation.md on Tschamut from the file of results."""
 
 from collections.abc import Sequence
 
@@ -8,12 +8,12 @@ from field_cases.prose import TSCHAMUT, TSCHAMUT_FAILS
 
 
 def section(results: Results) -> str:
-    """What was measured at Tschamut."""
+    """Return the section on Tschamut as Markdown."""
     field, bar = results["field"], tschamut.OTHER_CODE
-    head = ("runout, simulated less seen (m)", "mean", "mean absolute", "correlation over runs", "mean end off by (m)",
-            "not at rest (%)")  # fmt: skip
+    head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
+            "mean end off (m)", "not at rest (%)")  # fmt: skip
     rows = [
-        *((f"another code, {name}", f"{value:+.1f}", *[""] * 4) for name, value in bar.items()),
+        *((f"another program, {name}", f"{value:+.1f}", *[""] * 4) for name, value in bar.items()),
         *((label(line), f"{line['error_mean']:+.1f} ({interval_of(line['error_interval'], 0, '+')})",
            f"{line['error_absolute']:.1f}",
            f"{line['correlation']:+.2f}", f"{line['end_off']:.1f}", f"{100 * line['left']:.0f}")
@@ -28,7 +28,7 @@ def section(results: Results) -> str:
 
 
 def _ends(field: Results, lines: Sequence[Results]) -> str:
-    """Return the table of where rocks end, over all runs."""
+    """Return the table of runout, lateral position and reach angle over all runs."""
     head = ("from the run's release", "runout (m)", "lateral mean (m)", "lateral sd (m)", "reach angle (degrees)")
     named = [("**field, 18 runs**", field), *((label(line), line) for line in lines)]
     rows = [

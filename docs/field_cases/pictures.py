@@ -1,4 +1,4 @@
-"""The report's pictures."""
+"""Draw the pictures of the validation page."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,18 +17,18 @@ from rpf3d_core.ensemble.flights import FloatArray
 
 MODEL_COLOURS = {"constant": "tab:blue", "Coulomb-limited": "tab:green", "rigid sphere": "tab:orange"}
 MODEL_MARKS = {"constant": ("o", 10), "Coulomb-limited": ("s", 7), "rigid sphere": ("x", 5)}
-"""Marker and its size (points): models that predict the same stay visible on top of each other."""
+"""Marker and its size (points) of each model; the sizes differ, so that equal predictions stay visible."""
 REBOUND_COLOURS = {row.rebound: MODEL_COLOURS[row.name] for row in ALL_ROWS}
 OTHER_COLOURS = ("tab:red", "tab:purple", "tab:brown", "tab:pink", "tab:gray", "tab:olive", "tab:cyan")
 STYLES = {HOEK: ":", STONE: "--", CALIBRATED: "-"}
 DRAWN = 1500
-"""Rocks in a map at most."""
+"""Largest number of rocks in a map."""
 ASIDE = 0.6
-"""Width that the models of one impact share, in distances of two impacts."""
+"""Width of the group of models at one impact, over the distance of two impacts (-)."""
 
 
 def draw_all(measured: Measured, folder: Path) -> None:
-    """Write validation_<site>.png into a folder."""
+    """Write the pictures of all sites, validation_<site>.png, into a folder."""
     _authume(measured.results["authume"], measured.ends["authume"]).savefig(folder / "validation_authume.png", dpi=110)
     _tschamut(measured.ends["tschamut"]).savefig(folder / "validation_tschamut.png", dpi=110)
     _chant_sura(measured.results["chant_sura"]).savefig(folder / "validation_chant_sura.png", dpi=110)
@@ -57,7 +57,7 @@ def _authume(results: Mapping[str, Any], ends: Mapping[str, Ends]) -> Figure:
 
 
 def _curves(axes: Axes, results: Mapping[str, Any]) -> None:
-    """Draw mean x over R_t and R_n of the two models of a point."""
+    """Draw mean x over R_t and R_n for the two point models."""
     for model, of_model in results["sensitivity"]["curves"].items():
         mark, _ = MODEL_MARKS[model]
         angle = results["calibrations"][model]["parameters"]["friction_angle_deg"]
@@ -71,7 +71,7 @@ def _curves(axes: Axes, results: Mapping[str, Any]) -> None:
 
 
 def _shares_below(axes: Axes, field: FloatArray, simulated: Mapping[str, FloatArray]) -> None:
-    """Draw shares of rocks below a position: the field's blocks (N,) m, and simulated rocks by model and values."""
+    """Draw cumulative distributions of positions (m): the field's N blocks, and rocks by model and values."""
     field = np.sort(field)
     axes.fill_betweenx(_steps(len(field)), *_band(field), color="0.85", label="field, bootstrap 95 %", step="mid")
     axes.step([field[0], *field], np.arange(len(field) + 1) / len(field), "k-", lw=2, where="post",
@@ -85,7 +85,7 @@ def _shares_below(axes: Axes, field: FloatArray, simulated: Mapping[str, FloatAr
 
 
 def _band(field: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """95 % band (2 x N) of the sorted positions of N blocks."""
+    """Return the 95 % band (2, N) of the sorted positions of N blocks."""
     draws = np.random.default_rng(1).integers(0, len(field), (2000, len(field)))
     low, high = np.percentile(np.sort(field[draws], axis=1), (2.5, 97.5), axis=0)
     return low, high
@@ -148,7 +148,7 @@ def _tschamut_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
 
 
 def _contours(axes: Axes) -> None:
-    """Heights of the proxy terrain, every 5 m."""
+    """Draw contour lines of the terrain at Tschamut, every 5 m."""
     heights = tschamut.heights()
     y, x = (tschamut.CELL * np.arange(n) for n in heights.shape)
     west, south = tschamut.CORNER

@@ -1,6 +1,6 @@
-"""The models of the report, a row each; one that the scene model does not offer has no row.
+"""The models of the validation page, one row each; a model that scenes cannot name has no row.
 
-A new row: a `Row` with the scene's keys, what it is calibrated by, and the published values that it is flown with.
+To add a model, add a `Row` with the keys of the scene and the parameters to calibrate, and published values.
 """
 
 from collections.abc import Mapping
@@ -20,13 +20,13 @@ SOURCES = {
 
 
 class Values(NamedTuple):
-    """Published values of one ground."""
+    """Published coefficients of one kind of ground."""
 
     R_n: float
     R_t: float
     friction_angle_deg: float
     rolling_friction: float
-    """Used by the rigid sphere: STONE's value of the same ground, because no other library has one."""
+    """Rolling friction (-) of the rigid sphere: STONE's value of the same ground, because no other library has one."""
 
 
 PUBLISHED: dict[str, dict[str, dict[str, Values]]] = {
@@ -51,7 +51,7 @@ PUBLISHED: dict[str, dict[str, dict[str, Values]]] = {
         STONE: {"default": Values(0.35, 0.55, 33.0, 0.65)},
     },
 }
-"""Values by the description of the ground alone: site, source, zone.
+"""Published values by site, source and zone, chosen by the description of the ground only.
 
 Authume: Hoek's talus with vegetation (blue), bedrock outcrop (gray), talus (red); STONE's loose clastic and carbonate.
 Tschamut and Chant Sura, alpine meadows: Hoek's soft soil with some vegetation; STONE's glacial deposits.
@@ -59,11 +59,11 @@ Tschamut and Chant Sura, alpine meadows: Hoek's soft soil with some vegetation; 
 
 
 class Row(NamedTuple):
-    """A model: its name in the report, what scenes call it, and what of it is calibrated, over all zones alike.
+    """A model of the page: its name there, its names in scenes, and the parameters to calibrate, equal in all zones.
 
-    free : parameters that are looked for; of_rebound : those of them that are the rebound model's, not the ground's
-    fixed : of the ground, what stays as published; at_impacts : what decides a single impact, which costs no flight
-    rocks : that an evaluation of the search flies at Authume
+    free : parameters to calibrate with flights; of_rebound : names of those that belong to the rebound model
+    fixed : parameters of the ground that keep their published value; at_impacts : parameters to calibrate with impacts
+    rocks : number of rocks in each flight of the search at Authume
     """
 
     name: str
@@ -77,20 +77,20 @@ class Row(NamedTuple):
 
     @property
     def is_offered(self) -> bool:
-        """Whether scenes can name it."""
+        """True if scenes can name the model."""
         return self.rebound in ReboundSpec.model_fields and self.ground in GroundSpec.model_fields
 
     def rebound_keys(self, parameters: Mapping[str, float]) -> dict[str, Any]:
-        """The scene's key `rebound` with some of the parameters."""
+        """Return the value of the scene's key `rebound`, with the given parameters of the rebound model."""
         return {self.rebound: {name: parameters[name] for name in self.of_rebound if name in parameters}}
 
     def keys(self, parameters: Mapping[str, float]) -> dict[str, Any]:
-        """The scene's keys with one set of parameters for all zones."""
+        """Return the keys of a scene with one set of parameters for all zones."""
         ground = self.fixed | {name: value for name, value in parameters.items() if name not in self.of_rebound}
         return {"rebound": self.rebound_keys(parameters), "ground": self.ground, "materials": {"default": ground}}
 
     def published(self, site: str, source: str) -> dict[str, Any]:
-        """The scene's keys with a site's published values."""
+        """Return the keys of a scene with the published values of a site."""
         ground = {zone: material(values) for zone, values in PUBLISHED[site][source].items()}
         return {"rebound": self.rebound, "ground": self.ground, "materials": ground}
 
@@ -113,7 +113,7 @@ CONSTANT = Row(
     rocks=2000,
 )
 COULOMB_LIMITED = CONSTANT._replace(name="Coulomb-limited", rebound="coulomb_limited")
-"""The constant model's grids, rocks and ground: the two differ in the rebound alone."""
+"""The same grids, rocks and ground as the constant model; only the rebound differs."""
 
 ALL_ROWS = (
     CONSTANT,
@@ -138,17 +138,17 @@ ALL_ROWS = (
 
 
 def rows() -> tuple[Row, ...]:
-    """The models that scenes can name."""
+    """Return the rows of the models that scenes can name."""
     return tuple(row for row in ALL_ROWS if row.is_offered)
 
 
 def row_named(name: str) -> Row:
-    """A row by its name."""
+    """Return the row with a name."""
     return next(row for row in ALL_ROWS if row.name == name)
 
 
 def material(values: Values) -> dict[str, float]:
-    """Keys of a material, as far as the scene model has them."""
+    """Return published values as the keys of a material in a scene."""
     written = {
         "normal_restitution": values.R_n,
         "tangential_restitution": values.R_t,

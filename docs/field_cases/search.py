@@ -1,4 +1,4 @@
-"""The calibration's search: a grid, then finer grids about the best place found. No starting value, no derivative."""
+"""Find the best parameters of a calibration: try a grid, then finer grids around the best set of parameters."""
 
 from collections.abc import Callable, Mapping
 from itertools import product
@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 ROUNDS = 2
-"""Finer grids after the first one; each halves the step."""
+"""Number of finer grids after the first grid; each halves the step."""
 FINER = (-1.0, -0.5, 0.0, 0.5, 1.0)
-"""Places of a finer grid, in steps of the coarser one."""
+"""Offsets of a finer grid from the best set, in steps of the coarser grid."""
 
 
 class Free(NamedTuple):
-    """A parameter that is looked for: its lowest and highest value, the values of the first grid, its decimals."""
+    """A parameter to calibrate: its lowest and highest value, the number of values in the first grid, its decimals."""
 
     name: str
     low: float
@@ -23,7 +23,7 @@ class Free(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The parameters with the smallest error, that error, and how many sets of parameters were tried."""
+    """The result of a search: the parameters with the smallest error, this error, and the number of sets tried."""
 
     parameters: dict[str, float]
     error: float
@@ -31,7 +31,7 @@ class Found(NamedTuple):
 
 
 def search(error: Callable[[Mapping[str, float]], float], free: tuple[Free, ...]) -> Found:
-    """The parameters of the smallest error; the same error is never asked for twice, the first of equals wins."""
+    """Return the parameters with the smallest error; of equal errors, the first. No set is tried twice."""
     known: dict[tuple[float, ...], float] = {}
     axes = [np.linspace(one.low, one.high, one.values) for one in free]
     steps = [float(axis[1] - axis[0]) for axis in axes]

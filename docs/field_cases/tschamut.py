@@ -1,4 +1,4 @@
-"""Tschamut 2014: 18 runs on an alpine meadow, over a proxy of its terrain in cells of 5 m.
+"""Tschamut 2014: 18 runs on an alpine meadow, over an approximation of its terrain in cells of 5 m.
 
 Volkwein & Gerber 2018, EnviDat doi:10.16904/envidat.34; Geosciences 8(3):88.
 """
@@ -24,20 +24,20 @@ from rpf3d_core.setup.choices import chosen_scene
 DATA = ROOT.parent / "shared" / "data" / "tschamut2014"
 RUNS = 18
 OTHER_CODE = {"translational": -35.0, "sphere": 104.6}
-"""Mean runout error (m) of another open code, untuned, on the survey of 2 m: the bar to beat."""
+"""Mean runout error (m) of another open program, without calibration, on the survey of 2 m: for comparison."""
 MEADOW_DENSITY = 2700.0
 SPREAD = 0.5
-"""Half-width (m) of the square that a run's rocks start in: about a block, much less than what 5 m cells leave open."""
+"""Half-width (m) of the square in which the rocks of a run start: about a block, much less than a cell of 5 m."""
 CELL, CORNER = 5.0, (-32.5, 87.5)
-"""m: side of a cell of the terrain, and the centre of its south-western one."""
+"""Side of a cell of the terrain (m), and the centre of the south-western cell (m)."""
 SEARCH_ROCKS_A_RUN, ROCKS_A_RUN = 50, 500
 
 
 class Runs:
-    """The field's runs, sorted by their names.
+    """The R measured runs of the field, sorted by name.
 
-    names : of R runs; release, end : (R, 3) m on the ground; velocity : (R, 3) m/s; radius : (R,) m; mass : (R,) kg
-    axes : from the mean release to the mean end point
+    names : (R) names; release, end : (R, 3) m on the ground; velocity : (R, 3) m/s; radius : (R,) m; mass : (R,) kg
+    axes : the first axis points from the mean release to the mean end point
     """
 
     def __init__(self) -> None:
@@ -50,29 +50,29 @@ class Runs:
         self.axes = horizontal_axes(self.release.mean(axis=0), self.end.mean(axis=0))
 
     def seen(self) -> EndPoints:
-        """Return the field's end points, each as seen from the release of its run."""
+        """Return the field's end points, each measured from the release of its run."""
         return seen(np.arange(len(self.names)), self.end)
 
     def distinct(self) -> list[int]:
-        """The runs that are not the copy of another: v034 repeats v033 to the last digit."""
+        """Return the runs without copies, for the calibration: v034 repeats v033 to the last digit."""
         rows = [(*self.release[i], *self.end[i]) for i in range(len(self.names))]
         return [i for i, row in enumerate(rows) if row not in rows[:i]]
 
     def halves(self) -> tuple[list[int], list[int]]:
-        """The runs of the first half, every second distinct one from the first, and of the second."""
+        """Return two halves of the distinct runs, so that one can check the other: every second run, and the rest."""
         distinct = self.distinct()
         return distinct[::2], distinct[1::2]
 
 
 @lru_cache
 def runs() -> Runs:
-    """The field's runs."""
+    """Return the measured runs of the field; the files are read once."""
     return Runs()
 
 
 @lru_cache
 def site(rocks_a_run: int, seed: int) -> Site:
-    """The meadow with this number of rocks for each run: each run is a source."""
+    """Return the meadow, prepared for many flights, with a number of rocks per run; each run is a source."""
     field = runs()
     # A sphere rests on the ground where its centre is a radius above; on a slope its centre is a little higher.
     sources = [
@@ -97,17 +97,17 @@ def site(rocks_a_run: int, seed: int) -> Site:
 
 
 def heights() -> FloatArray:
-    """Heights of the proxy terrain (46, 43) m at the centres of its cells, the southernmost row first."""
+    """Return the heights of the terrain (46, 43) m at the centres of its cells, the southernmost row first."""
     return np.loadtxt(DATA / "terrain.asc", skiprows=6)[::-1]
 
 
 def seen(run: IntArray, ends: FloatArray) -> EndPoints:
-    """Return end points (N, 3) m of field or simulation, each as seen from where the field released its run (N,)."""
+    """Return end points (N, 3) m of runs (N,), each measured from the field's release of its run."""
     return measured_from(runs().release[run], ends, runs().axes)
 
 
 def figures_of(run: IntArray, ends: FloatArray) -> dict[str, float]:
-    """Return the figures of end points (N, 3) m of field or simulation, of runs (N,)."""
+    """Return the figures of end points (N, 3) m of runs (N,), for field and simulation alike."""
     found = seen(run, ends)
     pairs = {"side": found.across, "runout": found.runout, "angle": found.reach_angle}
     return {f"{name}_{key}": value for name, values in pairs.items()
@@ -115,7 +115,7 @@ def figures_of(run: IntArray, ends: FloatArray) -> dict[str, float]:
 
 
 def field_figures() -> dict[str, Any]:
-    """Return the field's figures."""
+    """Return the figures of the field's end points."""
     field = runs()
     return {
         "runs": len(field.names),
@@ -125,7 +125,7 @@ def field_figures() -> dict[str, Any]:
 
 
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
-    """Return a model's errors, run by run, and where its rocks ended."""
+    """Fly a model; return its errors over the runs, and the end points of its rocks."""
     ends = site(ROCKS_A_RUN, REPORT_SEED).fly(keys)
     errors, field = errors_of(ends), runs()
     far = np.linalg.norm((mean_ends(ends) - field.end)[:, :2], axis=1)
@@ -143,9 +143,9 @@ def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
 
 
 def errors_of(ends: Ends) -> FloatArray:
-    """Return mean simulated less observed runout of each run (R,) m.
+    """Return the error of runout of each run (R,) m: mean simulated runout minus observed runout.
 
-    A rock that left the terrain counts as far as the rim.
+    The runout of a rock that left the terrain ends at the boundary.
     """
     return _by_run(seen(ends.source, ends.end).runout) - runs().seen().runout
 
@@ -156,19 +156,19 @@ def mean_ends(ends: Ends) -> FloatArray:
 
 
 def correlation(errors: FloatArray) -> float:
-    """Of simulated and observed runout over the runs; 0 where the simulated ones do not differ."""
+    """Return the correlation of simulated and observed runout over the runs; 0 if all simulated runouts are equal."""
     observed = runs().seen().runout
     predicted = observed + errors
     return 0.0 if np.ptp(predicted) < 1e-9 else float(np.corrcoef(predicted, observed)[0, 1])
 
 
 def halves() -> tuple[list[int], list[int]]:
-    """The distinct runs of the first half, and of the second."""
+    """Return two halves of the distinct runs, so that one half can check the other."""
     return runs().halves()
 
 
 def calibrate(row: Row, some: Sequence[int]) -> Found:
-    """One set of parameters, by the mean absolute error of runout over some runs."""
+    """Find the set of parameters with the smallest mean absolute error of runout over some runs."""
 
     def error(parameters: Mapping[str, float]) -> float:
         return float(np.abs(_flown_errors(row.name, tuple(parameters.items()))[some]).mean())
@@ -178,13 +178,13 @@ def calibrate(row: Row, some: Sequence[int]) -> Found:
 
 @cache
 def _flown_errors(model: str, parameters: tuple[tuple[str, float], ...]) -> FloatArray:
-    """Errors of each run (R,) m of a search's rocks, flown once for all searches."""
+    """Return the error of runout of each run (R,) m for a set of parameters; the flight is kept for other searches."""
     row = row_named(model)
     return errors_of(site(SEARCH_ROCKS_A_RUN, SEARCH_SEED).fly(row.keys(dict(parameters))))
 
 
 def _by_run(values: FloatArray) -> FloatArray:
-    """Mean of each run's rocks, which lie run by run."""
+    """Return the mean over the rocks of each run; the values are ordered by run."""
     return values.reshape(len(runs().names), -1).mean(axis=1)
 
 

@@ -30,7 +30,7 @@ FASTEST = 20.0  # m/s, the top of the colour scale
 
 
 def read(path: Path) -> vtkPolyData:
-    """Poly data of a .vtp file."""
+    """Return the mesh or the lines in a .vtp file."""
     reader = vtkXMLPolyDataReader()
     reader.SetFileName(str(path))
     reader.Update()
@@ -38,7 +38,7 @@ def read(path: Path) -> vtkPolyData:
 
 
 def terrain_actor(data: vtkPolyData) -> vtkActor:
-    """Facets coloured by zone; those that were hit white, as in the thesis' trace maps."""
+    """Return the terrain to draw: facets coloured by zone, hit facets white as in the thesis' trace maps."""
     names = data.GetFieldData().GetAbstractArray("zone_names")
     table = np.array([zone_colour(names.GetValue(i)) for i in range(names.GetNumberOfValues())], dtype=np.uint8)
     colours = table[vtk_to_numpy(data.GetCellData().GetArray("zone"))]
@@ -53,12 +53,12 @@ def terrain_actor(data: vtkPolyData) -> vtkActor:
 
 
 def zone_colour(name: str) -> tuple[int, int, int]:
-    """Red, green, blue of a zone."""
+    """Return the colour of a zone as red, green and blue."""
     return ZONE_COLOURS.get(name, OTHER_ZONE)
 
 
 def trajectory_actor(data: vtkPolyData) -> vtkActor:
-    """Paths as tubes coloured by speed."""
+    """Return the paths to draw: tubes coloured by speed."""
     tubes = vtkTubeFilter()
     tubes.SetInputData(data)
     tubes.SetRadius(0.22)
@@ -77,7 +77,7 @@ def trajectory_actor(data: vtkPolyData) -> vtkActor:
 
 
 def render(folder: Path, picture: Path) -> None:
-    """Look down the wall that the rocks fell from, from over the pit."""
+    """Write the picture of a result folder: a view from above the pit, down the wall that the rocks fell from."""
     terrain, paths = read(folder / "terrain.vtp"), read(folder / "trajectories.vtp")
     renderer = vtkRenderer()
     renderer.SetBackground(vtkNamedColors().GetColor3d("AliceBlue"))

@@ -1,4 +1,4 @@
-"""Let a headless viewer show a recording of the demo's shift at one second of it, and take its picture for the README.
+"""Take the picture of the demo's shift for the README: a viewer without a screen shows one second of its recording.
 
     python docs/pictures/shift.py out/demo-ros/demo.rrd docs/pictures/shift.png [second]
 
@@ -16,7 +16,7 @@ from rerun.experimental import ViewerClient
 from rpf3d_ros.demo.run import BEGINS_NS
 
 SECOND = 158.0
-"""s of the shift that is shown: the ramp is evacuated."""
+"""Time in the shift that the picture shows (s): the ramp is evacuated."""
 PORT = 19_877
 RERUN = Path(sys.executable).parent / "rerun"
 SIZE = (1280, 720)
@@ -26,7 +26,7 @@ LOADING, DRAWING = 12.0, 6.0
 
 
 def take(recording: Path, picture: Path, second: float) -> None:
-    """Write the picture."""
+    """Write the picture of a recording at a time of the shift (s)."""
     options = {"port": PORT, "headless": True, "hide_welcome_screen": True, "executable_path": str(RERUN)}
     with ViewerClient.spawn(**options) as viewer:
         viewer.open(str(recording.resolve()))

@@ -24,7 +24,7 @@ SPECIAL = re.compile(r"([\\*_|`])")
 
 
 def as_rst(docstring: str) -> str:
-    """Return a docstring as reStructuredText."""
+    """Convert a docstring of rpf3d to reStructuredText, so that Sphinx shows its lists and definitions."""
     return "\n\n".join(filter(None, map(paragraph_as_rst, re.split(r"\n\s*\n", docstring.strip("\n")))))
 
 
@@ -39,13 +39,13 @@ def paragraph_as_rst(paragraph: str) -> str:
 
 
 def blocks_as_rst(parts: list[str]) -> str:
-    """Return texts and entries of lists as reStructuredText, with a blank line between a text and a list."""
+    """Return texts and entries of lists as reStructuredText, with the blank line that a list needs before it."""
     groups = groupby(parts, key=is_entry)
     return "\n\n".join("\n".join(map(part_as_rst, group)) for _, group in groups)
 
 
 def entries(lines: list[str]) -> Iterator[str]:
-    """Yield the parts of a section; there, a line over indented lines is a name or a type, explained by those lines."""
+    """Yield the parts of a section, in which a line is a name or a type, and the indented lines below explain it."""
     for part in re.split(r"\n(?! )", "\n".join(lines)):
         first, *more = (line.strip() for line in part.split("\n"))
         if more and not is_entry(first):
@@ -103,7 +103,7 @@ def code_as_rst(code: str) -> str:
 
 
 def replace_docstring(app: Any, kind: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
-    """Replace the lines of a docstring (the event `autodoc-process-docstring` of Sphinx)."""
+    """Convert a docstring for the API reference (handler of the Sphinx event `autodoc-process-docstring`)."""
     lines[:] = [*as_rst("\n".join(lines)).split("\n"), ""]
 
 
@@ -119,7 +119,7 @@ def skips(app: Any, kind: str, name: str, item: Any, skip: bool, options: Any) -
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Register both functions with Sphinx."""
+    """Connect the two handlers of this module to Sphinx, which calls this function at the start of a build."""
     app.connect("autodoc-process-docstring", replace_docstring)
     app.connect("autoapi-skip-member", skips)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

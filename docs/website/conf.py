@@ -43,7 +43,7 @@ suppress_warnings = [
 
 
 def autoapi_prepare_jinja_env(jinja_env: Any) -> None:
-    """Give the templates a filter that takes the modules off the names in an annotation."""
+    """Add a filter for the templates that removes the modules from names in an annotation, to keep it short."""
     jinja_env.filters["unqualified"] = lambda annotation: re.sub(r"(?:\w+\.)+(\w+)", r"\1", annotation)
 
 
