@@ -76,6 +76,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     from rpf3d_core.hazard.benches import lost_in_words
     from rpf3d_core.results.hazard_zones import zones_without_cells
     from rpf3d_core.setup.warnings import warnings_of
+    from rpf3d_core.terrain.mesh.overlaps import overlap_warnings
 
     prepared, totals, flights = result.prepared, result.totals, result.flights
     broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
@@ -84,7 +85,8 @@ def _print_run(result: "Run", write_s: float) -> None:
     _print_benches(result)
     _print_maps(result)
     _print_barriers(result)
-    print_warnings([*lost, *warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard), *broken])
+    of_scene = [*overlap_warnings(prepared.terrain), *warnings_of(result.scene)]
+    print_warnings([*lost, *of_scene, *zones_without_cells(result.maps, result.scene.hazard), *broken])
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
     screen.print(
         f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: "

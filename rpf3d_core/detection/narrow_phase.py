@@ -224,15 +224,13 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
     """Return the contact with facet f at time t if it is inside the facet and earlier than `best`; else `best`.
 
-    A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal.
     """
     if t > best.t or t == math.inf:
         return best
     approach = _approach(facets, f, arc, n, t)
     if t == best.t and not wins_tie(facets, f, best.facet, arc, t, approach, best.approach):
         return best
-    slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
-    if contains(facets, f, position(arc, t), side < 0.0, slack):
+    if contains(facets, f, position(arc, t), side < 0.0, _edge_band(facets, arc, n, t, approach)):
         if side < 0.0 and _glances(arc, approach) and _came_over_edge(facets, f, arc, n, t):
             return best
         return Contact(t=t, facet=f, side=side, approach=approach)
@@ -244,6 +242,22 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     ):
         return Contact(t=t, facet=f, side=side, approach=approach)
     return best
+
+
+@kernel
+def _edge_band(facets: Facets, arc: Arc, n: Vec, t: float, approach: float) -> float:
+    """Return the width (m) of the edge band in which facet f still catches a rock that meets its plane at time t.
+
+    n : (3,) normal of the facet; approach : speed (m/s) at which the rock meets the plane
+
+    A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal. Rounding
+    may take a rock as far behind the planes of two upright walls (`_time_from_near`). If the walls meet in a sharp
+    corner, this place lies farther beyond the edges of both: the edge band of a wall is then as wide as a crack.
+    """
+    near = t == 0.0 or approach * approach <= GRAZING * GRAZING * dot(arc.v, arc.v)
+    if near and n[2] == 0.0:
+        return facets.crack
+    return NEAR * facets.tolerance if t == 0.0 else facets.tolerance
 
 
 @kernel

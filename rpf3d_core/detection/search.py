@@ -139,7 +139,7 @@ def contact_or_crack(
             lands, behind = contact.t <= until, comes_behind(contact, left)
             if looks > 2 or (lands and not behind):
                 return fall_of(contact) if asked.fell and (behind or not lands) else contact
-            if looks == 1 and (left.resting or not lands):
+            if looks == 1:
                 tolerance = facets.crack
             elif notices_falls(locator) and (lands or end <= longest):
                 asked, flies_to, looks = inquiry(facets, True), contact.t if lands else math.inf, 2

@@ -18,6 +18,7 @@ from scenes_of_facets import (
     terrain_of,
 )
 
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
 CLIFF = [(-20.0, 60.0), (0.0, 60.0), (0.0, 0.0), (600.0, 0.0)]
@@ -186,6 +187,29 @@ def test_two_terrains_a_hair_apart_hold_a_rock_on_the_upper_one(engine, apart):
     flights = fly(over, flight(surface()), x, (0.3, 0.0, 0.0))
     assert outcomes(flights) == {Outcome.STOPPED}
     np.testing.assert_allclose(flights.deposits.x[:, 2], apart, atol=1e-10)
+
+
+def notch(angle_deg: float) -> Terrain:
+    """A level square of 8 m with an upright pit 5 m deep, a triangle in plan with this angle at its corner (2, 4)."""
+    half = 3.0 * math.tan(math.radians(0.5 * angle_deg))
+    top = [(2.0, 4.0, 0.0), (5.0, 4.0 - half, 0.0), (5.0, 4.0 + half, 0.0)]
+    corners = [*top, *((x, y, -5.0) for x, y, _ in top), (0, 0, 0), (8, 0, 0), (8, 8, 0), (0, 8, 0)]
+    walls = [each for i, j in ((0, 1), (1, 2), (2, 0)) for each in ((i, j, 3 + j), (i, 3 + j, 3 + i))]
+    around = [(6, 7, 1), (6, 1, 0), (7, 8, 2), (7, 2, 1), (8, 9, 2), (9, 0, 2), (9, 6, 0)]
+    return terrain_of(corners, [*walls, (3, 4, 5), *around])
+
+
+@BOTH
+@pytest.mark.parametrize("angle_deg", [20.0, 45.0, 60.0])
+@pytest.mark.parametrize("v", [(-10.0, 1.0, 20.0), (-10.0, 0.5, 8.0), (-3.0, 0.2, 2.0)])
+def test_a_rock_that_rises_in_a_sharp_corner_of_upright_walls_does_not_pass_between_them(engine, angle_deg, v):
+    physics = flight(surface(0.05, 0.9, 5.71), rebound="coulomb_limited")
+    flights = fly(engine_over(engine, notch(angle_deg)), physics, (2.5, 4.0, -4.0), v)
+    x, y, z = along_flights(flights).T
+    below = z < -NEAR
+    assert outcomes(flights) <= {Outcome.STOPPED, Outcome.LEFT_TERRAIN}
+    assert np.all(x[below] >= 2.0 - NEAR)
+    assert np.all(np.abs(y[below] - 4.0) <= (x[below] - 2.0) * math.tan(math.radians(0.5 * angle_deg)) + NEAR)
 
 
 @BOTH
