@@ -17,8 +17,9 @@ from rpf3d_core.terrain.frame import FloatArray
 def decimated(terrain: Terrain, share: float) -> Terrain:
     """Return the terrain with fewer triangles, to measure the error of a coarser survey; zones are kept.
 
-    Each new triangle gets the zone of the nearest original facet.\n\n    share : number of triangles after the
-    decimation over the number before (-), approximate
+    Each new triangle gets the zone of the nearest original facet.
+
+    share : number of triangles after the decimation over the number before (-), approximate
 
     Sources
     -------

@@ -42,7 +42,10 @@ class Struck(NamedTuple):
 
 
 class RecordedImpact(NamedTuple):
-    """An impact from a recorded flight, as input of the calculation with 50 digits: facet, ground and time t (s)."""
+    """A recorded impact to compute again: its facet, its ground with the random values of this impact, its time t (s).
+
+    The ground includes the random values that were drawn for this impact.
+    """
 
     facet: int
     surface: Surface
@@ -80,7 +83,10 @@ def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[
 
 
 def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -> ImpactErrors:
-    """Return `ImpactErrors` from pairs (median, largest) of the errors of place (m) and time (s)."""
+    """Return `ImpactErrors` of a number of impacts from pairs (median, largest) of the errors of place (m) and time (s).
+
+    impacts : number of impacts; place, time : (2,) median and largest error, m and s
+    """
     (place_median, place_max), (time_median, time_max) = place, time
     return ImpactErrors(
         impacts=impacts,

@@ -39,8 +39,8 @@ class Sampled(NamedTuple):
 class Pair(NamedTuple):
     """Two groups of rocks of equal size but with different rocks, to measure the effect of chance.
 
-    one, other : maps of the two groups. The values below are of the first group.\n    half_width, energy, seconds : as
-    in `Sampled`
+    one, other : maps of the two groups. The values below are of the first group.
+    half_width, energy, seconds : as in `Sampled`
     """
 
     one: Reached
