@@ -42,7 +42,7 @@ class Struck(NamedTuple):
 
 
 class RecordedImpact(NamedTuple):
-    """A recorded impact to compute again: its facet, its ground with the random values of this impact, its time t (s).
+    """A recorded impact that is computed again with 50 digits: its facet, its ground and its time t (s).
 
     The ground includes the random values that were drawn for this impact.
     """
@@ -83,7 +83,7 @@ def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[
 
 
 def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -> ImpactErrors:
-    """Return `ImpactErrors` of a number of impacts from pairs (median, largest) of the errors of place (m) and time (s).
+    """Return `ImpactErrors` from pairs (median, largest) of the errors of place (m) and time (s).
 
     impacts : number of impacts; place, time : (2,) median and largest error, m and s
     """
