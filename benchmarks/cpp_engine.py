@@ -16,13 +16,13 @@ from rpf3d_core.simulation.settings import Settings
 
 SOURCE = Path(__file__).parent / "cpp" / "fly.cpp"
 BUILD = ("g++", "-std=c++17", "-O3", "-ffp-contract=off")
-"""No fused multiplications: they round once where Python and numba round twice."""
+"""Compiler settings. Fused multiplications are off, because they round once where Python and numba round twice."""
 HUGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
-"""Large arrays on huge pages, as in NumPy."""
+"""Environment that puts large arrays on huge pages, as NumPy does, for a fair comparison."""
 
 
 class CppFlights(NamedTuple):
-    """Final states of R rocks and the CPU seconds of their flights.
+    """The result of flying R rocks with the C++ program: final states, and CPU seconds.
 
     finals : (R, 8); counts : (R, 4); columns as in `simulation.engines`
     """
@@ -33,7 +33,7 @@ class CppFlights(NamedTuple):
 
 
 class CppEngine:
-    """The built program with the arrays of R rocks over uniform ground, on one core.
+    """The C++ program, built and given the arrays of R rocks over uniform ground; it runs on one core.
 
     Raises `subprocess.CalledProcessError` if the build fails, or if a rock meets a case that the program does not
     cover.
@@ -47,7 +47,7 @@ class CppEngine:
         subprocess.run([*BUILD, "-o", self.folder / "fly", SOURCE], check=True)
 
     def fly(self) -> CppFlights:
-        """Fly all rocks twice; the second pass counts, because the first pass fills the caches."""
+        """Fly all rocks twice and return the second result, because the first pass fills the caches."""
         subprocess.run([self.folder / "fly", self.folder, "2"], check=True, env=os.environ | HUGE_PAGES)
         finals = np.fromfile(self.folder / "finals").reshape(-1, 8)
         counts = np.fromfile(self.folder / "counts", dtype=np.int64).reshape(-1, 4)
@@ -57,7 +57,7 @@ class CppEngine:
 def _arrays(
     engine: Compiled, surface: Surface, settings: Settings, releases: Releases
 ) -> dict[str, NDArray[np.generic]]:
-    """Return the input arrays of `fly.cpp` by the names of their files."""
+    """Return the input arrays of the C++ program, by the names of their files."""
     facets, locator = engine.facets, engine.locator
     return {
         "geometry": facets.geometry,

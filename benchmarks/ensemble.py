@@ -38,16 +38,16 @@ from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
 PASSES = 5
 LONG = 4
-"""Short falls for each long fall.
+"""Number of short falls for each long fall.
 
 The cells under the short falls then have many counts, so that the allocation of cells does not dominate the figures.
 """
-CELL = 1.0  # m, cell size of the hazard raster
+CELL = 1.0  # m, cell size of the hazard maps
 LINE = 64
-"""Bytes of a cache line."""
+"""Size of a cache line (bytes)."""
 BYTES_A_FACET = 96
-"""Bytes for each facet in `Facets.geometry`, the largest array that flights read."""
-MEMORY = 1e9  # bytes, limit for the bins
+"""Memory (bytes) for each facet in `Facets.geometry`, the largest array that flights read."""
+MEMORY = 1e9  # bytes, limit for the bins of percentiles
 SCENE = """
 terrain: {files: [{path: pit.stl}]}
 materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
@@ -61,7 +61,7 @@ outputs: {pictures: %s, recording: %s}
 
 
 class Mapped:
-    """A case of `flight.py`, flown without maps and with every map; CPU and wall seconds of its passes."""
+    """One kind of falls, flown with and without hazard maps, and the CPU and wall seconds of each pass."""
 
     def __init__(self, case: Case) -> None:
         self.case = case
@@ -75,11 +75,11 @@ class Mapped:
         self.wall: dict[str, list[float]] = {}
 
     def tallies(self) -> Tallies:
-        """Return empty tallies."""
+        """Return empty counts for hazard maps."""
         return tallies_over(self.ground, areas_of({}), 1, 9.81, self.binning, True)
 
     def fly(self, name: str, threads: int, maps: bool) -> None:
-        """Fly all rocks once by `threads` threads and keep the seconds under `name`."""
+        """Fly all rocks once with a number of threads, and store the seconds under `name`."""
         watch = self.tallies() if maps else None
         none = np.zeros(len(self.case.releases.x), dtype=bool)
         cpu, wall = time.process_time(), time.perf_counter()
@@ -91,7 +91,7 @@ class Mapped:
         self.wall.setdefault(name, []).append(time.perf_counter() - wall)
 
     def report(self, name: str) -> None:
-        """Print the cost of the maps and the gain of two threads."""
+        """Print a line of the table: speed with and without maps, their cost, and the gain of two threads."""
         path = float(self.case.deposits.path.sum())
         bare, maps = (float(np.median(self.cpu[kind])) for kind in ("bare", "maps"))
         gained = [
@@ -103,7 +103,7 @@ class Mapped:
 
 @loop
 def _shift(rounds: int, seed: int) -> int:
-    """Return the state after `rounds` steps of a generator in registers (Marsaglia 2003, J. Stat. Softw. 8(14))."""
+    """Do arithmetic without memory, to time threads: a random generator (Marsaglia 2003, J. Stat. Softw. 8(14))."""
     x = np.uint64(seed)
     for _ in range(rounds):
         x ^= x << np.uint64(13)
@@ -114,7 +114,7 @@ def _shift(rounds: int, seed: int) -> int:
 
 @loop
 def _follow_links(links: Any, rounds: int, begin: int) -> int:
-    """Return the index after `rounds` reads, each at the index that the previous read returned."""
+    """Read memory at random: each read gives the index of the next; to time threads that wait for memory."""
     at = begin
     for _ in range(rounds):
         at = links[at]
@@ -122,7 +122,7 @@ def _follow_links(links: Any, rounds: int, begin: int) -> int:
 
 
 def chain(size: int) -> NDArray[np.int64]:
-    """Return links that visit every cache line of `size` bytes of memory in random order and end at the first."""
+    """Return links for `_follow_links` that visit every cache line of `size` bytes in random order."""
     order = np.random.default_rng(1).permutation(size // LINE)
     links = np.zeros(len(order) * (LINE // 8), dtype=np.int64)
     links[order * (LINE // 8)] = np.roll(order, -1) * (LINE // 8)
@@ -130,7 +130,7 @@ def chain(size: int) -> NDArray[np.int64]:
 
 
 class Control:
-    """Work that threads can do independently; its gain with two threads is the largest gain on this machine."""
+    """Work that threads can share without waiting, to measure the largest possible gain of two threads here."""
 
     def __init__(self, work: Callable[[int, int], object], rounds: int) -> None:
         self.work, self.rounds = work, rounds
@@ -139,7 +139,7 @@ class Control:
         work(1, 1)
 
     def go(self, threads: int) -> None:
-        """Do all of the work once by `threads` threads."""
+        """Do all of the work once with a number of threads, and store the seconds."""
         cpu, wall = time.process_time(), time.perf_counter()
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(lambda k: self.work(self.rounds // threads, k + 1), range(threads)))
@@ -148,7 +148,7 @@ class Control:
 
 
 def gains(one: Sequence[Sequence[float]], two: Sequence[Sequence[float]]) -> str:
-    """Return the gain of two threads in wall time and, in brackets, its limit by their CPU time, as text.
+    """Return the gain of two threads in wall time as text, with its limit by their CPU time in brackets.
 
     one, two : (wall, CPU) seconds of the passes with one thread and with two threads
     """
@@ -157,9 +157,9 @@ def gains(one: Sequence[Sequence[float]], two: Sequence[Sequence[float]]) -> str
 
 
 def end_to_end(folder: Path, more: bool) -> None:
-    """Run a scene in processes of its own; print the time and the memory of the median run.
+    """Run a scene in separate processes; print time and memory of the median run.
 
-    more : whether to write pictures and a recording as well
+    more : True to write pictures and a recording as well
     """
     word = "true" if more else "false"
     (folder / "scene.yaml").write_text(SCENE % (word, word))
@@ -183,13 +183,13 @@ def end_to_end(folder: Path, more: bool) -> None:
 
 
 def children_cpu_s() -> float:
-    """Return the CPU seconds of all child processes that this process has waited for."""
+    """Return the CPU seconds of all child processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def run(folder: Path, rocks: str) -> None:
-    """Run `rpf3d run` with a number of rocks; Python may cache the byte code of its libraries, as usual."""
+    """Run `rpf3d run` in a folder with a number of rocks, with Python's caches as usual."""
     home = {
         "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONPYCACHEPREFIX": str(folder / "pycache"),
         "PYTHONDONTWRITEBYTECODE": "",
@@ -201,7 +201,10 @@ def run(folder: Path, rocks: str) -> None:
 
 
 def main(rocks: int) -> None:
-    """Print the tables, whole runs first: a child process counts the memory of its parent as its own peak."""
+    """Print all tables.
+
+    Whole runs are first, because a child process counts the memory of its parent as its own peak.
+    """
     with tempfile.TemporaryDirectory() as name:
         write_mesh(Path(name) / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))
         print("100,000 rocks from the west wall, end to end:")

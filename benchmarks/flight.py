@@ -38,11 +38,11 @@ FEWER = 150_000
 PASSES = 7
 GROUNDS = {"none": NoGround(), "sliding": Sliding()}
 LONG = 20
-"""Short falls for each long fall: passes of both then take about the same time."""
+"""Number of short falls for each long fall, so that passes of both take about the same time."""
 
 
 class Falls(NamedTuple):
-    """Rocks released 0.5 m above a line on the ground, with a speed towards +x.
+    """A kind of falls to measure: rocks released 0.5 m above a line on the ground, moving towards +x.
 
     pit : parameters that differ from the default pit
     line : (2, 2) x, y (m) in the pit's coordinates
@@ -57,35 +57,35 @@ class Falls(NamedTuple):
 
 
 BENCH = Falls({}, ((-606.7, -200.0), (-606.7, 200.0)), 2.0, Surface(0.5, 0.8, 0.58, 0.5))
-"""From 400 m of the west wall onto the next bench; R_n 0.5, R_t 0.8 (thesis, table 5-1)."""
+"""Short falls: from 400 m of the west wall onto the next bench; R_n 0.5, R_t 0.8 (thesis, table 5-1)."""
 CONE = Falls(
     {"bench_widths": (0.0, 0.0), "face_angle_deg": 48.0, "ramp_width": 0.0},
     ((-530.0, -100.0), (-530.0, 100.0)), 10.0, Surface(0.35, 0.88, 0.58, 0.5),
 )  # fmt: skip
-"""Down the whole wall of a pit without benches, from 200 m of its west side; hard rock."""
+"""Long falls: down the whole wall of a pit without benches, from 200 m of its west side; hard rock."""
 
 
 def ground_of(falls: Falls, triangles: int) -> Terrain:
-    """Return the pit of the falls as one zone."""
+    """Return the pit over which rocks of this kind fall, as one zone."""
     terrain = pit_terrain(Pit(triangles=triangles, **falls.pit))  # type: ignore[arg-type]
     return replace(terrain, zone=np.zeros_like(terrain.zone), zones=("ground",))
 
 
 def flight_of(falls: Falls, ground: str = "none") -> Flight:
-    """Return the physics of the falls."""
+    """Return the material, settings and models of this kind of falls; ground : name of the ground model."""
     models = Models(ConstantRestitution(), GROUNDS[ground])
     return Flight(materials_of([falls.surface]), Settings(), models)
 
 
 def releases(falls: Falls, engine: Engine, terrain: Terrain, rocks: int) -> Releases:
-    """Return rocks along the line of the falls."""
+    """Return the releases of this kind of falls, along its line."""
     line = terrain.frame.points_to_local(np.array([(*point, 0.0) for point in falls.line]))
     source = Source("line", line, rocks, velocity=(falls.speed, 0.0, 0.0), line=True, above_ground=0.5)
     return releases_of([source], Rock(1000.0, 0.5), 1, engine)
 
 
 class Case:
-    """Rocks over a pit of `triangles` triangles with the compiled engine, and the CPU seconds of their passes."""
+    """Rocks of one kind of falls over a pit, flown with the compiled engine, and the CPU seconds of each pass."""
 
     def __init__(self, falls: Falls, triangles: int, rocks: int) -> None:
         terrain = ground_of(falls, triangles)
@@ -97,18 +97,18 @@ class Case:
         self.seconds.clear()
 
     def fly(self) -> Deposits:
-        """Fly all rocks once."""
+        """Fly all rocks once, and store the CPU seconds."""
         began = time.process_time()
         self.deposits = fly_ensemble(self.engine, self.flight, self.releases, record=False, threads=1).deposits
         self.seconds.append(time.process_time() - began)
         return self.deposits
 
     def per_rock(self) -> float:
-        """Return the CPU seconds for each rock, median of all passes."""
+        """Return the CPU seconds for each rock: the median of all passes."""
         return float(np.median(self.seconds)) / len(self.releases.x)
 
     def against_cpp(self) -> str:
-        """Return, as text, the ratio of CPU time to C++ for the same rocks and the difference of final states.
+        """Return as text how many times longer the compiled engine takes than C++, and whether final states differ.
 
         The passes of both take turns.
         """
@@ -122,7 +122,7 @@ class Case:
 
 
 def told_apart(rows: IntArray, deposits: Deposits, other: CppFlights) -> str:
-    """Return the number of rocks whose final states differ in any bit, as text.
+    """Return as text how many rocks have final states that differ in any bit between the engine and C++.
 
     rows : (R,) row of each rock of `other` in `deposits`
     """
@@ -148,7 +148,7 @@ print(time.process_time() - began)
 
 
 def first_call(cache: str, ground: str) -> float:
-    """Return the CPU seconds to compile or load the index and the flight in a new process.
+    """Return the CPU seconds that a new process takes to compile its loops, or to load them from the cache.
 
     cache : folder of the machine code, empty at first
     ground : ground model
@@ -162,7 +162,7 @@ def first_call(cache: str, ground: str) -> float:
 
 
 def main(rocks: int) -> None:
-    """Print the table."""
+    """Print the table of speeds."""
     cases = {
         "short falls, 2.33 M triangles": Case(BENCH, TRIANGLES, rocks),
         "short falls, 0.15 M triangles": Case(BENCH, FEWER, rocks),

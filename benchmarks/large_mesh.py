@@ -1,4 +1,4 @@
-"""Read, weld and index a pit of 2.33 million triangles from a binary STL, and fly rocks over it on both engines.
+"""Measure the time to read, weld and index a pit of 2.33 million triangles, and to fly rocks over it on both engines.
 
     python benchmarks/large_mesh.py [rocks]
 
@@ -34,7 +34,7 @@ sources: [{name: unused, points: [[0, 0, 0]]}]
 
 
 def timed(name: str, work: Callable[[], Any]) -> Any:
-    """Do the work, print its CPU and wall seconds and the peak of memory so far, and return its result."""
+    """Do some work, print its CPU and wall seconds and the peak of memory so far, and return its result."""
     cpu, wall = time.process_time(), time.perf_counter()
     result = work()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
@@ -48,9 +48,9 @@ def read(folder: Path) -> Terrain:
 
 
 def fly(engine: Engine, terrain: Terrain, rocks: int) -> None:
-    """Fly rocks on one thread and print the rocks per CPU second."""
+    """Fly rocks on one thread, and print how many rocks fly in a CPU second."""
     some = releases(BENCH, engine, terrain, rocks)
-    fly_ensemble(engine, flight_of(BENCH), releases(BENCH, engine, terrain, 10), record=False)  # compiles
+    fly_ensemble(engine, flight_of(BENCH), releases(BENCH, engine, terrain, 10), record=False)  # compiles the loops
     cpu = time.process_time()
     deposits = fly_ensemble(engine, flight_of(BENCH), some, record=False, threads=1).deposits
     rate = rocks / (time.process_time() - cpu)
@@ -59,7 +59,7 @@ def fly(engine: Engine, terrain: Terrain, rocks: int) -> None:
 
 
 def main(rocks: int) -> None:
-    """Print the table."""
+    """Print the table of times."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_mesh(folder / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))

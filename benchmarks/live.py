@@ -1,10 +1,11 @@
-"""Measure how fast the live node answers: real processes over DDS, from the publishing call to the receiving callback.
+"""Measure how fast the live node answers, with real processes: from publishing a message to receiving the answer.
 
     python benchmarks/live.py [--only mesh cloud patch burst busy memory] [--rounds 10] [--triangles 2332287]
 
-The figures are medians of 10 rounds. The measuring process publishes bytes that were laid out earlier, and takes the
-time of arrival before it reads a message. A third process calls a service of the node every 20 ms, which shows how
-long the node's executor is blocked. The figures are wall seconds, so run this on an idle machine: the load is printed.
+Messages travel by DDS, the network layer of ROS. The figures are medians of 10 rounds. The measuring process publishes
+bytes that were laid out earlier, and takes the time of arrival before it reads a message. A third process calls a
+service of the node every 20 ms, which shows how long the node's executor is blocked. The figures are wall seconds, so
+run this on an idle machine: the load is printed.
 """
 
 import argparse
@@ -25,16 +26,16 @@ from rpf3d_ros.demo.stand_in import StandIn
 
 TRIANGLES = 2_332_287  # thesis, table 5-2
 PATCH = 71
-"""Points on each side of a patch: 2 x 70 x 70, about 10,000 triangles."""
+"""Points on each side of a patch of terrain: 2 x 70 x 70, about 10,000 triangles."""
 PATCH_AT = (-596.0, -35.0)
-"""South-western corner (m) of the patch: on the benches below the sources."""
+"""South-western corner (m) of the patch, on the benches below the sources."""
 SOURCES = 20
 MANY, FEW = 10_000, 200
-"""Rocks of the first answer: the number in the goals for terrain; the node's default for a burst."""
+"""Number of rocks of the first answer: as in the goals for terrain, and the node's default for a burst of sources."""
 FINEST = 20_000
-"""Rocks at which an answer is complete, so that rounds do not overlap; `busy` has its own number."""
+"""Number of rocks at which an answer is complete, so that rounds do not overlap; the part `busy` has its own."""
 START, ANSWER, QUIET = 120.0, 60.0, 0.4
-"""Longest wait for a node to start and compile (s), and for an answer (s); idle time without results (s)."""
+"""Waiting times (s): for a node to start and compile, for an answer, and for no more results."""
 TOLD, BEATING = 2.5, 4.0
 """Waiting times (s): until the last report of a gap, and until a heartbeat has found its service.
 
@@ -59,7 +60,7 @@ hazard: {{cell: 5}}
 
 
 class Bench:
-    """A simulator with terrain and sources, and the messages received from it."""
+    """A running simulator with terrain and sources, and the messages received from it."""
 
     def __init__(self, stack: Stack, first_rocks: int, most_rocks: int, terrain: bytes, places: Any) -> None:
         self.stack, self.places = stack, places
@@ -80,18 +81,21 @@ class Bench:
         self.rest()
 
     def take(self, topic: str, kept: list[tuple[int, bytes]], data: bytes, at: int) -> None:
-        """Keep a message that answers the last sources."""
-        first = data[MARKER:] if topic == "trajectories" else data  # an array of markers begins with their number
+        """Store a message if it answers the last published sources."""
+        first = data[MARKER:] if topic == "trajectories" else data  # markers begin with their number
         if stamp_of(first) >= self.asked_ns:
             kept.append((at, data))
 
     def burst(self) -> bytes:
-        """Return the sources with the current time as stamp; from here on, answers to earlier sources are ignored."""
+        """Return the sources as a message with the current time.
+
+        Answers to earlier sources are ignored from here on.
+        """
         self.asked_ns = time.time_ns()
         return bytes(serialize_message(poses(self.places, self.asked_ns)))
 
     def until_answered(self, send: Callable[[], int], seconds: float = ANSWER) -> tuple[int, dict[str, int]]:
-        """Publish and wait for each topic.
+        """Publish a message, and wait until each topic has published an answer to it.
 
         Returns the time at which publishing began and the time of the first message of each topic (ns, monotonic).
         """
@@ -105,7 +109,7 @@ class Bench:
         return began, {topic: kept[0][0] for topic, kept in self.came.items()}
 
     def rest(self, longest: float = ANSWER) -> None:
-        """Wait until no more results arrive."""
+        """Wait until no more results arrive, so that rounds do not overlap."""
         deadline = time.monotonic() + longest
         while time.monotonic() < deadline:
             before = len(self.came["results"])
@@ -114,7 +118,7 @@ class Bench:
                 return
 
     def rounds(self, name: str, goal: float, count: int, send: Callable[[int], Callable[[], int]]) -> Rows:
-        """Return the figures of `count` rounds: delays of trajectories and grid, the node's own seconds, heartbeat."""
+        """Return the measurements of `count` rounds: delays of the answers, the node's own times, service calls."""
         row = Row(name, goal)
         began, came = self.until_answered(send(0), START)  # includes compilation
         row.first = (max(came.values()) - began) / 1e9
@@ -124,7 +128,7 @@ class Bench:
             begins = time.monotonic_ns()
             self.told.clear()
             for number in range(count):
-                publish = send(number + 1)  # lays the message out before the measurement
+                publish = send(number + 1)  # prepares the message before the measurement
                 cpu = self.stack.cpu(SIMULATOR)
                 began, came = self.until_answered(publish)
                 row.add(began, came, self.came["results"][0][1])
@@ -135,13 +139,13 @@ class Bench:
         return Rows(row, beats, gaps_of(self.told))
 
     def close(self) -> None:
-        """End the simulator."""
+        """End the simulator of this measurement."""
         self.stand_in.__exit__()
         self.stack.end(SIMULATOR)
 
 
 class Bytes:
-    """All messages to publish, laid out as bytes."""
+    """All messages to publish, prepared as bytes, so that their preparation is not measured."""
 
     def __init__(self, triangles: int) -> None:
         terrain = pit_terrain(Pit(triangles=triangles))
@@ -156,14 +160,14 @@ class Bytes:
         self.places = np.column_stack([line, heights.at(line)])
 
     def cloud(self, number: int) -> bytes:
-        """Return the grid with one corner raised, a little higher for each number."""
+        """Return the grid as a message with one corner raised, a little higher for each number: no two are equal."""
         grid = self.grid.copy()
         grid[0, 0, 2] += 0.02 * number
         return cloud_bytes(grid)
 
 
 def _bump(heights: Heights, height: float) -> Any:
-    """Return the ground of the patch with a heap of `height` (m) in its middle."""
+    """Return the ground of the patch with a heap of `height` (m) in its middle, as points."""
     grid = heights.grid(*PATCH_AT, 1.0, PATCH, PATCH)
     i, j = np.ogrid[:PATCH, :PATCH]
     distance = np.hypot(i - PATCH // 2, j - PATCH // 2) / (0.4 * PATCH)
@@ -172,7 +176,10 @@ def _bump(heights: Heights, height: float) -> Any:
 
 
 def memory(bench: Bench, data: Bytes, updates: int) -> None:
-    """Print the node's memory over whole updates; each update is answered before the next."""
+    """Print how the node's memory changes over many updates of the whole terrain.
+
+    Each update is answered before the next.
+    """
     sizes = []
     for number in range(updates):
         mesh = raise_mesh(data.mesh, 100 + number)
@@ -187,7 +194,7 @@ def memory(bench: Bench, data: Bytes, updates: int) -> None:
 
 
 def measure(options: argparse.Namespace, data: Bytes) -> list[Rows]:
-    """Measure every requested part."""
+    """Measure all requested parts, and return their rows for the table."""
     rows, wanted, count = [], options.only, options.rounds
     if {"mesh", "cloud", "patch", "memory"} & set(wanted):
         with Stack() as stack:
@@ -228,7 +235,7 @@ def _terrain(bench: Bench, data: Bytes, part: str, count: int) -> Rows:
 
 
 def options_triangles(data: Bytes) -> str:
-    """Return the number of triangles of the mesh as text."""
+    """Return the number of triangles of the mesh as text for the table."""
     return f"{int.from_bytes(data.mesh[4:8], 'little'):,} triangles"
 
 
@@ -252,7 +259,7 @@ PARTS = ("mesh", "cloud", "patch", "burst", "busy", "memory")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; return 1 if a goal is missed."""
+    """Measure, print the table, and return 1 if a goal is missed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, help="parts to measure")
     parser.add_argument("--rounds", type=int, default=10, help="rounds of each")

@@ -1,4 +1,4 @@
-"""Measure how fast a survey becomes ground: a grid, a mesh, patches, and the store on disk.
+"""Measure how fast a survey becomes ground in the live simulator: a grid, a mesh, patches, and storing on disk.
 
     python benchmarks/live_ground.py [updates]
 
@@ -25,50 +25,53 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 from rpf3d_core.terrain.grid_rows import grid_mesh
 
 SIDE = 1081
-"""Points on each side of the grid: 2.33 million triangles."""
+"""Points on each side of the whole grid: 2.33 million triangles."""
 PATCH = 71
-"""Points on each side of a patch: 9,800 triangles."""
+"""Points on each side of a patch in rows: 9,800 triangles."""
 CLOUD = 5_000
-"""Points of a scattered patch: 10,000 triangles."""
+"""Number of points of a scattered patch: 10,000 triangles."""
 TIMES = 10
 REPEATED = 10
-"""One of this many updates is a whole survey."""
+"""Number of updates of which one is a whole survey and the others are patches."""
 
 
 def hills(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
-    """Return the heights (m) of benches of 15 m in a bowl, with noise of 0.15 m."""
+    """Return the heights (m) of an artificial pit: benches of 15 m in a bowl, with noise of 0.15 m."""
     away = np.hypot(x - 0.5 * SIDE, y - 0.5 * SIDE)
     noise = np.random.default_rng(seed).normal(0.0, 0.15, x.shape)
     return 15.0 * np.floor(away / 45.0) + np.minimum(15.0, 3.0 * (away % 45.0)) + noise
 
 
 def grid(side: int, east: float, north: float, seed: int) -> GridSurvey:
-    """Return a grid with steps of 1 m from a corner (m)."""
+    """Return a survey of points in rows, with steps of 1 m from a corner (m).
+
+    side : points on each side; east, north : the corner
+    """
     y, x = np.mgrid[0:side, 0:side] + np.array([north, east])[:, None, None]
     return GridSurvey(np.stack([x, y, hills(x, y, seed)], axis=-1))
 
 
 def cloud(east: float, north: float, seed: int) -> CloudSurvey:
-    """Return points scattered over a square with the width of a patch."""
+    """Return a survey of points scattered over a square of the width of a patch."""
     x, y = np.random.default_rng(seed).uniform(0.0, PATCH - 1.0, (2, CLOUD)) + np.array([[east], [north]])
     return CloudSurvey(np.column_stack([x, y, hills(x, y, seed)]))
 
 
 def mesh(survey: GridSurvey) -> MeshSurvey:
-    """Return the mesh of a grid."""
+    """Return the points of a grid as a survey of triangles."""
     made = grid_mesh(survey.points)
     return MeshSurvey(made.vertices + np.array(made.origin), made.triangles)
 
 
 class Heartbeat:
-    """A thread that wakes every millisecond; `longest` returns its longest delay since the last call."""
+    """A thread that wakes every millisecond, to measure how long other work blocks the Python interpreter."""
 
     def __init__(self) -> None:
         self._late = 0.0
         threading.Thread(target=self._beat, daemon=True).start()
 
     def longest(self) -> float:
-        """Return the longest delay since the last call (s)."""
+        """Return the longest delay of the thread since the last call (s)."""
         late, self._late = self._late, 0.0
         return late
 
@@ -80,13 +83,13 @@ class Heartbeat:
 
 
 def resident() -> float:
-    """Return the current memory of this process (GB)."""
+    """Return the resident memory of this process (GB)."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1e6
 
 
 def timed(name: str, beat: Heartbeat, work: Callable[[int], Any]) -> None:
-    """Print a line of the table."""
+    """Measure a kind of work several times, and print a line of the table."""
     walls, cpus, gaps = [], [], []
     for k in range(TIMES + 2):
         beat.longest()
@@ -101,7 +104,7 @@ def timed(name: str, beat: Heartbeat, work: Callable[[int], Any]) -> None:
 
 
 class Updates:
-    """The ground over a sequence of surveys."""
+    """The ground of a simulator over a sequence of surveys."""
 
     def __init__(self, survey: Survey) -> None:
         self.workshop = Workshop()
@@ -112,17 +115,17 @@ class Updates:
         self.ground = self.workshop.whole(survey)
 
     def patched(self, patch: GridSurvey | CloudSurvey) -> None:
-        """Apply a patch to the ground."""
+        """Change the ground by a patch."""
         self.ground = self.workshop.patched(self.ground, patch)
 
 
 def places(count: int) -> list[tuple[float, float]]:
-    """Return the positions of patches, metres east and north, off the lines of the grid."""
+    """Return the corners of patches, metres east and north, not on the points of the grid."""
     return [tuple(place) for place in np.random.default_rng(0).uniform(20.0, SIDE - PATCH - 20.0, (count, 2)).tolist()]
 
 
 def main(updates: int) -> None:
-    """Print the table, then the memory."""
+    """Print the table of times, then the memory during updates."""
     beat, survey, at = Heartbeat(), grid(SIDE, 0.0, 0.0, 0), places(updates)
     meshed, patches = mesh(survey), [grid(PATCH, *at[k], k) for k in range(TIMES + 2)]
     clouds = [cloud(*at[k], k) for k in range(TIMES + 2)]

@@ -1,4 +1,4 @@
-"""Call a service of a node repeatedly until SIGINT; then print the times of each call as JSON.
+"""Call a service of a node again and again until SIGINT, to show when the node is blocked; print the times as JSON.
 
     python benchmarks/live_heartbeat.py rpf3d_simulator/get_parameter_types
 
@@ -27,7 +27,7 @@ PATIENCE = 30.0
 
 
 def main(service: str) -> None:
-    """Call the service until the signal, then print the times of the calls."""
+    """Call the service until SIGINT, then print the times of all calls."""
     ended: list[bool] = []
     signal.signal(signal.SIGINT, lambda number, frame: ended.append(True))
     context = Context()

@@ -1,4 +1,4 @@
-"""Nodes as real processes over DDS for benchmarks and soak tests: start, measure and end them by process id."""
+"""Run nodes as real processes for benchmarks and soak tests: start them, measure them, and end them by process id."""
 
 import json
 import os
@@ -17,10 +17,10 @@ HEARTBEAT = Path(__file__).parent / "live_heartbeat.py"
 
 
 class Stack:
-    """A context manager: a folder, a DDS domain on loopback, and the processes that run in it."""
+    """A context manager for one set of nodes: a folder, a DDS domain of its own on this machine, and the processes."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        """Create the folder and the domain; folder : output folder of the nodes; None for a temporary folder."""
+        """Create the folder and the DDS domain; folder : output folder of the nodes, None for a temporary folder."""
         self._temporary = tempfile.TemporaryDirectory(prefix="rpf3d_live_") if folder is None else None
         self.folder = Path(self._temporary.name) if self._temporary else folder
         assert self.folder is not None
@@ -30,7 +30,7 @@ class Stack:
         os.environ.update(isolated_environment(self.folder))
 
     def start(self, module: str, parameters: dict[str, Any]) -> int:
-        """Start a node of the package (`simulator_node`); return its process id."""
+        """Start a node of the package, such as `simulator_node`; return its process id."""
         given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_written(value)}")]
         earlier = self.folder / f"{module}.out"
         if earlier.is_file() and module in self.began:  # keeps the output of the killed node, which shows the cause
@@ -54,7 +54,7 @@ class Stack:
         self.processes[module].wait()
 
     def end(self, module: str) -> int:
-        """End a node as an operator does; return its exit code."""
+        """End a node by SIGINT, as an operator does; return its exit code."""
         return ended(self.processes[module])
 
     def alive(self, module: str) -> bool:
@@ -73,7 +73,7 @@ class Stack:
         return tuple(int(fields[name].split()[0]) * KB / MB for name in ("VmRSS", "VmHWM"))  # type: ignore[return-value]
 
     def cpu(self, module: str) -> float:
-        """Return the CPU seconds that a node has used; NaN if the node does not run."""
+        """Return the CPU seconds that a node has used so far; NaN if the node does not run."""
         try:
             words = Path(f"/proc/{self.processes[module].pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:
@@ -81,7 +81,7 @@ class Stack:
         return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
     def tails(self) -> str:
-        """Return the last lines of each node's output."""
+        """Return the last lines of each node's output, to explain a failure."""
         return tails(self.folder)
 
     def __enter__(self) -> Self:
@@ -95,7 +95,7 @@ class Stack:
 
 
 class Heartbeat:
-    """A context manager: a process that repeatedly calls a service of a node and measures the duration of each call."""
+    """A context manager: a process that calls a service of a node again and again, to show when the node is blocked."""
 
     def __init__(self, service: str) -> None:
         self._process = subprocess.Popen(
@@ -126,7 +126,7 @@ def _written(value: Any) -> str:
 
 
 def machine() -> str:
-    """Return the processor and the load of this machine as text."""
+    """Return the processor and the load of this machine as text, because both affect the figures."""
     cores = len(os.sched_getaffinity(0))
     model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
                   if line.startswith("model name")), "unknown processor")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Print the rounds of a live benchmark as a table: medians against goals, and the parts of each delay."""
+"""Print the measurements of a live benchmark as a table: medians against goals, and the parts of each delay."""
 
 from dataclasses import dataclass, field
 
@@ -8,12 +8,12 @@ from rclpy.serialization import deserialize_message
 
 MS = 1e6
 BLOCKED = 0.05
-"""Goal: the longest time that the node's executor is blocked (s)."""
+"""Goal: the longest time (s) that the node's executor, which handles its messages, may be blocked."""
 
 
 @dataclass
 class Row:
-    """The rounds of one measurement.
+    """The rounds of one measurement: delays, results and CPU time of each round.
 
     name : the published message; goal : time until the last required message (s)
     first : time of the first round, which is not counted (s)
@@ -29,16 +29,16 @@ class Row:
     results: list[bytes] = field(default_factory=list)
 
     def add(self, began_ns: int, came_ns: dict[str, int], result: bytes) -> None:
-        """Add a round: the time at which publishing began, and the time of the first message of each topic."""
+        """Add a round: the time at which publishing began, and the time of the first answer on each topic."""
         self.seconds.append({topic: (at - began_ns) / 1e9 for topic, at in came_ns.items()})
         self.results.append(result)
 
     def of(self, topic: str) -> "np.ndarray":
-        """Return the delays (s) of a topic, one for each round."""
+        """Return the delays (s) of the answers on a topic, one for each round."""
         return np.array([each[topic] for each in self.seconds])
 
     def stages(self) -> dict[str, float]:
-        """Return the medians (s) of three parts: time before the flight, flight by the node's clock, publishing.
+        """Return the medians (s) of three parts of the delay: before the flight, the flight itself, publishing.
 
         The first part covers transport, building the terrain, and the wait for the thread that flies. The third part is
         the time from the grid to the last message.
@@ -51,7 +51,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Rows:
-    """A row with the calls of a service during its rounds, and the gaps of the executor.
+    """The rounds of one measurement, with signs that the node was blocked: service calls and gaps of the executor.
 
     beats : due, sent, answered (ns) for each call
     gaps : longest gap (s) of each second, as reported by the node
@@ -66,41 +66,41 @@ class Rows:
 
     @property
     def longest_gap(self) -> float:
-        """Return the longest reported gap (s); NaN if the node reported no gap."""
+        """The longest gap of the executor that the node reported (s); NaN if it reported none."""
         return max(self.gaps, default=float("nan"))
 
     @property
     def longest_call(self) -> float:
-        """Return the longest call of the service (s); NaN if no call was answered."""
+        """The longest call of the service (s); NaN if no call was answered."""
         return max((answered - sent for _, sent, answered in self.beats), default=float("nan")) / 1e9
 
     @property
     def longest_delay(self) -> float:
-        """Return the longest delay of the heartbeat's own sleep (s), which the machine adds to any gap."""
+        """The longest delay of the calling process itself (s), which the machine adds to any gap."""
         return max((sent - due for due, sent, _ in self.beats), default=float("nan")) / 1e9
 
     @property
     def usual_call(self) -> float:
-        """Return the time that 99 % of the calls do not exceed (s)."""
+        """The time that 99 % of the service calls do not exceed (s)."""
         gaps = [answered - sent for _, sent, answered in self.beats]
         return float(np.percentile(gaps, 99)) / 1e9 if gaps else float("nan")
 
 
 def figures_of(result: bytes) -> dict[str, str]:
-    """Return key -> value of a message of `results`."""
+    """Return key -> value of a `results` message, from its bytes."""
     array = deserialize_message(result, DiagnosticArray)
     return {pair.key: pair.value for status in array.status for pair in status.values}
 
 
 def gaps_of(diagnostics: list[bytes]) -> list[float]:
-    """Return the longest gaps (s) of the executor in messages of /diagnostics, one for each second."""
+    """Return the longest gap (s) of the node's executor in each second, from messages of /diagnostics."""
     told = [pair.value for data in diagnostics for status in deserialize_message(data, DiagnosticArray).status
             if status.name.endswith(": executor") for pair in status.values if pair.key == "gap_ms"]  # fmt: skip
     return [float(value) / 1e3 for value in told]
 
 
 def print_table(rows: list[Rows]) -> int:
-    """Print all tables; return 1 if a goal is missed."""
+    """Print the tables of all measurements; return 1 if a goal is missed."""
     if not rows:
         return 0
     print(f"\n{'milliseconds':52} {'goal':>6} {'median':>7} {'least':>7} {'most':>7} {'first':>7} "

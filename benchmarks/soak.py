@@ -1,4 +1,4 @@
-"""Soak test: the nodes in a mine with every disturbance: rocks, new ground, kills, clock jumps.
+"""Soak test: run the nodes for a long time with every disturbance: rocks, new ground, kills, clock jumps.
 
     python benchmarks/soak.py [--minutes 20] [--seed 1] [--json soak.json] [--keep folder]
 
@@ -26,26 +26,26 @@ from rpf3d_ros.demo.stand_in import StandIn
 from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 WITHIN = 5.0
-"""Time from a burst until its level must be published (s), while the simulator runs and the clock runs evenly."""
+"""Goal: time (s) from sources to their alert level, while the simulator runs and the clock runs evenly."""
 FALLING, QUIET = (2.0, 8.0), (1.0, 3.0)
-"""Times (s): rocks stay visible after their level was published; no rocks before an acknowledgement."""
+"""Ranges of times (s): how long rocks stay visible after their alert level was published, and no rocks afterwards."""
 ACKNOWLEDGED, EACH = 30.0, 3.0
-"""Longest time for an acknowledgement with all its void attempts (s); longest time for one attempt (s)."""
+"""Longest time (s) until the level is lowered, over all attempts to acknowledge; longest time (s) of one attempt."""
 CALM = 60.0
-"""Length of the last part of the test, without disturbances (s)."""
+"""Length of the last part of the test, which has no disturbances (s)."""
 BEGINS_NS = 1_767_250_800_000_000_000
-"""2026-01-01, 07:00 UTC."""
+"""Start of the simulated clock: 2026-01-01, 07:00 UTC (ns)."""
 
 
 class Soak:
-    """Bursts of sources one after the other, and their demands."""
+    """Publishes sources one burst after the other, and checks that the alert reaches the level of each burst."""
 
     def __init__(self, mine: Mine, world: World, disturbances: Disturbances) -> None:
         self._mine, self._world, self._disturbances = mine, world, disturbances
         self._random = disturbances.random
 
     def run(self, minutes: float) -> None:
-        """Run bursts and acknowledgements until time is up."""
+        """Publish bursts and acknowledge their alerts until time is up."""
         mine = self._mine
         mine.stand_in.publish("terrain/mesh", self._world.content.mesh)
         if not mine.live(lambda: mine.told.shown == Level.NORMAL, RECOVERY):
@@ -70,13 +70,13 @@ class Soak:
         mine.ledger.settle(mine.open, mine.told.held)
         self._await()
         mine.live(lambda: False, float(self._random.uniform(*FALLING)))
-        self._await()  # a killed node must reach the level again
+        self._await()  # a killed node must reach the alert level again
         mine.seen, mine.open = np.empty((0, 3)), None
         mine.speak()
         mine.live(lambda: False, float(self._random.uniform(*QUIET)))
 
     def _await(self) -> None:
-        """Wait until the open demand is met, or its time is up."""
+        """Wait until the alert has the demanded level, or its time is up."""
         mine = self._mine
         while (demand := mine.open) and demand.met is None and time.monotonic() < demand.until:
             mine.live(lambda: demand.met is not None or mine.open is not demand, 0.2)
@@ -84,7 +84,7 @@ class Soak:
             mine.ledger.fail(f"lost alert: {demand.what}, held is {mine.told.held}", mine.stack.tails())
 
     def step_down(self) -> None:
-        """Acknowledge until the level is normal."""
+        """Acknowledge the alert until its level is normal."""
         mine = self._mine
         deadline = time.monotonic() + ACKNOWLEDGED + (0.0 if mine.stack.alive(SIMULATOR) else RECOVERY)
         while mine.told.held != Level.NORMAL and time.monotonic() < deadline:
@@ -98,7 +98,7 @@ class Soak:
 
 
 def audited(log: Path) -> tuple[bool, str]:
-    """Return whether the audit reproduces every decision of a log, and the last lines of the audit."""
+    """Return if the audit of a decision log finds no error, and the last lines of the audit."""
     done = subprocess.run(
         [sys.executable, "-m", "rpf3d_core.cli", "audit", str(log)], capture_output=True, text=True, check=False
     )
@@ -106,7 +106,10 @@ def audited(log: Path) -> tuple[bool, str]:
 
 
 def soaked(stack: Stack, world: World, options: argparse.Namespace) -> Mine:
-    """Run the soak test; return the mine with its ledger. Raises TimeoutError if the nodes do not start."""
+    """Run the soak test with running nodes, and return the mine with its record.
+
+    Raises TimeoutError if the nodes do not start.
+    """
     spoken = ("terrain/mesh", "terrain/update", "sources")
     with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS) as clock:
         nodes = (SIMULATOR, RECORDER, LISTENER)

@@ -1,4 +1,4 @@
-"""The disturbances of a soak test: new ground, kills, clock jumps, and late subscribers."""
+"""Disturb a soak test: publish new ground, kill nodes, let the clock jump, and add late subscribers."""
 
 import time
 from collections.abc import Callable
@@ -17,36 +17,34 @@ from rpf3d_ros.interface.qos import LATCHED
 
 CHOICES = {"patch": 6, "terrain": 2, "recorder": 2, "listener": 2, "late joiner": 3, "clock back": 1,
            "clock forward": 1, "simulator": 1, "simulator in an update": 1}  # fmt: skip
-"""Kinds of disturbances and their relative frequency."""
+"""The kinds of disturbances and their relative frequency."""
 KILLS = ("recorder", "simulator", "simulator in an update")
-"""Disturbances that end a long-lived process.
+"""The disturbances that kill a node which should run for long.
 
-The second half of a test has none, so that its memory can be measured.
+The second half of a test has none of them, so that the memory of these nodes can be measured.
 """
 BETWEEN = 6.0
 """Mean time between disturbances (s)."""
 RECOVERY = 60.0
-"""Longest time from a kill of the simulator until it publishes the level for the radar's current message (s).
+"""Longest time (s) from a kill of the simulator until it publishes the alert level again.
 
-The simulator imports its modules, loads its cache, and reads its terrain from the store, on two busy cores.
+The level is for the current message of the radar. The simulator imports its modules, loads its cache, and reads its
+terrain from the store, on two busy cores.
 """
 RELEARNING = 10.0
-"""Longest recovery after a jump of the clock (s): the radar publishes every 2 s."""
+"""Longest time (s) until alerts are right again after a jump of the clock: the radar publishes every 2 s."""
 JOINING, SETTLED = 5.0, 1.0
-"""Times (s): until a late subscriber must have the alarm.
-
-For which the alarm must be constant before the comparison.
-"""
+"""Times (s): until a late subscriber must have the alarm, and for which the alarm must be constant before the check."""
 DOWN, UPDATING = (0.5, 2.0), (0.0, 0.3)
-"""Time that a process stays away (s); time from new ground to a kill during its processing (s)."""
+"""Ranges of times (s): that a killed process stays away, and from new ground to a kill while it is processed."""
 JUMP = (2.0, 20.0)
-"""Length of a jump of the clock (s)."""
+"""Range of the length of a jump of the clock (s)."""
 HEAP, RADIUS, SPACING = 21, 8.0, 1.5
-"""Points on each side of a patch; points from the middle of its heap to the foot; distance between points (m)."""
+"""A patch of terrain with a heap: points on each side, radius of the heap (points), distance between points (m)."""
 
 
 class Disturbances:
-    """Disturbs a mine at random from `begin` on until `calm`."""
+    """Disturbs a soak test at random: from `begin` until the time `calm`."""
 
     def __init__(self, mine: Mine, world: World, seed: int) -> None:
         self._mine, self._world = mine, world
@@ -57,7 +55,7 @@ class Disturbances:
         mine.disturb = self._disturb
 
     def begin(self, unkilled: float, calm: float) -> None:
-        """Begin the disturbances.
+        """Begin to disturb the test.
 
         unkilled : time (s, monotonic) after which neither simulator nor recorder is killed
         calm : time (s, monotonic) after which there are no disturbances
@@ -76,7 +74,7 @@ class Disturbances:
             self.do(str(self.random.choice(list(CHOICES), p=weights / weights.sum())))
 
     def do(self, what: str) -> None:
-        """Do one of CHOICES."""
+        """Do one disturbance of the kinds in CHOICES."""
         self._mine.ledger.counts[what] += 1
         if what in ("patch", "terrain"):
             self._survey(whole=what == "terrain")
@@ -94,7 +92,7 @@ class Disturbances:
             self._kill(SIMULATOR)
 
     def _kill(self, name: str) -> None:
-        """Kill a process by SIGKILL and start it again a moment later."""
+        """Kill a node by SIGKILL, and start it again a moment later."""
         mine = self._mine
         if not mine.stack.alive(name):
             return
@@ -106,7 +104,7 @@ class Disturbances:
         self._due.append((time.monotonic() + down, lambda: start(mine.stack, name)))
 
     def _survey(self, whole: bool) -> None:
-        """Publish new ground: the pit with one point a little higher, or a heap at a random place."""
+        """Publish new ground: the whole pit with one point a little higher, or a patch with a heap somewhere."""
         self._surveyed += 1
         if whole:
             self._mine.stand_in.publish("terrain/mesh", raise_mesh(self._world.content.mesh, self._surveyed % 50))
@@ -114,7 +112,7 @@ class Disturbances:
             self._mine.stand_in.publish("terrain/update", self._heap())
 
     def _heap(self) -> Any:
-        """Return a patch of 30 by 30 m with a heap, at a random place below the ramp."""
+        """Return a patch message of 30 by 30 m with a heap, at a random place below the ramp."""
         (west, east), (south, north) = PATCHED
         corner = self.random.uniform((west, south), (east, north))
         grid = self._world.heights.grid(*corner.tolist(), SPACING, HEAP, HEAP)
@@ -124,7 +122,10 @@ class Disturbances:
         return patch_message(grid, self._mine.clock.now_ns())
 
     def _join_late(self) -> None:
-        """Add a late subscriber, which must receive the current alarm if the alarm is constant."""
+        """Add a late subscriber, and check that it receives the current alarm at once.
+
+        There is no check if the alarm has just changed.
+        """
         mine, began = self._mine, time.monotonic()
         expected, heard = mine.told.alarm, []  # type: ignore[var-annotated]
         if expected is None or began - mine.told.alarm_since < SETTLED:

@@ -1,4 +1,4 @@
-"""Record a soak test: demands on alerts and the times at which they are met, delays, memory.
+"""The record of a soak test: which alert levels were demanded, when they were reached, delays, memory.
 
 A demand is a level that must be published by a time. A deliberate disturbance (a kill, a jump of the clock) moves that
 time and is counted, so that the report shows the number of disturbed demands.
@@ -18,10 +18,10 @@ SECOND = 1_000_000_000
 
 @dataclass
 class Demand:
-    """One demand on the alert.
+    """One alert level that the nodes must reach by a time.
 
-    what : description of the demand
-    level : least level that must be held
+    what : description, for the report
+    level : lowest alert level that is enough
     since, until : s, monotonic
     disturbed : number of disturbances
     met : time at which the demand was met (s, monotonic), or None
@@ -37,7 +37,7 @@ class Demand:
 
 @dataclass
 class Ledger:
-    """The record of a soak test.
+    """The record of a soak test, from which the report is made.
 
     demands : all demands so far
     delays : name -> seconds
@@ -54,44 +54,50 @@ class Ledger:
     began: float = field(default_factory=time.monotonic)
 
     def demand(self, what: str, level: Level, within: float) -> Demand:
-        """Add a demand: the level must be held within a time (s) from here."""
+        """Add a demand: the nodes must reach this alert level within a time (s) from now."""
         now = time.monotonic()
         self.demands.append(Demand(what, level, now, now + within))
         return self.demands[-1]
 
     def disturb(self, demand: Demand | None, seconds: float) -> None:
-        """Extend an open demand to `seconds` from here, because a disturbance delays the node."""
+        """Give an open demand more time, until `seconds` from now, because a disturbance delays the node."""
         if demand is not None and demand.met is None:
             demand.until = max(demand.until, time.monotonic() + seconds)
             demand.disturbed += 1
 
     def settle(self, demand: Demand, held: Level | None) -> bool:
-        """Return whether the demand is met by the held level or was met earlier; record the first time."""
+        """Return if the demand is met by the held alert level, or was met earlier; record the first time."""
         if held is not None and held >= demand.level and demand.met is None:
             demand.met = time.monotonic()
         return demand.met is not None
 
     def fail(self, sentence: str, seen: str = "") -> None:
-        """Record a failure; `seen` is printed at once and is not part of the report."""
+        """Record a failure of the test.
+
+        seen : text that is printed at once, but is not part of the report
+        """
         self.failures.append(f"after {time.monotonic() - self.began:.0f} s: {sentence}")
         print(f"FAILURE {self.failures[-1]}\n{seen}", file=sys.stderr, flush=True)
 
     @property
     def lost(self) -> list[Demand]:
-        """Return the demands that were never met."""
+        """The demands that were never met: lost alerts."""
         return [demand for demand in self.demands if demand.met is None]
 
     @property
     def summary(self) -> str:
-        """Return the progress in a few words."""
+        """The progress of the test in a few words."""
         return f"{len(self.demands)} bursts, {len(self.failures)} failures, {self.counts['results']} results"
 
     def took(self, disturbed: bool) -> list[float]:
-        """Return the seconds until each demand was met, of the disturbed or of the undisturbed demands."""
+        """Return the seconds until each demand was met.
+
+        Disturbed : True for the disturbed demands, False for the others.
+        """
         return [d.met - d.since for d in self.demands if d.met is not None and (d.disturbed > 0) == disturbed]
 
     def slopes(self, settling: float) -> dict[str, tuple[float, float, float, float]]:
-        """Return the memory figures of each node over its longest life.
+        """Return how the memory of each node grew over its longest life.
 
         The figures are the memory at the end of that life (MB), the largest memory (MB), the slope (MB/h) and the
         length of the life (s).
@@ -113,7 +119,7 @@ class Ledger:
 
 
 def percentiles(seconds: list[float]) -> str:
-    """Return the number, median, 95 %, 99 % and largest value, in ms, as cells of a table."""
+    """Return the number, median, 95 %, 99 % and largest of delays, in ms, as the cells of a table row."""
     if not seconds:
         return "0 | - | - | - | -"
     figures = [1e3 * float(np.percentile(seconds, share)) for share in (50, 95, 99, 100)]

@@ -1,11 +1,11 @@
-"""A subscriber to all topics that the soak test kills: its death must not affect any other process."""
+"""A subscriber to all topics that the soak test kills, to show that this affects no other process."""
 
 from rpf3d_ros.demo.stand_in import StandIn
 from rpf3d_ros.interface.recorded_topics import TOPICS
 
 
 def main() -> None:
-    """Receive messages until the process is killed."""
+    """Receive the messages of all topics until the process is killed."""
     with StandIn(name="rpf3d_soak_listener") as stand_in:
         for topic in TOPICS:
             stand_in.subscribe(topic, lambda data, at_ns: None)

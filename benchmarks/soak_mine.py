@@ -1,4 +1,4 @@
-"""The stand-in of a soak test and the nodes around it: received messages, the radar's messages, the flow of time."""
+"""The mine of a soak test: publishes what the radar sees, receives the nodes' messages, and lets time pass."""
 
 import sys
 import time
@@ -23,18 +23,18 @@ from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.health import healths_of
 
 RADAR, SAMPLING, SAYING = 2.0, 1.0, 60.0
-"""Time between messages of the radar (s), between samples of memory (s), between progress reports (s)."""
+"""Times (s): between messages of the radar, between samples of memory, between progress reports."""
 REMEMBERED = 50
-"""Number of radar messages whose answers are still expected."""
+"""Number of radar messages to which answers are still expected."""
 SIMULATOR, RECORDER, LISTENER = "simulator_node", "recorder_node", "soak_listener"
 
 
 @dataclass
 class Told:
-    """The current state that the node has published.
+    """The last alert that the node has published: levels and alarm.
 
-    held : level that is held; shown : level that is shown
-    alarm : whether the alarm sounds; alarm_since : time of its last change (s, monotonic)
+    held, shown : the held alert level and the shown one, None if unknown
+    alarm : True if the alarm sounds; alarm_since : time of its last change (s, monotonic)
     """
 
     held: Level | None = None
@@ -44,7 +44,7 @@ class Told:
 
 
 class Mine:
-    """Publishes as the radar, receives the nodes' messages, and records both in the ledger."""
+    """Publishes as the radar, receives the messages of the nodes, and records what happens."""
 
     def __init__(self, stack: Stack, stand_in: StandIn, clock: SimulatedClock) -> None:
         self.stack, self.stand_in, self.clock = stack, stand_in, clock
@@ -60,7 +60,7 @@ class Mine:
         stand_in.subscribe("hazard/grid", lambda data, at: self._delay("sources to hazard/grid", data, at))
 
     def live(self, condition: Callable[[], Any], seconds: float) -> bool:
-        """Let time pass until the condition holds or time is up; return whether the condition holds."""
+        """Let time pass until a condition is true or time (s) is up; return if the condition is true."""
         deadline = time.monotonic() + seconds
         while not condition():
             now = time.monotonic()
@@ -75,14 +75,17 @@ class Mine:
         return True
 
     def speak(self) -> None:
-        """Publish the sources that the radar detects."""
+        """Publish the sources that the radar sees now, as a message."""
         self._spoken, stamp = time.monotonic(), self.clock.now_ns()
         data = bytes(serialize_message(poses(self.seen, stamp)))
         self._waiting = dict(list(self._waiting.items())[-REMEMBERED:])
         self._waiting[stamp] = (self.stand_in.publish("sources", data), set())
 
     def demand_again(self, within: float) -> None:
-        """Demand the current level again within a time (s) after a kill of the node, even if it was already met."""
+        """Demand the current alert level again within a time (s), after a kill of the node.
+
+        The demand is made even if the level was already reached.
+        """
         if self.open is not None and self.open.met is None:
             self.ledger.disturb(self.open, within)
         elif self.open is not None:
@@ -90,7 +93,7 @@ class Mine:
             self.open.disturbed = 1
 
     def jump(self, seconds: float) -> None:
-        """Let the clock jump; answers to earlier messages are no longer expected."""
+        """Let the simulated clock jump by some seconds; answers to earlier messages are no longer expected."""
         self.clock.jump(seconds)
         self._waiting.clear()
 
@@ -113,7 +116,7 @@ class Mine:
         self._delay("sources to all of an answer", data, at_ns)
 
     def _delay(self, what: str, data: bytes, at_ns: int) -> None:
-        """Record the time from the publication of sources to the first message with their stamp."""
+        """Record the time from the publication of sources to the first message that answers them."""
         began, came = self._waiting.get(stamp_of(data), (0, {what}))
         if what not in came:
             came.add(what)
@@ -135,7 +138,7 @@ class Mine:
 
 
 def start(stack: Stack, name: str) -> None:
-    """Start one of the processes, for the first time or again."""
+    """Start one of the nodes or the listener, for the first time or again."""
     stack.killed.discard(name)
     if name == LISTENER:
         stack.start_script(Path(__file__).parent / f"{LISTENER}.py")

@@ -1,4 +1,4 @@
-"""Report a soak test as Markdown and as JSON."""
+"""Print the report on a soak test in Markdown, and write its figures as JSON."""
 
 import argparse
 import json
@@ -10,7 +10,7 @@ from soak_ledger import Ledger, percentiles
 from rpf3d_core.alerts.levels import Level
 
 SETTLING = 60.0
-"""First seconds of a node's life in which its memory may grow."""
+"""First seconds of a node's life that do not count, because its memory may grow then."""
 
 
 def print_report(

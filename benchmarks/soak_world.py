@@ -1,4 +1,4 @@
-"""The mine of a soak test: its pit, its release places with the level that each demands, and random new ground.
+"""The mine of a soak test: its pit, and its release places with the alert level that each demands.
 
 The demands do not come from the node. A run of the core over the same pit gives the number of rocks that reach the
 ramp. The level that the lower end of that interval reaches must be published.
@@ -23,14 +23,14 @@ from rpf3d_ros.demo.shift_content import ShiftContent, shift_content
 ROOT = Path(__file__).resolve().parent.parent
 SCENE, SITE = ROOT / "config/scenes/shift.yaml", ROOT / "config/site_shift.yaml"
 SPEED = 4.0
-"""Speed of every source, eastwards (m/s)."""
+"""Speed (m/s) of rocks from every source, eastwards."""
 ROCKS = 2000
-"""Rocks of the run that determines a demand: shares to 0.02."""
+"""Number of rocks of the run that determines a demanded level; shares are then known to 0.02."""
 SOURCES = 12
 SPREAD_X, SPREAD_V = 0.3, 0.2
-"""Half-widths (m, m/s) of the node's spread of rocks; the spread in plan is too small to affect the demands."""
+"""Half-widths (m, m/s) of the node's spread of rocks; the spread in plan is too small to affect the levels."""
 CERTAIN = 0.7
-"""Factor on the lower end of the share's interval: patches and the spread in plan change the share a little."""
+"""Factor on the lower end of a share's interval (-): patches and spread change the share a little."""
 PLACES = {
     "crest of the wall": (-606.0, -60.0, 60.0),
     "bench above the ramp": (-552.0, -60.0, 20.0),
@@ -40,12 +40,12 @@ PLACES = {
 }
 """Easting (m) of each release place, and the northings (m) that limit it."""
 PATCHED = ((-480.0, -300.0), (-250.0, 250.0))
-"""Area of patches (m): below the ramp, so that they change no demand."""
+"""Area in which patches change the ground (m): below the ramp, so that they change no demanded level."""
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """The mine of the test.
+    """The pit that the test publishes, and the alert level that each release place demands.
 
     content : the published pit; heights : its ground; demands : place -> level
     """
@@ -56,20 +56,26 @@ class World:
 
 
 def world_of(folder: Path) -> World:
-    """Return the pit and the demand of each place from runs of the core, whose results go into a folder."""
+    """Return the pit, and the demanded alert level of each place from runs without the node.
+
+    folder : for the results of these runs
+    """
     terrain = pit_terrain(Pit(triangles=150_000, seed=1))  # as in the scene
     return World(shift_content(SCENE, 12), Heights(terrain), {place: demanded(place, folder) for place in PLACES})
 
 
 def places_of(place: str) -> Any:
-    """Return positions (SOURCES, 3) m of sources along a place; the node moves them to the ground."""
+    """Return the positions (SOURCES, 3) m of sources along a place; the node moves them to the ground."""
     x, south, north = PLACES[place]
     y = np.linspace(south, north, SOURCES)
     return np.column_stack([np.full(SOURCES, x), y, np.full(SOURCES, 1700.0)])
 
 
 def demanded(place: str, folder: Path) -> Level:
-    """Return the level of a place: the level at CERTAIN times the lower end of the share's interval, by the core."""
+    """Return the alert level that rocks from a place surely demand, from a run without the node.
+
+    It is the level at CERTAIN times the lower end of the interval of the share of rocks that reach the ramp.
+    """
     scene, spread = read_scene(SCENE), (SPREAD_V, SPREAD_V, SPREAD_V)
     changed = {"line": None, "points": tuple(map(tuple, places_of(place).tolist())), "rocks": ROCKS,
                "velocity": (SPEED, 0.0, 0.0), "velocity_spread": spread}  # fmt: skip

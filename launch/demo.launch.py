@@ -1,4 +1,4 @@
-"""Everything of rpf3d.launch.py, with the demo scene published in the place of the survey and the radar."""
+"""Start everything of rpf3d.launch.py, with the demo scene published in place of survey and radar."""
 
 # ruff: noqa: I001 - ruff takes this folder for the package `launch`
 from launch import LaunchDescription
@@ -9,13 +9,13 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Arguments: publish_scene, and those of rpf3d.launch.py."""
+    """Return the launch description; its arguments are publish_scene, and the arguments of rpf3d.launch.py."""
     share = FindPackageShare("rpf3d")
     scene = PathJoinSubstitution([share, "config", "scenes", "demo.yaml"])
     everything = PythonLaunchDescriptionSource(PathJoinSubstitution([share, "launch", "rpf3d.launch.py"]))
     return LaunchDescription(
         [
             DeclareLaunchArgument("publish_scene", default_value=scene, description="the scene file to publish"),
-            IncludeLaunchDescription(everything),  # takes publish_scene, and all that is given, from here
+            IncludeLaunchDescription(everything),  # takes publish_scene and all given arguments from here
         ]
     )

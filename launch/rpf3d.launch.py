@@ -1,7 +1,7 @@
-"""The simulator and, where asked for, the recorder and a scene in the place of the survey and the radar.
+"""Start the simulator and, if wanted, the recorder, and a scene that is published in place of survey and radar.
 
 The simulator is a lifecycle node that configures and activates itself; `autostart:=false` leaves that to a manager.
-What is not given is as the parameter file says.
+Arguments that are not given keep the values of the parameter file.
 """
 
 # ruff: noqa: I001 - ruff takes this folder for the package `launch`
@@ -14,11 +14,11 @@ from launch_ros.substitutions import FindPackageShare
 
 FRAMES = {"map_frame": str, "survey_frame": str}
 SIMULATOR = {"scene": str, "site_file": str, "decision_log": str, "store": str, "autostart": bool}
-"""Arguments that are parameters of the same name, and their types."""
+"""Arguments that are passed on as parameters of the same name, with their types."""
 
 
 def generate_launch_description() -> LaunchDescription:
-    """All arguments are declared below with what they mean; an empty one is not given."""
+    """Return the launch description with all arguments; an empty argument counts as not given."""
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -43,7 +43,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    """The nodes, with given parameters only: any other would take the place of the parameter file's."""
+    """Return the nodes to start, with the given parameters only, because others would replace the parameter file's."""
 
     def said(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
@@ -58,7 +58,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
         own = {**given(FRAMES), **own}
         return Node(package="rpf3d", executable=program, parameters=[file, *([own] if own else [])], output="screen")
 
-    shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # the former sets no key of a scene
+    shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # the first sets no key of a scene
     file = said("params_file") or PathJoinSubstitution([FindPackageShare("rpf3d"), "config", shipped])
     nodes = [node("rpf3d_simulator", given(SIMULATOR))]
     if said("record").lower() not in ("true", "false"):

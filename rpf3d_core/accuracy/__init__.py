@@ -1,1 +1,1 @@
-"""The price list of accuracy: the error of each setting on a user's own scene, and its cost."""
+"""Measure how accurate each setting is on a user's own scene, and what it costs: the price list of `rpf3d cost`."""

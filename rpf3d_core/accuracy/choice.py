@@ -1,4 +1,4 @@
-"""Choose from the price list: find the largest of the three errors, and the cheapest setting within a target."""
+"""Choose from a measured price list: the largest error of a scene, and the cheapest setting within a target."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ MOST_ROCKS = 10_000_000
 
 
 def check_target(target: float) -> None:
-    """Raise an error for a target (-) outside the possible range of the sum of errors.
+    """Raise an error for a target (-) that no setting can meet: the sum of the three errors is between 0 and 1.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def check_target(target: float) -> None:
 
 
 class Choice(NamedTuple):
-    """A setting: the method of finding contacts, the terrain and the number of rocks.
+    """A setting that a user could choose, with its errors and cost: contact method, terrain and number of rocks.
 
     numerical, geometric, statistical : the three errors (-) of the setting
     seconds : cost of all rocks, s of one core
@@ -44,12 +44,12 @@ class Choice(NamedTuple):
 
     @property
     def total(self) -> float:
-        """The sum of the three errors (-); a sum, because a bias and a random error do not cancel."""
+        """The total error (-): the sum of the three errors, because a bias and a random error do not cancel."""
         return self.numerical + self.geometric + self.statistical
 
 
 def errors_of_scene(prices: PriceList) -> dict[str, float]:
-    """Return the three errors (-) of a scene by name: numerical, geometric and statistical.
+    """Return the three errors (-) of a scene as it is now, by name: numerical, geometric and statistical.
 
     The geometric error is the error of a terrain with half of the triangles. The error of the survey itself is unknown,
     and this error is the nearest value that can be measured.
@@ -63,14 +63,14 @@ def errors_of_scene(prices: PriceList) -> dict[str, float]:
 
 
 def largest(prices: PriceList) -> str | None:
-    """Return the name of the largest of the three errors of a scene; None if all are 0."""
+    """Return the name of the largest of the three errors of a scene, the first to reduce; None if all are 0."""
     errors = errors_of_scene(prices)
     name = max(errors, key=lambda name: errors[name])
     return name if errors[name] > 0.0 else None
 
 
 def cheapest(prices: PriceList, target: float) -> Choice | None:
-    """Return the cheapest choice within a target; None if no choice meets the target.
+    """Return the setting that meets a target in the shortest computing time; None if no setting meets the target.
 
     Every measured method is combined with every measured terrain, and with the number of rocks that the target then
     needs. Rasters are excluded, because a scene cannot request a raster.
@@ -88,7 +88,7 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 
 
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
-    """Return the choice with the fewest rocks within a target (-), with exact contacts and the full terrain.
+    """Return the setting with the fewest rocks within a target (-), with exact contacts and the full terrain.
 
     Return None if no number of rocks meets the target. A run with `--accuracy` uses this choice.
     """
@@ -96,7 +96,7 @@ def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
 
 
 def exact_run(scene: str | Path, prices: PriceList, target: float) -> tuple[Scene, int]:
-    """Return the scene with the exact method for contacts, and the number of rocks to fly for a target (-).
+    """Return the scene with exact contacts and the full terrain, and how many rocks a run within a target (-) needs.
 
     Raises
     ------
@@ -128,13 +128,13 @@ def _chosen(prices: PriceList, method: Priced, terrain: Priced, target: float) -
 
 
 def statistical_error(lines: Sequence[Priced], rocks: int) -> float:
-    """Return the error (-) of a number of rocks, scaled by 1 / sqrt(rocks) from the nearest measured number."""
+    """Return the statistical error (-) of a number of rocks, scaled by 1 / sqrt(rocks) from the nearest measurement."""
     nearest = min(lines, key=lambda line: abs(math.log(line.setting["rocks"] / rocks)))
     return min(nearest.error * math.sqrt(nearest.setting["rocks"] / rocks), 1.0)
 
 
 def rocks_needed(lines: Sequence[Priced], allowed: float) -> int | None:
-    """Return the smallest measured number of rocks with an error up to `allowed` (-), or an extrapolated number.
+    """Return how many rocks reduce the statistical error to `allowed` (-): a measured or an extrapolated number.
 
     Errors are proportional to 1 / sqrt(rocks); the extrapolation starts from the largest measured number. Return None
     if the number is above MOST_ROCKS, or if `allowed` is not above 0.

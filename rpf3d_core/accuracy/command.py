@@ -1,4 +1,4 @@
-"""Measure, write and read price lists for `rpf3d cost` and `rpf3d run --accuracy`; without output to the screen."""
+"""Measure, write and read price lists for `rpf3d cost` and `rpf3d run --accuracy`, without printing."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
 
 
 def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """Return the price list in a folder if it belongs to exactly this scene; else measure and write a new price list.
+    """Return the price list in a folder if it belongs to exactly this scene; else measure a new one and write it there.
 
     Raises the same errors as `measured`.
     """

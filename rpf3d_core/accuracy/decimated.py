@@ -15,7 +15,9 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def decimated(terrain: Terrain, share: float) -> Terrain:
-    """Return the terrain with fewer triangles; each triangle gets the zone of the nearest original facet.
+    """Return the terrain with fewer triangles, to measure the error of a coarser survey; zones are kept.
+
+    Each new triangle gets the zone of the nearest original facet.
 
     share : number of triangles after the decimation over the number before (-), approximate
 
@@ -37,7 +39,7 @@ def decimated(terrain: Terrain, share: float) -> Terrain:
 
 
 def _nearest_facets(terrain: Terrain, points: FloatArray) -> NDArray[np.int64]:
-    """Return the facet of a terrain that is closest to each of N points (m): (N,)."""
+    """Return the facet of a terrain that is closest to each of N points (m), to take over its zone: (N,)."""
     facets: Facets = facets_of(terrain)
     locator = VtkLocator(facets)
     anywhere = 2.0 * float(np.linalg.norm(np.subtract(facets.high, facets.low)))

@@ -1,4 +1,4 @@
-"""Differences between two results of the same rocks, for example of two methods: in shares of the map and in metres."""
+"""Measure how much two results of the same rocks differ, for example of two methods: in shares and in metres."""
 
 from typing import NamedTuple
 
@@ -11,14 +11,14 @@ from rpf3d_core.values import DEPOSITED, Mode
 
 
 class Metres(NamedTuple):
-    """Median and 95th percentile of a length over all rocks (m); None if there are no rocks."""
+    """Median and 95th percentile over all rocks of the distance between two results (m); None if there are no rocks."""
 
     median: float | None
     p95: float | None
 
 
 class AnswerDifference(NamedTuple):
-    """The difference between two results of the same rocks.
+    """The difference between two results of the same rocks: how much error a setting adds to the exact result.
 
     of_map : `map_distance` (-); of_shares : largest difference of a share over all places (-)
     first_impact, stop : m, distance between the first impacts and between the stopping places of the same rock
@@ -34,7 +34,7 @@ class AnswerDifference(NamedTuple):
 
 
 def map_distance(a: Reached, b: Reached) -> float:
-    """Return the total variation between two maps of reach probability, from 0 (the same) to 1 (no cell in common).
+    """Return how much two maps of reach probability differ, from 0 (the same) to 1 (no cell in common).
 
     The distance is the sum of |p - q| over all cells, divided by the sum of p + q: the share of all visits to cells
     that the two maps do not have in common. A cell counts by the number of rocks that reach it, so cells without rocks
@@ -47,14 +47,14 @@ def map_distance(a: Reached, b: Reached) -> float:
 
 
 def _shares(some: Reached, cells: IntArray) -> FloatArray:
-    """Return the reach probability (S,) (-) of cells (S,), which are ascending and include all reached cells."""
+    """Return the reach probability (S,) (-) in cells (S,), which ascend and include all reached cells."""
     shares = np.zeros(len(cells))
     shares[np.searchsorted(cells, some.cells)] = some.rocks / max(some.flown, 1)
     return shares
 
 
 def share_distance(a: Step, b: Step) -> float:
-    """Return the largest difference (-) between the shares of rocks that reach a place or stop there."""
+    """Return the largest difference (-) between two results in the share of rocks that reach or stop in a place."""
     return max((abs(x - y) for name in {*a.places, *b.places} for x, y in _pairs(a, b, name)), default=0.0)
 
 
@@ -65,7 +65,7 @@ def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
 
 
 def difference(found: FlownSample, exact: FlownSample, gravity: float) -> AnswerDifference:
-    """Return the difference between a result and the exact result of the same rocks; gravity in m/s^2."""
+    """Return how far a result is from the exact result of the same rocks; gravity in m/s^2."""
     mine, theirs = found.flights, exact.flights
     at_rest = np.isin(mine.deposits.outcome, DEPOSITED) & np.isin(theirs.deposits.outcome, DEPOSITED)
     stop = np.linalg.norm(mine.deposits.x - theirs.deposits.x, axis=1)
@@ -85,7 +85,7 @@ def first_impacts(flights: Flights) -> FloatArray:
 
 
 def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
-    """Return the values (R, 3) at the first impact of each rock on the ground; NaN for a rock without impact.
+    """Return one row of values (R, 3) for each rock: the values at its first impact on the ground; NaN without impact.
 
     values : (I, 3) of all impacts
     """
@@ -97,16 +97,17 @@ def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
 
 
 def _rows_that_struck_first(flights: Flights) -> IntArray:
-    """Return the rows (N,) of rocks that struck the ground before any obstacle."""
+    """Return the rows (N,) of the rocks whose first impact was on the ground, not on an obstacle."""
     rows, first = np.unique(flights.impacts.row, return_index=True)
     return np.asarray(rows[flights.impacts.facet[first] >= 0])
 
 
 def first_bounces(flights: Flights, gravity: float) -> FloatArray:
-    """Return the bounce height (R,) m of each rock after its first impact, computed from its speed after the impact.
+    """Return the bounce height (R,) m of each rock after its first impact, to compare the results of two methods.
 
-    The height is the rise on level ground with the speed along the facet's normal, because a rock may not rise at all
-    from a steep facet. NaN if the rock did not fly after the impact, hit an obstacle first, or has no path.
+    The height is computed from the speed after the impact: the rise on level ground with the speed along the facet's
+    normal, because a rock may not rise at all from a steep facet. NaN if the rock did not fly after the impact, hit an
+    obstacle first, or has no path.
     gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)
@@ -122,7 +123,7 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
 
 
 def metres(distances: FloatArray) -> Metres:
-    """Return the median and 95th percentile of distances (N,) m; NaN values are ignored."""
+    """Return the median and 95th percentile of the distances between two results (N,) m; NaN values are ignored."""
     known = distances[np.isfinite(distances)]
     if len(known) == 0:
         return Metres(None, None)

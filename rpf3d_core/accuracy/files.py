@@ -1,4 +1,4 @@
-"""Write cost.json, cost.png and cost.rrd into a folder, and read cost.json."""
+"""Write a price list into a folder as cost.json, cost.png and cost.rrd, and read cost.json again."""
 
 import json
 from pathlib import Path

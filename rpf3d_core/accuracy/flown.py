@@ -1,4 +1,4 @@
-"""Fly rocks of a scene with one engine or method, and return their outcomes, the reached cells and the cost."""
+"""Fly rocks of a scene with one engine or method, to compare results and cost between settings."""
 
 import math
 import time
@@ -18,12 +18,12 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import Mode
 
 PILOT = 40
-"""Number of rocks that are flown first, to estimate the cost of a rock."""
+"""Number of rocks that are flown first, to estimate the time of one rock."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The map of an ensemble: the reached cells (S,) of the raster, and the number of rocks in each cell (S,).
+    """The map of flown rocks, for comparisons: the reached cells (S,) of the raster, and the rocks in each cell (S,).
 
     flown : number of all flown rocks
     """
@@ -35,7 +35,7 @@ class Reached:
 
 @dataclass(frozen=True, eq=False)
 class FlownSample:
-    """The result of N rocks, flown with one engine or method.
+    """The result of N rocks flown with one engine or method: their flights, their map, and the time taken.
 
     rows : (N,) rows of the flown rocks in the given releases
     flights : the flights of all N rocks, with impacts and, if requested, paths
@@ -51,7 +51,7 @@ class FlownSample:
 
     @property
     def seconds_per_1000(self) -> float:
-        """Seconds of one core to fly and count 1,000 rocks."""
+        """Time to fly and count 1,000 rocks, in seconds of one core."""
         return 1000.0 * self.seconds / len(self.rows)
 
 
@@ -72,12 +72,12 @@ def some_rocks(prepared: Prepared, rocks: int, first: int = 0) -> Releases:
 
 
 def with_engine(prepared: Prepared, engine: Engine) -> Prepared:
-    """Return the same scene with another engine or method."""
+    """Return the same scene, to be flown with another engine or method of finding contacts."""
     return replace(prepared, engine=engine)
 
 
 def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths: bool = False) -> FlownSample:
-    """Fly rocks and count them into maps; fly only some of the rocks if all would exceed a budget (s of one core).
+    """Fly rocks and count them into maps; fly only a selection if all rocks would exceed a budget (s of one core).
 
     The selected rocks are evenly spread over all rocks, so they represent the same sources and places.
 
@@ -92,9 +92,10 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 
 
 def affordable(rocks: int, seconds: float, budget: float) -> int:
-    """Return the number of rocks, halved until their total time is within a budget (s); PILOT is the lower limit.
+    """Return how many rocks can be flown within a time budget (s): the given number, halved until they fit.
 
-    With halving, all machines of about the same speed fly the same rocks and find the same errors.
+    At least PILOT rocks are flown. With halving, all machines of about the same speed fly the same rocks and find the
+    same errors.
 
     seconds : time of one rock
     """
@@ -104,7 +105,7 @@ def affordable(rocks: int, seconds: float, budget: float) -> int:
 
 
 def spread(rows: IntArray, some: int) -> IntArray:
-    """Return at most `some` rows, selected at even distances from rows (N,)."""
+    """Return at most `some` rows, selected at even distances from rows (N,), to fly fewer rocks of the same sources."""
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, min(some, len(rows))).astype(np.int64))])
 
 
@@ -117,18 +118,18 @@ def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray, paths: boo
 
 
 def reached_in(tallies: Tallies, flown: int) -> Reached:
-    """Return the map that the tallies hold; flown : number of rocks counted into the tallies."""
+    """Return the map of reached cells from the counts that were added during the flights; flown : number of rocks."""
     found = tallies.squares.found()
     return Reached(found.cell.astype(np.int64), found.rocks, flown)
 
 
 def places_in(prepared: Prepared, tallies: Tallies, flown: int) -> Step:
-    """Return the shares of rocks that reach or stop in each area of interest, or each zone if there are no areas."""
+    """Return the shares of rocks that reach or stop in each area of interest; in each zone if there are no areas."""
     return step_of(tallies.places(flown, prepared.area_names), prepared.terrain.zones)
 
 
 def flight_seconds(flights: Flights) -> float:
-    """Return the total time in flight (s) of all rocks, from their paths; the flights must contain all paths."""
+    """Return the total time in flight (s) of all rocks, from their recorded paths; all paths must be recorded."""
     paths = flights.paths
     aloft = np.flatnonzero(paths.mode == Mode.FLIGHT)
     return float((paths.t[aloft + 1] - paths.t[aloft]).sum())

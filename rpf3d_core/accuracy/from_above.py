@@ -10,11 +10,11 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facet_geometry import REACH
 
 MOST_LAYERS = 8
-"""Number of sheets of ground that are searched below the highest sheet."""
+"""Number of layers of ground that are searched below the highest ground, under an overhang."""
 
 
 class HeightField(NamedTuple):
-    """The ground at N places.
+    """The ground found at N places in plan: its altitude, its facet, and which side of the facet is up.
 
     z : (N,) altitude, m, NaN without ground; facet : (N,), -1 without ground
     side : (N,) 1.0 if the search from above met the free side of the facet, -1.0 if it met the back
@@ -26,14 +26,14 @@ class HeightField(NamedTuple):
 
 
 def highest_ground(engine: Engine, x: FloatArray) -> HeightField:
-    """Return the highest ground at N places (N, 3) m; their altitude does not matter. An overhang counts by its top."""
+    """Return the highest ground at N places (N, 3) m, whatever their altitude; of an overhang, the upper side."""
     top = np.array(x)
     top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
     return _ground_below(engine, top)
 
 
 def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
-    """Return the ground nearest to altitudes z (N,) m, among all ground above or below N places (N, 3) m.
+    """Return the ground nearest to altitudes z (N,) m, for places (N, 3) m with several layers of ground.
 
     Only ground with its free side up counts. The highest ground always counts, because the facets of some terrains
     face down.
@@ -53,13 +53,13 @@ def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
 
 
 def _next_ground(engine: Engine, x: FloatArray, above: HeightField) -> HeightField:
-    """Return the next ground below the given ground at N places (N, 3) m."""
+    """Return the next layer of ground below the given ground at N places (N, 3) m."""
     facets, under = engine.facets, np.array(x)
     under[:, 2] = np.where(above.facet >= 0, above.z - REACH * facets.tolerance, facets.low[2] - ABOVE_EVERYTHING)
     return _ground_below(engine, under)
 
 
 def _ground_below(engine: Engine, x: FloatArray) -> HeightField:
-    """Return the ground straight below N places (N, 3) m."""
+    """Return the first ground straight below N points (N, 3) m."""
     height, facet, side = engine.ground_below(x).T
     return HeightField(z=np.where(facet >= 0.0, x[:, 2] - height, np.nan), facet=facet.astype(np.int64), side=side)

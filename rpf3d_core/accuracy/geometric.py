@@ -1,4 +1,4 @@
-"""Measure the geometric error: fly the same rocks over terrains with fewer and fewer triangles."""
+"""Measure the geometric error of a coarse survey: fly the same rocks over terrains with fewer and fewer triangles."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,13 +18,13 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import Terrain
 
 PARTS = (2, 4, 8, 16, 32, 64)
-"""Divisors of the number of triangles: half of the triangles, a quarter, and so on."""
+"""Divisors of the number of triangles for the coarser terrains: half of the triangles, a quarter, and so on."""
 FEWEST = 8
 """Smallest number of triangles of a coarser terrain; results with fewer triangles are useless."""
 
 
 class Coarser(NamedTuple):
-    """The result over a terrain with 1 / `part` of the scene's triangles.
+    """The result over a terrain with 1 / `part` of the scene's triangles: its error and its cost.
 
     triangles : number of triangles; off : difference from the result over the full terrain
     seconds_per_1000 : s of one core for 1,000 rocks
@@ -37,7 +37,7 @@ class Coarser(NamedTuple):
 
 
 def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Coarser]:
-    """Yield the results over coarser and coarser terrains; the rocks start at the same heights above the ground.
+    """Yield the error and cost of coarser and coarser terrains; the rocks start at the same heights above the ground.
 
     exact : result of the same releases over the full terrain
     """
@@ -57,12 +57,12 @@ def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample)
 
 
 def over_terrain(prepared: Prepared, terrain: Terrain, engine: Engine) -> Prepared:
-    """Return the scene with another terrain and engine; zones and map cells stay the same."""
+    """Return the scene with its terrain replaced, to fly the same rocks there; zones and map cells stay the same."""
     return replace(prepared, terrain=terrain, engine=engine)
 
 
 def put_back(releases: Releases, before: Engine, after: Engine) -> Releases:
-    """Return the releases moved to the same height above the ground of another terrain.
+    """Return the releases moved onto another terrain, so that each rock starts at the same height above the ground.
 
     The height is measured to the ground straight below. Where the other terrain has no ground, the altitude stays the
     same. If several sheets of ground lie above each other, the sheet nearest to the old ground counts: a rock under an

@@ -1,4 +1,4 @@
-"""Measure the whole price list of a scene, for `rpf3d cost`."""
+"""Measure the whole price list of a scene, that is error and cost of each setting, for `rpf3d cost`."""
 
 from collections.abc import Callable
 from itertools import chain
@@ -30,17 +30,17 @@ from rpf3d_core.setup.prepared import Prepared, places_of, prepare
 from rpf3d_core.setup.rounds import rounds_of
 
 PAIRED = 2000
-"""Number of rocks that are flown both by events and in fixed steps.
+"""Number of rocks that are flown both with exact contacts and in fixed steps, to compare each rock with itself.
 
 The number is large enough to resolve a share of 0.01, and small enough for short time steps.
 """
 OVER_TERRAINS = 16_000
-"""Number of rocks that are flown over each terrain."""
+"""Number of rocks that are flown over each terrain, to measure the geometric error."""
 DOUBLINGS_S = 8.0
-"""Time budget for the statistical error, which doubles the number of rocks again and again: seconds of one core."""
+"""Time budget to measure the statistical error with 125, 250, 500, ... rocks: seconds of one core."""
 
 Tell = Callable[[str], None]
-"""A function that receives a progress text."""
+"""A function that receives a progress text, for example to print it."""
 
 
 def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceList:
@@ -77,13 +77,13 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
 
 
 def rocks_of(scene: Scene, prepared: Prepared) -> int:
-    """Return the number of rocks that a run of the scene flies; for `rocks: auto`, of the first round."""
+    """Return the number of rocks that a run of the scene flies, for its statistical error."""
     numbers = rounds_of(with_choices(scene, None, None, None), places_of(prepared))[0].last
     return sum(numbers)
 
 
 def _own_steps(scene: Scene) -> Steps | None:
-    """Return the settings of the fixed-step method in a scene; None if the scene uses events."""
+    """Return the fixed-step method that a scene names, to measure it too; None if the scene uses exact contacts."""
     its = scene.method.stepping
     return None if its is None else Steps(dt=its.dt, threshold=its.threshold, squared=its.squared)
 

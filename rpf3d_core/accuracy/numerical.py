@@ -1,4 +1,4 @@
-"""Measure the numerical error: fly the same rocks by events and in fixed time steps, and compare results and cost.
+"""Measure the numerical error of fixed time steps: fly the same rocks with exact contacts and in fixed steps.
 
 By events means with exact contacts, without a time step.
 """
@@ -28,13 +28,13 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.values import Outcome
 
 BUDGET = 1.5
-"""Time budget to measure the error of a setting, and the same again to measure its price: seconds of one core."""
+"""Time budget to measure the error of a setting, and the same again for its cost: seconds of one core."""
 TIMED_ROCKS = 10
-"""Largest number of rocks to measure the price of a setting, with every step tested."""
+"""Largest number of rocks to measure the cost of a setting, with every step tested for contact."""
 
 
 class Steps(NamedTuple):
-    """A setting of the thesis' fixed-step method.
+    """A setting of the thesis' fixed-step method, as in `method.stepping` of a scene.
 
     dt : time step, s; threshold : contact distance, m; squared : as in `detection.stepped.stepped`
     """
@@ -52,22 +52,22 @@ SETTINGS = (
 
 
 class OnRaster(NamedTuple):
-    """A setting of the fixed-step method on a raster; cell : side of a cell, m; dt : time step, s."""
+    """A setting of the fixed-step method on a raster of heights; cell : side of a cell, m; dt : time step, s."""
 
     cell: float
     dt: float
 
 
 RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
-"""Cell sizes as multiples of half a facet (`raster_over`), independent of the scene's map cells; time steps in s."""
+"""Cell sizes to measure, as multiples of half a facet (`raster_over`), and their time steps (s)."""
 MOST_NODES = 2_000_000
-"""Largest number of heights of a raster; rasters with more heights are not measured."""
+"""Largest number of heights of a raster; a finer raster is not measured, because it takes too long."""
 GUESSED_STEP = 2e-5
 """Assumed time of a step before the first measurement (s), for VTK called from Python."""
 
 
 class Price(NamedTuple):
-    """The cost of a fixed-step setting, with every step tested.
+    """The computing time of a fixed-step setting, if every step is tested for contact.
 
     seconds_per_1000 : s of one core for 1,000 rocks; step : s of one core for one step
     by_clock : True if a step of this setting was timed; False if the time is that of a coarser setting
@@ -79,7 +79,7 @@ class Price(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """The error and the price of a setting, measured with a number of rocks.
+    """The measured error and cost of one setting, with the number of rocks behind the measurement.
 
     off : difference from the result of the same rocks by events
     tunnelled : share of rocks (-) that ended under the ground; steps : mean number of steps of a rock
@@ -100,11 +100,11 @@ class Measured(NamedTuple):
 def stepped_answers(
     prepared: Prepared, releases: Releases, exact: FlownSample, settings: tuple[Steps, ...] = SETTINGS
 ) -> Iterator[Measured]:
-    """Yield the error and the price of each fixed-step setting, compared with the same rocks flown by events.
+    """Yield the error and the cost of each fixed-step setting, compared with exact contacts for the same rocks.
 
     exact : result of all releases by events
     """
-    # The same terrain with VTK's own locator, which only this measurement needs.
+    # VTK's own locator over the same terrain: only this measurement needs it, to time the thesis' way.
     by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))
     same, step_vtk, step_compiled = {len(exact.rows): exact}, GUESSED_STEP, GUESSED_STEP
     for setting in settings:
@@ -129,7 +129,7 @@ def stepped_answers(
 
 
 def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
-    """Yield the error and the price of fixed steps on rasters; rocks start at the same height above the ground."""
+    """Yield the error and the cost of fixed steps on rasters; rocks start at the same height above the ground."""
     finest = raster_over(prepared.terrain).cell
     for cell in (times * finest for times in RASTER_CELLS):
         low, high = prepared.engine.facets.low, prepared.engine.facets.high
@@ -164,7 +164,7 @@ def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engin
 
 
 def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
-    """Return the price of a fixed-step setting, timed with a few rocks.
+    """Return the computing time of a fixed-step setting, timed with a few rocks.
 
     If one rock would exceed the time budget, the time of a step is taken from an earlier setting.
 
@@ -185,7 +185,7 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
-    """Return (R,) true for each rock that left the terrain with ground above it: the rock passed through the ground.
+    """Return (R,) true for each rock that passed through the ground: it left the terrain with ground above it.
 
     A rock that passes through the lowest ground leaves the terrain's box at once, at most one tolerance deep. Such a
     rock counts too, unless it leaves the box at a side.
@@ -199,10 +199,11 @@ def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
 
 
 def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> float:
-    """Return the distance (-) between the map and the map of the same rocks, all moved east by one tolerance (m).
+    """Return an upper bound (-) for the effect of rounding errors on the map of reach probability.
 
-    One tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is an upper bound
-    for the effect of rounding on the map, even in a chaotic scene.
+    The bound is the distance between the map and the map of the same rocks, all moved east by one tolerance (m). One
+    tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is an upper bound for
+    the effect of rounding on the map, even in a chaotic scene.
     """
     moved = replace(releases, x=releases.x + np.array([prepared.engine.facets.tolerance, 0.0, 0.0]))
     return map_distance(fly(prepared, moved).reached, exact.reached)

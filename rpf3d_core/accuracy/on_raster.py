@@ -1,4 +1,4 @@
-"""Convert the terrain of a scene into a raster of heights, with an engine of fixed time steps on the raster."""
+"""Convert the terrain of a scene into a raster of heights, to measure fixed time steps on a raster."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from rpf3d_core.terrain.squares import grid_triangles
 
 
 class Squares(NamedTuple):
-    """The squares of a raster.
+    """The squares of a raster of heights: position, size, and which squares are holes.
 
     x, y : m, south-western corner; cell : m, side of a square; there : (ny, nx) False for squares that are holes
     """
@@ -27,13 +27,13 @@ class Squares(NamedTuple):
 
 
 def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
-    """Return the scene on a raster of heights, with fixed time steps; None if all squares of the raster are holes.
+    """Return the scene with its terrain as a raster of heights, flown in fixed time steps; None without ground.
 
     cell : m, distance between two heights; dt : s, time step
 
-    Each height is the height of the highest ground; of an overhang, the upper side. Each of the two facets of a square
-    has the zone of the ground at its centroid. A square with a corner outside the terrain is a hole, so the raster of a
-    terrain smaller than a cell has only holes.
+    Return None if all squares of the raster are holes. Each height is the height of the highest ground; of an overhang,
+    the upper side. Each of the two facets of a square has the zone of the ground at its centroid. A square with a
+    corner outside the terrain is a hole, so the raster of a terrain smaller than a cell has only holes.
     """
     terrain, squares = rastered(prepared.terrain, prepared.engine, cell)
     if len(terrain.triangles) == 0:
@@ -44,9 +44,9 @@ def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
 
 
 def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Squares]:
-    """Return a terrain as a raster of heights, every `cell` m from its south-western corner, and the squares.
+    """Return a terrain as a raster of heights, with a height every `cell` m, and the squares between the heights.
 
-    Each square has two facets.
+    The raster begins at the south-western corner of the terrain. Each square has two facets.
     """
     low, high = np.array(engine.facets.low), np.array(engine.facets.high)
     nx, ny = (max(int(width / cell), 1) for width in (high - low)[:2])
@@ -63,6 +63,6 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
 
 
 def _zones_under(terrain: Terrain, engine: Engine, points: FloatArray) -> np.ndarray:
-    """Return the zone (N,) of the ground at each of N points in plan (m); zone 0 where there is no ground."""
+    """Return the zone (N,) of the ground below each of N points (m); zone 0 where there is no ground."""
     facet = highest_ground(engine, points).facet
     return np.where(facet >= 0, terrain.zone[facet], 0).astype(np.int32)

@@ -23,7 +23,7 @@ from rpf3d_core.values import Mode
 
 DIGITS = 50
 ROCKS = 50
-"""Number of rocks whose impacts are computed again."""
+"""Number of rocks whose impacts are computed again with 50 digits."""
 
 Point = tuple[Decimal, Decimal, Decimal]
 Rebound = Callable[[Surface, Point, Point], Point]
@@ -34,7 +34,7 @@ The values are the ground, the velocity before the impact, and a normal of any l
 
 
 class Struck(NamedTuple):
-    """An impact in high precision: time t (s), place x (m), and velocity v (m/s) after the impact."""
+    """An impact computed with 50 digits: time t (s), place x (m), and velocity v (m/s) after the impact."""
 
     t: Decimal
     x: Point
@@ -42,7 +42,10 @@ class Struck(NamedTuple):
 
 
 class RecordedImpact(NamedTuple):
-    """A recorded impact: its facet, its ground with the random values drawn for this impact, and its time t (s)."""
+    """A recorded impact that is computed again with 50 digits: its facet, its ground and its time t (s).
+
+    The ground includes the random values that were drawn for this impact.
+    """
 
     facet: int
     surface: Surface
@@ -50,7 +53,7 @@ class RecordedImpact(NamedTuple):
 
 
 class ImpactErrors(NamedTuple):
-    """Errors of recorded impacts compared with 50 digits: median and largest error of place (m) and time (s).
+    """Rounding errors of recorded impacts, found with 50 digits: median and largest error of place (m) and time (s).
 
     impacts : number of compared impacts
     """
@@ -63,7 +66,7 @@ class ImpactErrors(NamedTuple):
 
 
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
-    """Return the errors of some rocks by impact number: of all first impacts, of all second impacts, and so on.
+    """Return the rounding errors of some rocks by impact number: of all first impacts, of all second impacts, ...
 
     Return [] for rebound models that are not in `FOLLOWED`, and for scenes with effects: their impacts cannot be
     computed again.
@@ -80,7 +83,10 @@ def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[
 
 
 def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -> ImpactErrors:
-    """Return a record of errors; impacts : number of impacts; place, time : (2,) median and largest error, m and s."""
+    """Return `ImpactErrors` from pairs (median, largest) of the errors of place (m) and time (s).
+
+    impacts : number of impacts; place, time : (2,) median and largest error, m and s
+    """
     (place_median, place_max), (time_median, time_max) = place, time
     return ImpactErrors(
         impacts=impacts,
@@ -92,19 +98,19 @@ def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -
 
 
 def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
-    """Return the record of errors from the place error (m) and the time error (s) of each impact."""
+    """Return the median and largest rounding error, from the place error (m) and time error (s) of each impact."""
     place, time = ((float(np.median(some)), float(max(some))) for some in zip(*gaps, strict=True))
     return impact_errors(len(gaps), place, time)
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
-    """Return number, place error (m) and time error (s) of each impact of a rock.
+    """Return number, place error (m) and time error (s) of each impact of a rock, compared with 50 digits.
 
     The list ends when the rock first slides, settles or hits an obstacle.
     """
     struck = np.flatnonzero(flights.impacts.row == row)
     modes = flights.paths.mode[flights.paths.row == row]
-    alone = int(np.argmax(modes != Mode.FLIGHT))  # the last row is END
+    alone = int(np.argmax(modes != Mode.FLIGHT))  # until the rock leaves free flight; the last row is END
     facets = [int(f) for f in takewhile(lambda f: f >= 0, flights.impacts.facet[struck[:alone]])]
     start = np.flatnonzero(flights.paths.row == row)[0]
     x, v = flights.paths.x[start].tolist(), flights.paths.v[start].tolist()
@@ -133,7 +139,7 @@ def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, fl
 
 
 def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[int]) -> list[Surface]:
-    """Return the ground of each impact of a rock, with the random values drawn for this impact."""
+    """Return the ground at each impact of a rock, with the random values drawn for this impact."""
     materials: Any = prepared.flight.materials
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
     key = RockKey(seed=prepared.flight.settings.seed, source=source, rock=rock)
@@ -148,7 +154,7 @@ def impacts_in_digits(
     facets: Facets, recorded: Sequence[RecordedImpact], gravity: float, x: Sequence[float], v: Sequence[float],
     rebound: Rebound | None = None,
 ) -> list[Struck]:  # fmt: skip
-    """Return the impacts of a rock on the facets of its recorded impacts, computed with DIGITS digits.
+    """Return the impacts of a rock, computed with DIGITS digits on the facets that its recorded impacts name.
 
     Input numbers are used as stored: a coefficient of 0.1 is the nearest float.
 
@@ -167,14 +173,14 @@ def impacts_in_digits(
 
 
 class Landed(NamedTuple):
-    """A rock at an impact, with its velocity before the impact; n : a normal of the facet, of any length."""
+    """A rock on a facet just before the rebound, with the velocity that it arrives with; n : a normal of the facet."""
 
     struck: Struck
     n: Point
 
 
 def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, recorded: Decimal) -> Landed:
-    """Return the rock at its next impact, on a facet with corners (3, 3) m, near the recorded time (s)."""
+    """Return the rock at its next impact, on the facet with corners (3, 3) m, near the recorded time (s)."""
     a, b, c = (_decimals(corner) for corner in corners)
     n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
     fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)
@@ -183,7 +189,7 @@ def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, re
 
 
 def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
-    """Return the root of a t^2 + b t + c that is nearer to the time `near` (s)."""
+    """Return the time (s) at which a t^2 + b t + c is 0: of the two roots, the root nearer to the time `near` (s)."""
     if a == 0:
         return -c / b
     root = max(b * b - 4 * a * c, Decimal(0)).sqrt()
@@ -191,15 +197,15 @@ def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
 
 
 def constant(surface: Surface, v: Point, n: Point) -> Point:
-    """Return the velocity after an impact with constant restitution: equations 3-1 to 3-3 of the thesis as vectors.
+    """Return the velocity after an impact with constant restitution, with DIGITS digits.
 
-    The model is the same as in `kinetics.rebound.constant_restitution`.
+    Equations 3-1 to 3-3 of the thesis as vectors. The model is the same as in `kinetics.rebound.constant_restitution`.
     """
     return _lumped(surface, v, n, Decimal(float(surface.R_t)))
 
 
 def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
-    """Return the velocity after an impact like `constant`; friction limits the loss of speed along the ground.
+    """Return the velocity after an impact in which friction limits the loss of speed along the ground (DIGITS digits).
 
     The model is the same as in `kinetics.rebounds.coulomb_limited`.
     """
@@ -211,14 +217,14 @@ def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
 
 
 def _lumped(surface: Surface, v: Point, n: Point, kept: Decimal) -> Point:
-    """Return the velocity after an impact; kept : share of the speed along the ground that the rock keeps (-)."""
+    """Return the velocity after an impact of a lumped mass; kept : share of the speed along the ground after it (-)."""
     into, R_n = _dot(v, n) / _dot(n, n), Decimal(float(surface.R_n))
     x, y, z = (kept * (a - into * b) - R_n * into * b for a, b in zip(v, n, strict=True))
     return x, y, z
 
 
 FOLLOWED: dict[type, Rebound] = {ConstantRestitution: constant, CoulombLimited: coulomb_limited}
-"""Rebound models whose impacts can be computed with DIGITS digits, with the function of each model."""
+"""Rebound models that can be computed with DIGITS digits, each with its function; others are not compared."""
 
 
 def _decimals(values: Sequence[float]) -> Point:

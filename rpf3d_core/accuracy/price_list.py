@@ -1,4 +1,4 @@
-"""The price list: error and cost of each setting on a scene, in the same units for all settings."""
+"""The price list of a scene: error and cost of each setting, in the same units, so that settings can be compared."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class Priced(NamedTuple):
 
 @dataclass(frozen=True)
 class PriceList:
-    """The price list of one scene: error and cost of each setting.
+    """The price list of one scene: error and cost of each measured setting, in three groups of `Priced`.
 
     digest : of the scene; rocks : number of rocks of a run
     auto : True if the scene has `rocks: auto`; `rocks` is then the number of the first round
@@ -80,17 +80,17 @@ class PriceList:
 
 
 def priced_events(error: float, seconds_per_1000: float) -> Priced:
-    """Return the line of the price list for the exact method, which finds contacts by events."""
+    """Return the line of the price list for exact contacts, which `rpf3d cost` compares all other methods with."""
     return Priced(setting=EVENTS, error=error, seconds_per_1000_rocks=seconds_per_1000, more={"timed": True})
 
 
 def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
-    """Return a setting of a fixed-step method as a mapping for the price list."""
+    """Return a fixed-step setting as names and values, the key of its line in the price list."""
     return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
 
 
 def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
-    """Return the line of the price list for a setting of a fixed-step method."""
+    """Return the line of the price list for a fixed-step method: its setting, error and cost."""
     price = found.vtk or found.compiled
     more = {
         **_off(found.off, found.rocks, sampled),
@@ -108,7 +108,7 @@ def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
 
 
 def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:
-    """Return the line of the price list for a coarser terrain; rocks : number of rocks that were flown."""
+    """Return the line of the price list for a coarser terrain: its error and cost; rocks : number of rocks flown."""
     setting = {"part": found.part, "triangles": found.triangles}
     return Priced(
         setting=setting,
@@ -119,14 +119,14 @@ def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced
 
 
 def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
-    """Return the line of the price list for the full terrain."""
+    """Return the line of the price list for the full terrain, whose geometric error counts as 0."""
     return Priced(
         setting={"part": 1, "triangles": triangles}, error=0.0, seconds_per_1000_rocks=seconds_per_1000, more={}
     )
 
 
 def priced_sample(found: Sampled) -> Priced:
-    """Return the line of the price list for a number of rocks."""
+    """Return the line of the price list for one number of rocks: its statistical error and cost."""
     more = {
         "apart": found.apart, "half_width": found.half_width, "p95_energy_half_width": found.energy,
         "seconds": found.seconds,
@@ -198,7 +198,7 @@ KEPT = ("setting", "error", "seconds_per_1000_rocks")
 
 
 def price_list_of(facts: Mapping[str, Any]) -> PriceList:
-    """Return the price list from the values of a cost.json.
+    """Return the price list that was read from a cost.json.
 
     Raises KeyError, TypeError or ValueError if the values are not a price list.
     """

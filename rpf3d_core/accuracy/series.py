@@ -1,4 +1,4 @@
-"""The price list as series of points for plots: error against seconds of one core."""
+"""The price list as series of points for plots of error against computing time."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -8,7 +8,7 @@ from rpf3d_core.accuracy.price_list import Priced, PriceList
 from rpf3d_core.results.series import Colour, Series
 
 LEAST = 1e-4
-"""Smallest drawn error, because a logarithmic axis has no 0. The label of a point shows a smaller error as text."""
+"""Smallest drawn error, because a logarithmic axis has no 0; the label of the point then shows the error as text."""
 BLACK, GREEN, BLUE = (0, 0, 0), (44, 160, 44), (31, 119, 180)
 STEPS = (
     (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (166, 166, 166), (102, 102, 102), (140, 86, 75),
@@ -18,7 +18,7 @@ STEPS = (
 
 
 def series_of(prices: PriceList) -> list[Series]:
-    """Return all series of a price list.
+    """Return all series of a price list, one for each line of the plot.
 
     The seconds of a point are for 1,000 rocks; in the statistical series they are for the point's number of rocks.
     """
@@ -52,7 +52,7 @@ def _series(name: str, kind: str, colour: Colour, lines: Sequence[Priced], secon
 
 
 def _beside(line: Priced) -> str:
-    """Return the label of a point, with the error if the error is too small to be drawn."""
+    """Return the label of a point in the plot; the label includes the error if it is too small to be drawn."""
     word = word_of(line.setting)
     return word if line.error >= LEAST else f"{word}: {line.error:.1g}"
 
@@ -65,7 +65,7 @@ def _method_name(setting: Mapping[str, Any]) -> str:
 
 
 def word_of(setting: Mapping[str, Any]) -> str:
-    """Return a short label of a setting, for example "1/4" or "0.001 s"."""
+    """Return a short label of a setting for plots and tables, for example "1/4" or "0.001 s"."""
     if "rocks" in setting:
         return f"{setting['rocks']:,}"
     if "part" in setting:

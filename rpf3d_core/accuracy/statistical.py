@@ -1,4 +1,4 @@
-"""Measure the statistical error: the errors of maps, shares and the p95 of energy for growing numbers of rocks."""
+"""Measure the statistical error: how far maps, shares and the p95 of energy still change with more rocks."""
 
 import math
 from typing import NamedTuple
@@ -12,14 +12,14 @@ from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 from rpf3d_core.setup.prepared import Prepared
 
 FEWEST = 125
-"""Number of rocks of the smallest ensemble."""
+"""Number of rocks of the smallest group that is flown."""
 MOST = 32_000
-"""Largest number of rocks of an ensemble."""
+"""Largest number of rocks of a group that is flown."""
 QUANTILE = 0.95
 
 
 class Sampled(NamedTuple):
-    """The statistical errors of a number of rocks.
+    """The statistical errors of results from a number of rocks: the effect of chance that more rocks would reduce.
 
     of_map : estimated distance (-) between the map of these rocks and the map of infinitely many rocks
     apart : distance (-) between the maps of two different groups of this number of rocks
@@ -37,8 +37,9 @@ class Sampled(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two ensembles of equal size, with different rocks: the maps of both, and the errors of the first ensemble.
+    """Two groups of rocks of equal size but with different rocks, to measure the effect of chance.
 
+    one, other : maps of the two groups. The values below are of the first group.
     half_width, energy, seconds : as in `Sampled`
     """
 
@@ -50,7 +51,7 @@ class Pair(NamedTuple):
 
 
 def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
-    """Return the errors of 125, 250, 500, ... rocks, until a time budget (s of one core) is used up.
+    """Return the statistical errors of 125, 250, 500, ... rocks, until a time budget (s of one core) is used up.
 
     For each number, two ensembles with different rocks are flown.
     """
@@ -90,7 +91,7 @@ def _sampled(pair: Pair, everything: Reached) -> Sampled:
 
 
 def together(one: Reached, other: Reached) -> Reached:
-    """Return the common map of two ensembles with different rocks."""
+    """Return one map of the rocks of two maps; the rocks must be different."""
     cells, place = np.unique(np.concatenate([one.cells, other.cells]), return_inverse=True)
     rocks = np.bincount(place, np.concatenate([one.rocks, other.rocks]), len(cells)).astype(np.int64)
     return Reached(cells, rocks, one.flown + other.flown)
@@ -115,7 +116,7 @@ def distance_from_truth(some: Reached, everything: Reached) -> float:
 
 
 def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
-    """Return the relative half-width (-) of the 95 % interval of a quantile: the half-width over the quantile's value.
+    """Return how uncertain a quantile is: half the width of its 95 % interval over its value (-).
 
     The ends of the interval are two of the sorted values: the number of values below the true quantile has a binomial
     distribution, approximated by a normal distribution. Return None if the interval reaches beyond the smallest or
@@ -138,7 +139,7 @@ def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
 
 
 def floor_of(rocks: int, sampled: list[Sampled]) -> float:
-    """Return the distance (-) by chance alone between the maps of two ensembles of different rocks.
+    """Return the distance (-) that chance alone causes between two maps of different rocks.
 
     The distance is that of the nearest measured number of rocks, scaled by 1 / sqrt(rocks).
 

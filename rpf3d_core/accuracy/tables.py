@@ -29,7 +29,7 @@ NOTE = (
 
 
 def numerical_rows(prices: PriceList) -> list[Row]:
-    """Return a row for each method of finding contacts."""
+    """Return a row for each method of finding contacts, for the table of numerical errors."""
     return [_numerical(line) for line in prices.numerical]
 
 
@@ -51,7 +51,7 @@ def _method(setting: Any) -> str:
 
 
 def geometric_rows(prices: PriceList) -> list[Row]:
-    """Return a row for each terrain."""
+    """Return a row for each terrain, for the table of geometric errors."""
     return [
         (
             f"{line.setting['triangles']:,}", word_of(line.setting), number(line.error), number(line.more.get("floor")),
@@ -62,7 +62,7 @@ def geometric_rows(prices: PriceList) -> list[Row]:
 
 
 def statistical_rows(prices: PriceList) -> list[Row]:
-    """Return a row for each number of rocks."""
+    """Return a row for each number of rocks, for the table of statistical errors."""
     return [
         (
             word_of(line.setting), number(line.error), number(line.more["half_width"]),
@@ -78,7 +78,7 @@ def _lengths(more: Any) -> Row:
 
 
 def number(value: float | None) -> str:
-    """Return a number with two digits as text; "" for None."""
+    """Return a number with two digits as text for a table cell; "" for None."""
     if value is None:
         return ""
     if value == 0.0:
@@ -88,7 +88,7 @@ def number(value: float | None) -> str:
 
 
 def findings(prices: PriceList, target: float) -> list[str]:
-    """Return sentences on the rounding error of exact contacts, the three errors, and the cheapest setting of a target.
+    """Return the conclusions from a price list as sentences: rounding error, three errors, cheapest setting.
 
     target : largest total error (-)
     """
@@ -150,7 +150,7 @@ def ordinal(number: int) -> str:
 
 
 def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
-    """Return header and rows of the numerical, the geometric and the statistical table."""
+    """Return the three tables of a price list, each as header and rows: numerical, geometric, statistical."""
     return [
         (NUMERICAL_HEADER, numerical_rows(prices)),
         (GEOMETRIC_HEADER, geometric_rows(prices)),
@@ -165,6 +165,6 @@ def document(prices: PriceList, target: float) -> str:
 
 
 def markdown(header: Sequence[str], rows: Sequence[Row]) -> str:
-    """Return a table in Markdown."""
+    """Return a header and rows as a table in Markdown."""
     lines = [header, ("---",) * len(header), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

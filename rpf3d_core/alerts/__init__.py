@@ -1,1 +1,1 @@
-"""Alerts: from evidence and the site's thresholds to a level, with a log from which each decision can be reproduced."""
+"""Alerts: make an alert level from evidence and the site's thresholds, and log every decision."""

@@ -55,7 +55,7 @@ def area_alerts(
 
 
 def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
-    """Return a mapping from the name of each area to the finding with the highest level, in the order of the answer."""
+    """Return for each area, by name, the finding with the highest alert level: this finding decides on the area."""
     worst: dict[str, LimitFinding] = {}
     for finding in findings:
         if finding.name not in worst or finding.level > worst[finding.name].level:
@@ -64,23 +64,24 @@ def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
 
 
 def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
-    """True if the new answer gives any area a higher level than the answer of the previous decision gave this area."""
+    """True if an area gets a higher alert level from the new answer than from the answer of the previous decision."""
     unknown = Level.NORMAL if previous.areas else previous.evident
     before = {area.name: area.evident for area in previous.areas}
     return any(finding.level > before.get(name, unknown) for name, finding in worst.items())
 
 
 def undecided(previous: Alert | None, worst: Mapping[str, LimitFinding]) -> list[str]:
-    """Return the names of the areas of the answer that the previous decision does not contain."""
+    """Return the areas of the answer for which no decision exists yet: the previous decision does not contain them."""
     decided = {area.name for area in previous.areas} if previous is not None else set()
     return [name for name in worst if name not in decided]
 
 
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
-    """Return a mapping from each area's name to the level held for the area, and the level held for any other area.
+    """Return which alert level each area had before this decision, by name, and the level for any other area.
 
-    A decision in the log of an older version contains no areas. Then the level of the site counts as held for every
-    area. The sentences in `held_by` name the areas that raised this level.
+    These are held levels, that is the highest level since an acknowledgement lowered the level. A decision in the log
+    of an older version contains no areas. Then the level of the site counts as held for every area. The sentences in
+    `held_by` name the areas that raised this level.
     """
     if previous is None:
         return {}, Level.NORMAL

@@ -24,13 +24,14 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError, SceneError
 
 MOST_FINDINGS = 100
-"""Largest number of findings that an audit keeps. A log with missing lines could otherwise give one finding a line."""
+"""Largest number of findings that an audit keeps. In a damaged log, each line could otherwise give a finding."""
 
 
 class LevelChange(NamedTuple):
-    """A logged change: a decision with another level or fault than the previous decision, or with an acknowledgement.
+    """A decision that the reader of an audit must see: the alert level or a fault changed, or a person acknowledged.
 
-    The changed level may be the level of the site or the level of an area.
+    A change of the fault state or of the level counts. The changed alert level may be the level of the site or the
+    level of an area.
     line : number of the line in the log; before : the previous decision; version : version of rpf3d that decided
     """
 
@@ -99,7 +100,7 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
 
 
 def _files(path: Path) -> list[tuple[int, Path]]:
-    """Return the files of a log with their numbers; a single file has the number 0."""
+    """Return the files of a log with their numbers, to read them in order; a single file has the number 0."""
     if path.is_file():
         return [(0, path)]
     files = files_in(path) if path.is_dir() else []
@@ -110,7 +111,7 @@ def _files(path: Path) -> list[tuple[int, Path]]:
 
 
 class _AuditState:
-    """The state of an audit while the lines of the log are read."""
+    """The state of an audit between lines of the log: what was found so far, and the last decision for comparison."""
 
     def __init__(self, seeking: str | None) -> None:
         self.audit, self.seeking, self.found = Audit(), seeking, False
@@ -120,7 +121,7 @@ class _AuditState:
         self.sites: dict[str, Thresholds] = {}
 
     def blame(self, sentence: str) -> None:
-        """Add a finding: a sentence about an error in the log."""
+        """Add a finding: a sentence about an error in the log. Beyond MOST_FINDINGS, only count it."""
         if len(self.audit.findings) < MOST_FINDINGS:
             self.audit.findings.append(sentence)
         else:
@@ -154,7 +155,7 @@ class _AuditState:
             self.blame(f"{place}: {error}")
 
     def _chain(self, place: str, content: dict[str, Any], begins_alone: bool) -> None:
-        """Check the number of a line, and that the line holds the hash of the previous line."""
+        """Check by number and by hash that no line before this line is missing or changed."""
         before, number = (BEGINNING, 0) if self.last is None else (self.last["sha256"], self.last["n"] + 1)
         if begins_alone and self.last is None:
             self.is_part = content["n"] > 0
@@ -191,7 +192,7 @@ class _AuditState:
         self.sites[str(content.get("digest"))] = site_of(text)
 
     def _decision(self, place: str, content: dict[str, Any]) -> None:
-        """Make a decision again and compare it with the logged one."""
+        """Repeat a logged decision from its logged inputs, and compare the result with the logged alert."""
         self.audit.decisions += 1
         version = str(content.get("version"))
         if version not in self.audit.versions:
@@ -216,13 +217,13 @@ class _AuditState:
             )
 
     def _without_areas(self, place: str) -> None:
-        """Add one note that the log was written by a version of rpf3d that decided no levels for single areas."""
+        """Note once that an older version of rpf3d wrote the log, which decided on the site but not on single areas."""
         if not self.is_older:
             self.is_older = True
             self.audit.notes.append(f"{place}: tells of no areas, as logs once did; what it tells of is compared")
 
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
-        """Check that the previous decision stated in a decision is the previous decision in the log."""
+        """Check that a decision continues from the decision before it in the log: none is missing between them."""
         if lost := content.get("lost"):
             self.blame(f"{place}: {lost} decisions before it could not be written, and are not in the log")
         elif self.audit.decisions == 1 and self.is_part:
@@ -237,7 +238,10 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
-    """Return the alert of a decision that is made again; raise Unreadable if a forged line holds non-numeric values."""
+    """Return the alert that a logged decision gives when it is made again, to compare it with the logged alert.
+
+    Raises Unreadable if a forged line holds non-numeric values.
+    """
     previous, evidence, now_ns, given = decision.previous, decision.evidence, decision.now_ns, decision.acknowledgement
     try:
         return decide(previous, evidence, thresholds, now_ns, given)
@@ -246,7 +250,7 @@ def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Return (name, level before, level after) of each area with a change of level that is not the change of the site.
+    """Return each area whose alert level changed otherwise than the site's: (name, level before, level after).
 
     The level before is NORMAL for an area that the previous decision does not contain. The list is empty if there is no
     previous decision, or if the previous decision contains no areas.
@@ -267,7 +271,7 @@ def _is_change(decision: Decision) -> bool:
 
 
 def _difference(written: dict[str, Any], again: dict[str, Any]) -> str:
-    """Return a sentence that names the first key of a decision that was not reproduced."""
+    """Return a sentence that says which value of a decision was not reproduced: the first key that differs."""
     keys = [key for key in again if canonical(again[key]) != canonical(written.get(key))]
     keys += [key for key in written if key not in again]
     told = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but decides to {canonical(again.get(keys[0]))}"

@@ -18,7 +18,7 @@ from rpf3d_core.alerts.times import ns_of, when
 
 
 class _Held(NamedTuple):
-    """The level held, the sentences that raised it, the start time (ns), and why an acknowledgement is void."""
+    """The held alert level, the sentences that raised it, its start (ns), and why an acknowledgement is void."""
 
     level: Level
     by: tuple[str, ...]
@@ -33,7 +33,7 @@ def decide(
     now_ns: int,
     acknowledgement: Acknowledgement | None = None,
 ) -> Alert:
-    """Return the alert that the mine receives at this time.
+    """Decide on the alert level of the site and its areas at this time, and return the alert for the mine.
 
     The function accepts any numbers in the evidence. The result depends on the parameters only.
 
@@ -86,12 +86,12 @@ def decide(
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
-    """True if rocks flew, but too few to lower a level or to clear an area."""
+    """True if rocks flew, but too few to lower an alert level or to clear an area."""
     return evidence.sources != 0 and any(is_small(area, thresholds.evidence) for area in evidence.areas)
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:
-    """True if the previous decision has no faults and is still valid, so that a small answer does not replace it."""
+    """True if a small answer must not replace the previous decision: that decision has no faults and is still valid."""
     return previous is not None and not previous.faults and now_ns < previous.valid_until_ns
 
 
@@ -102,7 +102,7 @@ def _too_small(
     thresholds: Thresholds,
     now_ns: int,
 ) -> tuple[str, ...]:
-    """Return the faults of an answer with too few rocks: no valid previous decision, or areas without a decision."""
+    """Return why an answer with too few rocks is a fault: no valid previous decision, or areas without a decision."""
     new, stands = undecided(previous, worst), _stands(previous, now_ns)
     if stands and not new:
         return ()
@@ -122,7 +122,7 @@ def _held(
     now_ns: int,
     acknowledgement: Acknowledgement | None,
 ) -> _Held:
-    """Return the level held after this decision: the level rises at once, and falls only by a valid acknowledgement."""
+    """Return the held alert level after this decision: it rises at once, and falls only by a valid acknowledgement."""
     said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
     void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, is_worse, now_ns)
@@ -141,7 +141,7 @@ def _why_void(
     is_worse: bool,
     now_ns: int,
 ) -> str:
-    """Return why an acknowledgement does not lower the level; an empty string if it lowers the level."""
+    """Return why an acknowledgement does not lower the alert level; an empty string if it lowers the level."""
     if previous is None or previous.held == Level.NORMAL:
         return "no level is held that could be lowered"
     if not acknowledgement.by.strip() or not acknowledgement.why.strip():
@@ -158,7 +158,7 @@ def _why_void(
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
-    """Return the stamp (ns) of the newest answer so far; None if there is no such answer.
+    """Return the time stamp (ns) of the newest answer so far, which shows how old the evidence is; None without answer.
 
     A stamp in the future is ignored. If the clock was set back, earlier answers are ignored.
     """
@@ -176,7 +176,7 @@ def _valid_until(
     faults: tuple[str, ...],
     small: bool,
 ) -> int:
-    """Return the time (ns) until which the decision is valid: at most until the evidence becomes stale.
+    """Return until when (ns) the mine may rely on the decision: at most until the evidence is too old.
 
     An answer with too few rocks does not extend the validity of the previous decision.
     """
@@ -199,7 +199,7 @@ def _reasons(
     evidence: Evidence | None,
     thresholds: Thresholds,
 ) -> tuple[str, ...]:
-    """Return the reasons of an alert as sentences; the reasons for the level are first.
+    """Return why the alert has its level, as sentences for the mine; the most important reasons are first.
 
     The order is: faults, why an acknowledgement is void, why the level is held, the findings for the areas (highest
     level first), and the areas without limits. If `evacuate` is held, the faults follow after the findings.

@@ -1,4 +1,4 @@
-"""The evidence of an answer: counts, energies and arrivals of rocks in the areas of interest, as numbers for JSON."""
+"""The evidence of an answer: what its rocks did in the areas of interest, as numbers for the decision."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -14,11 +14,11 @@ UNFINISHED = (
     Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED, Outcome.LOST_TO_HOLE,
     Outcome.FELL_THROUGH,
 )  # fmt: skip
-"""Outcomes of rocks with an interrupted flight. Such a rock might have reached an area in which it is not counted."""
+"""Outcomes of rocks whose flight was cut off: such a rock might still have reached an area."""
 
 
 class AreaEvidence(NamedTuple):
-    """The rocks of one answer in one area: counts, energies and the first arrival.
+    """What the rocks of one answer did in one area: counts, energies and the first arrival.
 
     flown : number of all rocks flown; reached : number of rocks that reached the area
     low, high : 95 % Wilson interval of the share (-) of rocks that reached the area; both 0 if no rock flew, because
@@ -40,7 +40,7 @@ class AreaEvidence(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """The evidence of one answer: the stamps and digests of its inputs, and the counts of rocks in each area.
+    """The evidence of one answer, all that a decision knows about it: stamps and digests of its inputs, counts by area.
 
     result, stage : number of the answer, and number of times that the answer has been refined
     at_ns : time of the answer; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
@@ -67,7 +67,7 @@ class Evidence(NamedTuple):
 
 
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of each area of interest in the order of the maps, including areas that no rock reached."""
+    """Return the evidence of each area of interest from the maps of an answer, including areas that no rock reached."""
     row_of = {int(cell): row for row, cell in enumerate(maps.areas.cell)}
     return tuple(
         _reached(name, maps, row_of[a]) if a in row_of else _missed(name, maps.flown)
@@ -76,7 +76,7 @@ def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
 
 
 def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of areas if a message names no sources: no rock flew, so no rock reached an area."""
+    """Return the evidence of areas when the monitoring reports no sources: no rock flew, so no rock reached an area."""
     return tuple(
         AreaEvidence(
             name=name, flown=0, reached=0, low=0.0, high=0.0, p95_energy=None, largest_energy=None, first_arrival_s=None
@@ -86,12 +86,12 @@ def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
 
 
 def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
-    """Return the number of rocks with an interrupted flight, from the number of rocks with each outcome."""
+    """Return how many rocks were cut off in flight and might have gone further, from the count of each outcome."""
     return sum(int(outcomes.get(outcome, 0)) for outcome in UNFINISHED)
 
 
 def _missed(name: str, flown: int) -> AreaEvidence:
-    """Return the evidence of an area that no rock reached."""
+    """Return the evidence of an area that no rock reached; its interval is above 0, because few rocks prove little."""
     low, high = wilson_interval(0, max(int(flown), 1))
     return AreaEvidence(
         name=name, flown=int(flown), reached=0, low=low, high=high, p95_energy=None, largest_energy=None,
@@ -100,7 +100,7 @@ def _missed(name: str, flown: int) -> AreaEvidence:
 
 
 def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
-    """Return the evidence of an area that rocks reached, from one row of the map layers.
+    """Return the evidence of an area that rocks reached, from the row of this area in the maps.
 
     The percentile is the upper bound of its histogram bin, but at most the largest energy.
     """
@@ -121,5 +121,5 @@ def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
 
 
 def _known(value: np.floating[Any]) -> float | None:
-    """Return a number of a map, or None where the map has NaN."""
+    """Return a value of a map as a number for JSON: None where the map has NaN."""
     return None if math.isnan(value) else float(value)

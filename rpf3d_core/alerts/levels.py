@@ -7,7 +7,7 @@ from rpf3d_core.errors import InputError
 
 
 class Level(IntEnum):
-    """The level that is shown to the mine.
+    """The alert level that is shown to the mine, from normal to evacuate; or a fault.
 
     `FAULT` means that the danger is unknown. `FAULT` is not a level of danger, and never means that an area is safer.
     """
@@ -20,12 +20,12 @@ class Level(IntEnum):
 
     @property
     def word(self) -> str:
-        """The level in lower case, as written in messages."""
+        """The alert level in lower case, as written in messages."""
         return self.name.lower()
 
     @property
     def severity(self) -> int:
-        """Rank of the level for display: fault ranks above restrict and below evacuate, so it never hides evacuate."""
+        """Rank of the alert level for display: a fault ranks above restrict, but never hides evacuate."""
         return _SEVERITY.index(self)
 
 
@@ -33,7 +33,7 @@ _SEVERITY = (Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.FAULT, Level.EVACU
 
 
 class Acknowledgement(NamedTuple):
-    """A person's statement that the level may fall: the person's name, the reason, and the time (ns)."""
+    """A person's statement that the alert level may fall: the person's name, the reason, and the time (ns)."""
 
     by: str
     why: str
@@ -41,7 +41,7 @@ class Acknowledgement(NamedTuple):
 
 
 class AreaAlert(NamedTuple):
-    """The decision on one area; `level`, `held` and `evident` have the same meaning as in `Alert`.
+    """The decision on one area of interest; `level`, `held` and `evident` have the same meaning as in `Alert`.
 
     why : the reason for `evident`, a sentence without the name of the area
     """
@@ -91,7 +91,9 @@ class Alert(NamedTuple):
 
 
 def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:
-    """Return an acknowledgement by a person, for a reason, at a time (ns).
+    """Return a person's statement that the alert level may fall, after a check that name and reason are given.
+
+    by : name of the person; why : the reason; at_ns : time, ns
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Find the level of an area from the limits of the site, and the reason as a sentence.
+"""Find the alert level of an area from the limits of the site, and the reason as a sentence.
 
 Limits are compared even if the evidence has faults: a number far beyond a limit raises the level even if the evidence
 as a whole is not believed. A NaN reaches no limit; `sound.py` reports a NaN as a fault.
@@ -14,7 +14,7 @@ from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpe
 
 
 class LimitFinding(NamedTuple):
-    """The level of an area according to one answer, and the reason as a sentence without the name of the area."""
+    """The alert level that one answer gives an area, and the reason as a sentence without the name of the area."""
 
     name: str
     level: Level
@@ -22,12 +22,12 @@ class LimitFinding(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The area's name and the reason."""
+        """The area's name and the reason for its alert level, as a sentence for the reasons of an alert."""
         return f"{self.name}: {self.why}"
 
 
 def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFinding, ...]:
-    """Return the finding for each area that has limits, in the order of the evidence."""
+    """Return the alert level of each area that has limits, with the reason, in the order of the evidence."""
     return tuple(
         _finding(area, limits, thresholds.evidence)
         for area in evidence.areas
@@ -36,19 +36,19 @@ def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFindin
 
 
 def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...]:
-    """Return the names of the areas in the evidence for which the site has no limits."""
+    """Return the names of areas in the evidence that have no limits; the alert mentions them as not watched."""
     return tuple(area.name for area in evidence.areas if limits_of(thresholds, area.name) is None)
 
 
 def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
-    """Return the limits of an area: by its full name, else by the first matching pattern; None if neither exists."""
+    """Return the site's limits for an area: under its full name, else under the first pattern that matches; or None."""
     if name in thresholds.areas:
         return thresholds.areas[name]
     return next((limits for pattern, limits in thresholds.areas.items() if fnmatchcase(name, pattern)), None)
 
 
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if too few rocks flew to lower a level; a small answer may still raise a level."""
+    """True if too few rocks flew to lower an alert level; a small answer may still raise the level."""
     return area.flown < terms.fewest_rocks
 
 
@@ -62,7 +62,7 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Yield a sentence for each limit that is reached, with the number that reaches the limit."""
+    """Yield a sentence for each limit that the rocks in an area reach, as the reason for its alert level."""
     if (limit := limits.reach_probability) is not None and _probability_reaches(area, limit, terms):
         yield f"{_share(area)}, limit {_percent(limit)}"
     energy = area.largest_energy if area.p95_energy is None else area.p95_energy
@@ -76,10 +76,11 @@ def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Ite
 
 
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
-    """True if the share of rocks that reached an area reaches a limit; or, if so set, the upper end of its interval.
+    """True if the share of rocks that reached an area is at or above a limit of the site.
 
-    A small answer is judged by the share alone. If no rock of 64 reaches the area, the interval still extends to 5.7 %:
-    this figure is due to the small number of rocks and not to the slope.
+    If the site says `upper_end`, the upper end of the interval of the share is compared too. A small answer is judged
+    by the share alone. If no rock of 64 reaches the area, the interval still extends to 5.7 %: this figure is due to
+    the small number of rocks and not to the slope.
     """
     upper = terms.reach_probability_is == "upper_end" and not is_small(area, terms)
     share = min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0

@@ -17,20 +17,20 @@ FORMAT = 1
 
 HASH_DIGITS = 64
 BEGINNING = "0" * HASH_DIGITS
-"""Value in place of the previous hash in the first line of a log."""
+"""Value that the first line of a log has in place of the hash of a previous line."""
 
 LEVELS = ("level", "held", "evident")
-"""Fields of an alert and of an area that hold a level."""
+"""Fields of an alert and of an area that hold an alert level, which the log writes as a word."""
 
 OWN_HASH = b',"sha256":"'
 
 
 class Unreadable(ValueError):
-    """A line is complete, but this version of rpf3d does not understand a part; the message names the part."""
+    """A line is undamaged, but this version of rpf3d does not understand a part; the message names the part."""
 
 
 class Decision(NamedTuple):
-    """A decision with everything that `decide` received except the thresholds, and the alert that `decide` returned."""
+    """A logged decision that can be repeated: the inputs of `decide` except the thresholds, and its alert."""
 
     previous: Alert | None
     evidence: Evidence | None
@@ -40,14 +40,17 @@ class Decision(NamedTuple):
 
 
 def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tuple[bytes, str]:
-    """Return a line with its line end, and its hash (64 hex digits), which covers everything in front of the hash."""
+    """Return a line for the log (bytes, with line end), and its hash (64 hex digits), which the next line holds.
+
+    The hash covers everything in front of it.
+    """
     body = canonical({"kind": kind, "n": number, "before": before, **content}).encode()[:-1]
     own = hashlib.sha256(body).hexdigest()
     return body + OWN_HASH + own.encode() + b'"}\n', own
 
 
 def content_of(raw: bytes) -> dict[str, Any] | None:
-    """Return the content of a line (bytes, with or without its end), hash included; None if the line was changed."""
+    """Return the content of a log line if its hash is correct; None if the line was changed."""
     body, mark, rest = raw.rstrip(b"\n").rpartition(OWN_HASH)
     own = hashlib.sha256(body).hexdigest()
     if not mark or rest != own.encode() + b'"}':
@@ -63,12 +66,12 @@ def content_of(raw: bytes) -> dict[str, Any] | None:
 
 
 def canonical(value: Any) -> str:
-    """Return plain values as one line of JSON; equal values always give equal text."""
+    """Return plain values as one line of JSON; equal values give equal text, so that hashes can be compared."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False)
 
 
 def decision_content(decision: Decision) -> dict[str, Any]:
-    """Return a decision as plain values."""
+    """Return a decision as plain values, to be written into the log."""
     evidence, given = decision.evidence, decision.acknowledgement
     return {
         "now_ns": decision.now_ns,
@@ -80,7 +83,7 @@ def decision_content(decision: Decision) -> dict[str, Any]:
 
 
 def decision_of(content: dict[str, Any]) -> Decision:
-    """Return the decision that `decision_content` wrote.
+    """Return the decision that a log line holds, from the values that `decision_content` wrote.
 
     Raises
     ------
@@ -101,7 +104,7 @@ def decision_of(content: dict[str, Any]) -> Decision:
 
 
 def alert_content(alert: Alert) -> dict[str, Any]:
-    """Return an alert as plain values, with levels as words."""
+    """Return an alert as plain values for the log or for JSON, with alert levels as words."""
     given = alert.acknowledgement
     areas = [_words(area._asdict()) for area in alert.areas]
     return {
@@ -120,12 +123,12 @@ def _alert(content: dict[str, Any]) -> Alert:
 
 
 def _words(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content with levels replaced by words."""
+    """Return the content of an alert with its levels as words, as the log has them."""
     return {**content, **{name: content[name].word for name in LEVELS}}
 
 
 def _levels(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content with words replaced by levels."""
+    """Return the content of a log line with words replaced by alert levels."""
     return {**content, **{name: Level[content[name].upper()] for name in LEVELS}}
 
 
@@ -143,7 +146,7 @@ def _evidence(content: dict[str, Any]) -> Evidence:
 
 
 def _written(value: Any) -> Any:
-    """Return a number in a form that JSON can hold."""
+    """Return a value in a form that JSON can hold: NaN and infinity as text."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

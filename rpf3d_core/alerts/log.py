@@ -28,7 +28,7 @@ from rpf3d_core.alerts.site import site_digest, site_text
 from rpf3d_core.alerts.site_model import Thresholds
 
 LARGEST_BYTES = 16 * 1024 * 1024
-"""Size (bytes) of a full file: the next line begins a new file. A file holds some thousand decisions."""
+"""Size (bytes) at which a log file is full, and the next line begins a new file: some thousand decisions."""
 
 
 class DecisionLog:
@@ -93,7 +93,7 @@ class DecisionLog:
         return self.head
 
     def refused(self, by: str, why: str, at_ns: int, because: str) -> str:
-        """Append an acknowledgement that was refused without a decision, and return the hash of its line.
+        """Log an acknowledgement that was refused before any decision, and return the hash of its line.
 
         Raises
         ------
@@ -129,7 +129,7 @@ class DecisionLog:
         self._next, self.head, self._site = self._next + len(lines), head, site
 
     def _begin_file(self, number: int, data: bytes) -> None:
-        """Begin the next file with the given lines; on failure the file does not exist."""
+        """Begin the next log file with the given lines; on failure, no file is left behind."""
         path = self.folder / file_name(number)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
         try:
@@ -144,7 +144,7 @@ class DecisionLog:
         self._file, self._number = descriptor, number
 
     def _open(self) -> None:
-        """Lock the folder, find the last line of the log, and repair the effects of an interrupted write."""
+        """Prepare to append: lock the folder, find the last line, and repair the effects of an interrupted write."""
         self.folder.mkdir(parents=True, exist_ok=True)
         self._lock = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
         fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -162,7 +162,7 @@ class DecisionLog:
         self._resume(path, tail)
 
     def _go_on_from(self, tails: list[Tail]) -> None:
-        """Take the number, hash and alert of the last lines from the ends of files, newest file first."""
+        """Take over number, hash and alert of the last log lines, to continue from them; newest file first."""
         last = next((tail.last for tail in tails if tail.last is not None), None)
         if last is not None:
             self._next, self.head = last["n"] + 1, last["sha256"]
@@ -173,7 +173,7 @@ class DecisionLog:
             self.problems = (*self.problems, f"{self.folder}: the last decision is not known: {error}")
 
     def _resume(self, path: Path, tail: Tail) -> None:
-        """Continue in the last file; remove an incomplete line at its end."""
+        """Continue in the last log file; an incomplete line at its end is moved into a separate file."""
         torn, aside = b"", path
         if tail.size > tail.end:
             aside, torn = set_aside(path, tail.end, self._next)
@@ -193,7 +193,7 @@ class DecisionLog:
 
 
 def _ends(files: list[tuple[int, Path]]) -> list[tuple[Path, Tail]]:
-    """Return the ends of the log files, from the last file back to the file with the last decision."""
+    """Return the ends of the last log files, back to the file with the last decision, from which the log continues."""
     found: list[tuple[Path, Tail]] = []
     for _, path in reversed(files):
         found.append((path, tail_of(path)))

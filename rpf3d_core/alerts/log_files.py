@@ -1,4 +1,4 @@
-"""The files of a decision log: their names, the contents of their ends, and safe writing to disk."""
+"""The files of a decision log: their names, how each file ends, and safe writing to disk."""
 
 import os
 from pathlib import Path
@@ -10,11 +10,11 @@ STEM, ENDING = "decisions-", ".jsonl"
 
 
 class NotLogged(OSError):
-    """A decision could not be logged, for the reason in the message; it is valid and must still be published."""
+    """A decision is not in the log on disk, for the reason in the message; it is valid and must still be published."""
 
 
 class Tail(NamedTuple):
-    """The contents of a log file up to the last sound line: the last line with a correct hash.
+    """The state of a log file at its last sound line, that is the last line with a correct hash.
 
     end : position (bytes) after the last sound line; size : size of the file (bytes)
     last : the last sound line, None if the file has no sound line
@@ -42,7 +42,7 @@ def files_in(folder: Path) -> list[tuple[int, Path]]:
 
 
 def tail_of(path: Path) -> Tail:
-    """Read a log file up to its last sound line."""
+    """Read a log file and return where its last line with a correct hash ends, and the last decision before that."""
     last, decision, site, broken, end, seen = None, None, None, False, 0, 0
     with path.open("rb") as file:
         for raw in file:
@@ -58,7 +58,7 @@ def tail_of(path: Path) -> Tail:
 
 
 def write_whole(descriptor: int, data: bytes, size: int) -> None:
-    """Append bytes to a file and wait until the bytes are on disk; on failure restore the given size (bytes).
+    """Append bytes to a file and wait until they are on disk; on failure cut the file back to the given size (bytes).
 
     Raises
     ------
@@ -78,7 +78,10 @@ def write_whole(descriptor: int, data: bytes, size: int) -> None:
 
 
 def _take_back(descriptor: int, size: int) -> None:
-    """Cut a file to a size (bytes) if possible; the next attempt to write checks the size again."""
+    """Cut a file back to a size (bytes), if possible, after a write failed.
+
+    The next attempt to write checks the size again.
+    """
     try:
         os.ftruncate(descriptor, size)
     except OSError:
@@ -86,7 +89,7 @@ def _take_back(descriptor: int, size: int) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the file names of a folder are on disk."""
+    """Wait until the names of new files in a folder are on disk, so that a power failure cannot lose a file."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
@@ -95,7 +98,9 @@ def sync_folder(folder: Path) -> None:
 
 
 def set_aside(path: Path, end: int, number: int) -> tuple[Path, bytes]:
-    """Move the bytes of a file after the position `end` (bytes) into a separate file, named by a line number.
+    """Move an incomplete line at the end of a log file, after the position `end` (bytes), into a separate file.
+
+    The line number in the name of the new file says which line was not completed.
 
     number : number of the line that was not completed
     Return the path of the separate file, and the bytes.

@@ -1,4 +1,4 @@
-"""Read a site file: from YAML to `Thresholds`, or to one sentence for each error."""
+"""Read a site file, that is the mine's own thresholds: return `Thresholds`, or report one sentence for each error."""
 
 import hashlib
 import json
@@ -37,7 +37,7 @@ def read_site(path: str | Path) -> Thresholds:
 
 
 def site_text(thresholds: Thresholds) -> str:
-    """Return the thresholds as one line of JSON, the input of `site_of`.
+    """Return the thresholds as one line of JSON for the decision log, which `site_of` reads.
 
     Areas keep their order, because the first pattern that matches counts.
     """
@@ -45,7 +45,7 @@ def site_text(thresholds: Thresholds) -> str:
 
 
 def site_of(text: str) -> Thresholds:
-    """Return the thresholds that `site_text` wrote.
+    """Return the thresholds of a log line, from the text that `site_text` wrote.
 
     Raises
     ------
@@ -59,5 +59,5 @@ def site_of(text: str) -> Thresholds:
 
 
 def site_digest(thresholds: Thresholds) -> str:
-    """Return the SHA-256 (64 hex digits) of `site_text`."""
+    """Return a digest (SHA-256, 64 hex digits) that identifies the thresholds of a decision."""
     return hashlib.sha256(site_text(thresholds).encode()).hexdigest()

@@ -21,7 +21,7 @@ PATTERN_MARKS = "*?["
 """An area name with one of these characters is a pattern."""
 
 LEVELS = ("watch", "restrict", "evacuate")
-"""The levels for which an area may have limits, the lowest level first."""
+"""The alert levels for which an area may have limits, the lowest level first."""
 
 Seconds = Annotated[Number, Field(ge=0, le=LONGEST)]
 Period = Annotated[Number, Field(gt=0, le=LONGEST)]
@@ -36,7 +36,7 @@ class EvacuationSpec(StrictModel):
 
     @property
     def seconds(self) -> float:
-        """Limit of the first arrival (s): an arrival at this time or earlier is too early to clear the area."""
+        """Limit of the first arrival (s): a rock that arrives no later leaves no time to clear the area."""
         return self.evacuation + self.margin
 
 
@@ -80,7 +80,10 @@ class AreaLimitsSpec(StrictModel):
 
 
 def _pairs(below: LimitsSpec, above: LimitsSpec) -> dict[str, tuple[float | None, float | None]]:
-    """Return each limit as a pair (lower level, higher level), signed so that the second number must not be smaller."""
+    """Return each limit of two alert levels as a pair, to check that the lower level is reached first.
+
+    The numbers are signed so that the second number must not be smaller.
+    """
     early, late = below.first_arrival_s, above.first_arrival_s
     return {
         "reach_probability": (below.reach_probability, above.reach_probability),
@@ -140,7 +143,7 @@ class Thresholds(StrictModel):
 
     @property
     def named_in_full(self) -> tuple[str, ...]:
-        """Names of the areas that every answer must contain; without patterns, which may match no area at times."""
+        """Names of areas that every answer must contain: full names only, because a pattern may match no area."""
         return tuple(name for name in self.areas if not any(mark in name for mark in PATTERN_MARKS))
 
     @model_validator(mode="after")
@@ -155,7 +158,7 @@ class Thresholds(StrictModel):
         return self
 
     def _shares(self) -> Iterator[tuple[float, str]]:
-        """Yield every limit of the reach probability with the key of this limit."""
+        """Yield every limit of the reach probability with its key, for the check of `fewest_rocks`."""
         for name, area in self.areas.items():
             for level in LEVELS:
                 limits: LimitsSpec | None = getattr(area, level)
@@ -164,7 +167,10 @@ class Thresholds(StrictModel):
 
 
 def _too_few(fewest: int, limit: float, where: str) -> str:
-    """Return the error message; if none of n rocks reaches the area, the interval ends at z^2 / (n + z^2)."""
+    """Return the error message for a `fewest_rocks` that is too small, with the smallest number that would be right.
+
+    If none of n rocks reaches the area, the interval ends at z^2 / (n + z^2).
+    """
     needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
     return (
         f"is {fewest}, but where none of so few rocks comes up to {100 * wilson_interval(0, fewest)[1]:.3g} % might, "

@@ -1,4 +1,4 @@
-"""Check whether evidence can be believed: each fault of the evidence is a sentence.
+"""Check whether evidence can be believed: each reason against it is a fault, written as a sentence.
 
 Evidence arrives through other machines, so its numbers may be wrong or missing. A NaN fails every check in this file.
 """
@@ -24,7 +24,7 @@ def faults_of(
 
 
 def went_back(previous: Alert | None, now_ns: int) -> bool:
-    """True if the time now is earlier than the time of the previous decision."""
+    """True if the clock was set back: the time now is earlier than the time of the previous decision."""
     return previous is not None and now_ns < previous.at_ns
 
 
@@ -51,7 +51,7 @@ def _evidence_faults(
 
 
 def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
-    """Yield a fault for each stamp that is stale or in the future, and for an answer made before its sources' stamp."""
+    """Yield a fault for each time stamp that is too old or in the future, and for an answer older than its sources."""
     limits = thresholds.evidence
     ahead = ns_of(limits.clock_tolerance_s)
     for what, stamp, longest in (
@@ -71,7 +71,7 @@ def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> It
 
 
 def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
-    """Yield a fault for numbers of sources and rocks that contradict each other."""
+    """Yield a fault for numbers of sources and rocks that contradict each other, a sign of damaged evidence."""
     most = max((area.flown for area in evidence.areas), default=0)
     if evidence.sources < 0:
         yield f"there are {evidence.sources} sources, which is no number of sources"
@@ -113,7 +113,7 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
 
 
 def _missing_faults(area: AreaEvidence) -> Iterator[str]:
-    """Yield a fault if rocks reached the area without energy or arrival, or if p95 exceeds the largest energy."""
+    """Yield a fault for an area whose rocks have no energy or arrival time, or a p95 above the largest energy."""
     if area.reached > 0 and (area.largest_energy is None or area.first_arrival_s is None):
         yield "rocks came, but not all is known of their energy and arrival"
     both = (area.p95_energy, area.largest_energy)

@@ -1,4 +1,4 @@
-"""Convert times: whole nanoseconds in code, seconds and UTC dates in sentences."""
+"""Convert times of alerts: code uses whole nanoseconds, sentences use seconds and UTC dates."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -9,17 +9,17 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def ns_of(seconds: float) -> int:
-    """Return seconds of a site file as whole nanoseconds."""
+    """Return a period of the site file (s) as whole nanoseconds, the unit of all times in decisions."""
     return round(seconds * NS)
 
 
 def span(ns: int) -> str:
-    """Format a period >= 0 (ns) in seconds, to the millisecond."""
+    """Return a period >= 0 (ns) as text for a sentence: seconds, to the millisecond."""
     return f"{ns // NS}.{ns % NS // 1_000_000:03d} s"
 
 
 def when(ns: int) -> str:
-    """Format a time (ns) as UTC, to the millisecond; as plain seconds if it is outside the calendar."""
+    """Return a time (ns) as text for a sentence: UTC to the millisecond, or plain seconds outside the calendar."""
     try:
         moment = EPOCH + timedelta(seconds=ns // NS)
     except (OverflowError, ValueError):

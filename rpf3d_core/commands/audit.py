@@ -35,7 +35,7 @@ def audit(
 
 
 def _print(found: "Audit") -> None:
-    """Print the changes of level as a table, then notes, findings and the verdict."""
+    """Print an audit: the changes of alert level as a table, then notes, findings and the verdict."""
     if found.changes:
         print_table(HEADER, [_row(change) for change in found.changes])
     for note in found.notes:
@@ -67,7 +67,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _shown(alert: "Alert") -> str:
-    """Return the level as text, with "(fault)" added if there is a fault while the level is `evacuate`."""
+    """Return the alert level for the table; "(fault)" is added to `evacuate`, which is shown in place of the fault."""
     return f"{alert.level.word} (fault)" if alert.faults and alert.level == alert.held else alert.level.word
 
 

@@ -1,4 +1,4 @@
-"""`rpf3d check`: print the report on a scene before it is run."""
+"""`rpf3d check`: report on a scene before it is run, so that errors and cost are known first."""
 
 from typing import TYPE_CHECKING
 
@@ -25,7 +25,7 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
 
 def _print_check(report: "Check") -> None:
-    """Print the report on a scene, one line for each item."""
+    """Print the report on a scene, one line for each item, such as a fault, a source or the cost."""
     from rpf3d_core.scene.zone_materials import words_on_friction
 
     named = report.scene
@@ -47,7 +47,7 @@ def _print_check(report: "Check") -> None:
 
 
 def _describe_cost(cost: "Cost") -> str:
-    """Return the estimated time of a run as one line of text."""
+    """Return the estimated time that a run of a scene takes, as one line of text."""
     seconds = "less than 0.1 s" if cost.fly_s < 0.1 else f"about {float(f'{cost.fly_s:.2g}'):,.12g} s"
     rocks = f"{'at most ' if cost.auto else ''}{rocks_in_words(cost.rocks)}"
     fly = f"{seconds} to fly {rocks} with the {cost.engine} engine"

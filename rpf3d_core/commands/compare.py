@@ -1,4 +1,4 @@
-"""`rpf3d compare`: compare two results."""
+"""`rpf3d compare`: compare two results, for example of two designs, and print which differences are significant."""
 
 import json
 from pathlib import Path

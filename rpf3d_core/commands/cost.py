@@ -37,7 +37,7 @@ def cost(
 
 
 def rocks_within(accuracy: float, scene: Path, out: Path) -> tuple["Scene", int]:
-    """Return the scene with the exact method, and the number of rocks for an accuracy; print the price list's findings.
+    """Return the scene with exact contacts, and how many rocks `rpf3d run --accuracy` must fly; print the findings.
 
     accuracy : largest total error (-); out : folder with a price list, or to write one to
     """

@@ -35,7 +35,7 @@ def effects(
 
 
 def _print_list(listed: "list[CatalogueEntry]") -> None:
-    """Print a line for each model and effect: name, summary, confirmation and cost."""
+    """Print a line for each model and effect that a scene may name: name, summary, confirmation and cost."""
     table = Table("named", "what it is", "confirmed", "time", "runout", box=None, padding=GAP, pad_edge=False)
     for entry in listed:
         table.add_row(f"{entry.kind}: {entry.name}", escape(entry.summary), entry.confirmed, *_cost(entry))
@@ -48,7 +48,7 @@ def _print_list(listed: "list[CatalogueEntry]") -> None:
 
 
 def _print_one(entry: "CatalogueEntry") -> None:
-    """Print a model or effect with its source, cost and parameters."""
+    """Print one model or effect that a scene may name, with its source, cost and parameters."""
     screen.print(f"{entry.kind}: {entry.name}", style="bold")
     screen.print(entry.summary, soft_wrap=True, markup=False)
     time, runout = _cost(entry)
@@ -63,7 +63,10 @@ def _print_one(entry: "CatalogueEntry") -> None:
 
 
 def _cost(entry: "CatalogueEntry") -> tuple[str, str]:
-    """Return two texts: ratio of the times with and without the effect, and change of runout; "" if not measured."""
+    """Return the cost of an effect for the table: ratio of times with and without it, and change of runout.
+
+    Both are "" if not measured.
+    """
     if entry.cost is None:
         return "", ""
     return f"{entry.cost['time']:.2f}", f"{100.0 * entry.cost['runout']:+.0f} %"

@@ -31,7 +31,7 @@ def stone(folder: Folder, out: Out) -> None:
 
 
 def _tell(imported: "Imported") -> None:
-    """Print which input was imported, which input was not imported, and the path of the scene."""
+    """Print which input of the other program is in the scene, which input is not, and the path of the scene."""
     from rpf3d_core.imports.scene_text import NOT_CARRIED
 
     for sentence in imported.taken:

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share, and how their values are read."""
+"""Arguments and options that several commands share, and a function that reads `--rocks`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""`rpf3d pit`: write a synthetic pit."""
+"""`rpf3d pit`: write the mesh of an artificial open pit, to try rpf3d without a survey."""
 
 from pathlib import Path
 from typing import Annotated

@@ -43,17 +43,17 @@ class _Rate(ProgressColumn):
     """Column of the progress bar: rocks per second."""
 
     def render(self, task: Task) -> Text:
-        """Return the rate of the last seconds; empty if there is none yet."""
+        """Return the number of rocks flown per second, as text; empty if it is unknown."""
         return Text(f"{task.speed:,.0f} rocks/s" if task.speed and task.total else "")
 
 
 @contextmanager
 def interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None]]]:
-    """Handle Ctrl-C and SIGTERM; yield two functions.
+    """Let Ctrl-C and SIGTERM stop a run in good order: after a signal, the rocks flown so far are still written.
 
-    The first function returns True after a signal. Call the second function with True before the first rock flies, and
-    with False after the last rock has flown. A signal at any other time, or a second signal, ends the program at once
-    with KeyboardInterrupt.
+    Yields two functions. The first function returns True after a signal. Call the second function with True before the
+    first rock flies, and with False after the last rock has flown. A signal at any other time, or a second signal, ends
+    the program at once with KeyboardInterrupt.
     """
     flying, asked = False, False
 

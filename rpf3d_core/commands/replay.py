@@ -1,4 +1,4 @@
-"""`rpf3d replay`: open a run's recording."""
+"""`rpf3d replay`: open the recording of a run in the viewer."""
 
 from pathlib import Path
 from typing import Annotated

@@ -62,7 +62,7 @@ def run(
 
 
 def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -> "tuple[Path | Scene, Rocks]":
-    """Return the scene and its number of rocks, from --rocks or --accuracy; `InputError` if both are given."""
+    """Return the scene to run and its number of rocks, from --rocks or --accuracy; `InputError` if both are given."""
     if accuracy is None:
         return scene, number_of_rocks(rocks)
     if rocks is not None:
@@ -71,7 +71,7 @@ def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -
 
 
 def _print_run(result: "Run", write_s: float) -> None:
-    """Print the results of a run, its warnings, and the seconds it took."""
+    """Print the summary of a run on the screen: results, warnings, and the seconds it took."""
     from rpf3d_core.ensemble.statistics import words_on_pieces
     from rpf3d_core.hazard.benches import lost_in_words
     from rpf3d_core.results.hazard_zones import zones_without_cells
@@ -100,7 +100,7 @@ def _print_run(result: "Run", write_s: float) -> None:
 
 
 def _print_outcomes(run: "Run") -> None:
-    """Print a table of outcomes with their sentences, and the materials that take the default friction angle."""
+    """Print how many rocks ended in each way (outcome), and which materials use the default friction angle."""
     from rpf3d_core.results.findings import sentence_of
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
@@ -130,14 +130,14 @@ def _print_benches(run: "Run") -> None:
 
 
 def _print_maps(run: "Run") -> None:
-    """Print the cell size of the hazard maps, and their largest values."""
+    """Print the cell size of the hazard maps and their largest values, as one line."""
     from rpf3d_core.results.hazard_words import words_on_maps
 
     screen.print(words_on_maps(run.maps), style="dim", highlight=False, soft_wrap=True)
 
 
 def _print_barriers(run: "Run") -> None:
-    """Print the table of barriers, if the scene has barriers."""
+    """Print what each barrier did (stopped, broken, flown over), if the scene has barriers."""
     if not run.maps.barriers:
         return
     from rpf3d_core.results.hazard_barriers import TEXT_HEADER, TEXT_NOTE, text_rows
@@ -150,7 +150,7 @@ def _print_barriers(run: "Run") -> None:
 
 
 def _print_convergence(run: "Run") -> None:
-    """Print whether the target was reached, if the scene says `rocks: auto`."""
+    """Print whether `rocks: auto` flew enough rocks for its target; nothing for a fixed number of rocks."""
     from rpf3d_core.hazard.convergence import is_enough, p95_change
 
     if not run.steps:

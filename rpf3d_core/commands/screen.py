@@ -18,11 +18,11 @@ PIPE_WIDTH = 240
 
 
 class CommandInterrupted(SystemExit):
-    """Exit of an interrupted command, after it has printed the state of its results."""
+    """The exception that ends an interrupted command, after it has printed which results exist."""
 
 
 def end_interrupted(left: str) -> NoReturn:
-    """Print the state of an interrupted command's results, and exit with code INTERRUPTED."""
+    """Print which results an interrupted command leaves, and exit with code INTERRUPTED."""
     complaints.print(f"rpf3d: interrupted; {left}", markup=False)
     raise CommandInterrupted(INTERRUPTED)
 

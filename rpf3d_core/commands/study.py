@@ -1,4 +1,4 @@
-"""`rpf3d study`: repeat a study of the thesis."""
+"""`rpf3d study`: repeat a study of the thesis on which rpf3d is based."""
 
 from pathlib import Path
 from typing import Annotated

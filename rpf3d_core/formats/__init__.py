@@ -1,1 +1,1 @@
-"""Readers and writers of file formats, independent of scenes."""
+"""Readers and writers of file formats (terrain, grids, points, polygons, YAML), independent of scenes."""

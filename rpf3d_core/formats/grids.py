@@ -1,4 +1,4 @@
-"""Elevation grids: ESRI ASCII and GeoTIFF through rasterio.
+"""Read elevation grids as terrain: ESRI ASCII and GeoTIFF through rasterio.
 
 Each elevation of the grid belongs to the centre of a cell. Therefore the vertices of the mesh are the cell centres, and
 the mesh ends half a cell inside the outline of the grid. (`xllcorner` is the corner of the outline, `xllcenter` is the
@@ -29,13 +29,15 @@ DEM_EXTENSIONS = (".asc", ".asc.gz", ".tif", ".tiff")
 HEADER_KEYS = b"ncols nrows xllcorner yllcorner xllcenter yllcenter cellsize dx dy nodata_value".split()
 
 ESRI_NODATA = -9999.0
-"""The value that marks missing elevations if an ESRI ASCII grid states no such value (ESRI, ASCII raster format)."""
+"""The elevation that marks missing data if an ESRI ASCII grid names no such value (ESRI, ASCII raster format)."""
 
 logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
 def read_dem(path: Path) -> FileMesh:
-    """Return the mesh of an elevation grid; all facets face up, and are ordered square by square along the rows.
+    """Return the terrain mesh of an elevation grid.
+
+    All facets face up, and are ordered square by square along the rows.
 
     Parameters
     ----------
@@ -51,9 +53,10 @@ def read_dem(path: Path) -> FileMesh:
 
 
 def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
-    """Return the numbers (H, W) of a grid in the unit of the file, and the transform from cell corners to x, y.
+    """Return the numbers (H, W) of a grid in the unit of the file, and how its columns and rows map to x, y.
 
-    Missing numbers are NaN. kind : the word for a number in messages, such as "elevation"
+    Missing numbers are NaN. The transform counts columns and rows from the outer corner of the first cell. kind : the
+    word for a number in messages, such as "elevation"
 
     Raises
     ------
@@ -70,7 +73,7 @@ def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
 
 
 def _read_numbers(path: Path, kind: str) -> tuple[FloatArray, Affine]:
-    """Return the numbers and the transform of a grid, as `read_grid`; errors of rasterio are not converted."""
+    """Return the numbers and the transform of a grid, as `read_grid` does; errors of rasterio are passed on."""
     is_text = path.name.lower().endswith((".asc", ".asc.gz"))
     name = f"/vsigzip/{path.absolute()}" if path.suffix.lower() == ".gz" else str(path)
     options: dict[str, Any] = {"driver": "AAIGrid", "DATATYPE": "Float64"} if is_text else {"driver": "GTiff"}
@@ -94,7 +97,7 @@ def _refuse_unusable(path: Path, grid: Any) -> None:
 
 
 def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
-    """Return the numbers below the header of an ESRI ASCII grid.
+    """Return the numbers below the header of an ESRI ASCII grid; a truncated file is refused.
 
     GDAL is not used for the numbers, because GDAL reads words, and the missing part of a truncated file, as heights of
     0.
@@ -115,10 +118,10 @@ def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
 
 
 def _surface(heights: FloatArray, transform: Affine) -> FileMesh:
-    """Return the mesh with vertices at the centres of cells with data, and two triangles for each complete square."""
+    """Return the mesh of a grid: vertices at the centres of cells with data, two triangles for each complete square."""
     row, column = np.nonzero(np.isfinite(heights))
     x = transform.a * (column + 0.5) + transform.b * (row + 0.5) + transform.c
     y = transform.d * (column + 0.5) + transform.e * (row + 0.5) + transform.f
-    # A north-up grid has rows running south: a negative determinant.
+    # In a north-up grid, rows run south: the determinant is negative.
     triangles = grid_triangles(np.isfinite(heights), rows_run_south=transform.determinant < 0)
     return FileMesh(np.stack([x, y, heights[row, column]], axis=1), triangles)

@@ -1,4 +1,4 @@
-"""Read a mesh file of any known format."""
+"""Read a terrain mesh from a file of any known format, chosen by the file name extension."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +9,7 @@ from rpf3d_core.formats.surface import FileMesh
 
 
 def read_stl(path: Path) -> FileMesh:
-    """Return the facets of an STL file, ASCII or binary."""
+    """Return the facets of an STL file, whether the file is ASCII or binary."""
     return _read_ascii_stl(path) if is_ascii_stl(path) else read_binary_stl(path)
 
 
@@ -41,4 +41,4 @@ MESH_READERS: dict[str, Callable[[Path], FileMesh]] = {
     ".vtp": _read_vtk,
     ".vtk": _read_vtk,
 }
-"""The function that reads each format, by file name extension."""
+"""The function that reads each mesh format, by file name extension."""

@@ -19,11 +19,11 @@ _WHOLE_TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "in
 _TYPES = _WHOLE_TYPES | {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _HEADER_LIMIT = 100_000
-"""Largest size of a header, bytes."""
+"""Largest size of the header of a PLY file (bytes); a file without an end of its header is refused early."""
 
 
 class Element(NamedTuple):
-    """The description of one table in a PLY file.
+    """The description of one table in a PLY file, from the file's header.
 
     It contains the name, the number of rows and the columns: (name, type), or (name, count type, type) for lists.
     """
@@ -58,7 +58,7 @@ def read_ply(path: Path) -> FileMesh:
 
 
 def _header(path: Path, data: bytes) -> tuple[str, list[Element], int]:
-    """Return the byte order ("" for text), the elements, and the offset of the tables in the file (bytes)."""
+    """Read the header of a PLY file: return the byte order ("" for text), the tables, and their offset (bytes)."""
     end = data.find(b"end_header", 0, _HEADER_LIMIT)
     line_end = data.find(b"\n", end)
     if not data.startswith(b"ply") or end < 0 or line_end < 0:
@@ -94,7 +94,7 @@ def _column(words: list[str]) -> tuple[str, ...]:
 
 
 def _mesh_elements(path: Path, elements: list[Element]) -> tuple[Element, Element]:
-    """Return the vertex element and the face element; refuse a file in which they are not the first two elements."""
+    """Return the vertex table and the face table; refuse a file in which they are not the first two tables."""
     if [element.name for element in elements[:2]] != ["vertex", "face"]:
         raise TerrainError(f"{path}: must have the elements vertex and face, in this order and first")
     vertex, face = elements[:2]
@@ -124,7 +124,7 @@ def _binary_tables(
 
 
 def _binary_polygons(data: bytes, begin: int, order: str, face: Element) -> list[list[int]]:
-    """Return the corner lists of faces with different numbers of corners."""
+    """Return the corners of each face of a binary file, for faces with different numbers of corners."""
     _, count_kind, kind = face.columns[0]
     count_type, corner_type = np.dtype(order + count_kind), np.dtype(order + kind)
     tail = sum(np.dtype(column[1]).itemsize for column in face.columns[1:])
@@ -168,12 +168,12 @@ def _refuse_few_corners(face: int, corners: int) -> None:
 
 
 def _fans(polygons: list[list[int]]) -> NDArray[np.int32]:
-    """Return triangles (F, 3) that fan out from the first corner of each polygon."""
+    """Return polygons cut into triangles (F, 3), which fan out from the first corner of each polygon."""
     triangles = [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)]
     return _indices(np.array(triangles, dtype=np.int64).reshape(-1, 3))
 
 
 def _indices(corners: NDArray[Any]) -> NDArray[np.int32]:
-    """Return the point indices in 32 bits; an index that is too large becomes -1, an invalid index."""
+    """Return point indices in 32 bits; an index that is too large becomes -1, which is refused later as invalid."""
     fits = (corners >= 0) & (corners < 2**31)
     return np.where(fits, corners, -1).astype(np.int32)

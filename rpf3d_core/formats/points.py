@@ -30,7 +30,7 @@ COLUMN_NAMES = {
     "y": ("north", "northing", "n"),
     "z": ("elevation", "elev", "height", "altitude", "alt", "rl"),
 }
-"""Names of coordinate columns in survey files, in addition to x, y and z."""
+"""Names of coordinate columns in survey files that are understood in addition to x, y and z."""
 
 UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
 QUOTED = re.compile(r'"[^"]*"')
@@ -39,14 +39,14 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 class Row(NamedTuple):
-    """The cells of one line of a file; `line` is counted from 1."""
+    """The cells of one line of a text or CSV file; `line` is counted from 1, for messages."""
 
     line: int
     cells: list[str]
 
 
 def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
-    """Return the points (N, 3) m of a file, N >= 1, in the coordinates of the file.
+    """Return the points (N, 3) m of a file, such as rock sources; N >= 1, in the coordinates of the file.
 
     In a text, numbers are separated by blanks, and `#` starts a comment. If the first line has a comma, semicolon or
     tab, the file is a CSV: this character separates cells, and a line that begins with `#` is a comment. Empty lines
@@ -77,7 +77,7 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 
 
 def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[float, ...]]:
-    """Return the points of a text or CSV."""
+    """Return the points of a text or CSV file, with or without a header."""
     rows = list(rows_of(path, text))
     if not rows:
         return []
@@ -92,7 +92,7 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
 
 
 def rows_of(path: Path, text: str) -> Iterator[Row]:
-    """Return the non-empty lines as cells without surrounding blanks; comments are left out."""
+    """Return the lines of a text or CSV as cells, without empty lines, comments and surrounding blanks."""
     begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
     separator = next((mark for mark in SEPARATORS if mark in REMARK.sub("", QUOTED.sub("", begin))), None)
     rows = _blank_rows(text) if separator is None else _csv_rows(path, text, separator)
@@ -114,12 +114,12 @@ def _csv_rows(path: Path, text: str, separator: str) -> Iterator[Row]:
 
 
 def _plan_axes(up: Up) -> str:
-    """Return the two axes of a point in plan."""
+    """Return the two axes of the horizontal plane: x and y, or x and z if y is up."""
     return "xy" if up == "z" else "xz"
 
 
 def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, int]:
-    """Return the column numbers of x, y and z from the names in a header; an optional height may be missing.
+    """Return which column holds x, y and z, from the names in a header; an optional height may be missing.
 
     Raises
     ------
@@ -148,13 +148,13 @@ def _listed(axes: Sequence[str]) -> str:
 
 
 def _known(up: Up) -> str:
-    """Return the known names of columns, for messages."""
+    """Return the names of columns that are understood, for messages."""
     names = [", ".join((axis, *(COLUMN_NAMES[axis] if up == "z" else ()))) for axis in AXES]
     return "; ".join(names) + ", in capitals too, with or without _m, (m) or [m]"
 
 
 def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] | None) -> tuple[float, ...]:
-    """Return the point in a row; a coordinate without a column is 0.
+    """Return the point (3,) m in one line of a file; a coordinate without a column is 0.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] 
 
 
 def _geojson_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[float, ...]]:
-    """Return the points of a GeoJSON text."""
+    """Return the points of a GeoJSON file, given its text."""
     try:
         content = json.loads(text)
     except ValueError as fault:
@@ -186,7 +186,7 @@ def _geojson_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[
 
 
 def _positions(path: Path, content: Any) -> Iterator[Any]:
-    """Yield the positions of all GeoJSON points in order, without checks."""
+    """Yield the coordinates of all GeoJSON points in order, without checks."""
     for geometry in geometries(path, content, ("Point", "MultiPoint")):
         written = geometry.get("coordinates")
         if geometry["type"] == "Point":
@@ -198,7 +198,10 @@ def _positions(path: Path, content: Any) -> Iterator[Any]:
 
 
 def _position(path: Path, position: Any, up: Up, heights: bool) -> tuple[float, ...]:
-    """Return the three finite numbers of a position; if heights are optional, two plan coordinates are sufficient."""
+    """Return the coordinates of a point after a check.
+
+    If heights are optional, two horizontal coordinates are enough.
+    """
     numbers = isinstance(position, list) and all(type(number) in (int, float) for number in position)
     counts = (3,) if heights else (2, 3)
     if not numbers or len(position) not in counts or not all(map(math.isfinite, position)):

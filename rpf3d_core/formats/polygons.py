@@ -17,7 +17,9 @@ KINDS = ("Polygon", "MultiPolygon")
 
 
 def read_polygons(path: Path) -> MultiPolygon:
-    """Return all polygons of a GeoJSON file, with their holes; a point is inside if it is inside any polygon.
+    """Return all polygons of a GeoJSON file as one area, with holes, such as an area of interest.
+
+    A point is inside the area if it is inside any polygon.
 
     Raises
     ------
@@ -35,7 +37,7 @@ def read_polygons(path: Path) -> MultiPolygon:
 
 
 def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
-    """Return the polygon with three or more corners (N, 2) m in plan; the last corner is connected to the first.
+    """Return the area within three or more corners (N, 2) m in plan; the last corner is connected to the first.
 
     Raises
     ------
@@ -52,14 +54,14 @@ def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
 
 
 def plan_triangles(polygons: MultiPolygon) -> NDArray[np.float64]:
-    """Return triangles (T, 3, 2) m in plan that cover polygons exactly, without overlap and not over their holes."""
-    whole = shapely.union_all(list(polygons.geoms))  # parts may overlap
+    """Return triangles (T, 3, 2) m that cover polygons exactly in plan, without overlap and without their holes."""
+    whole = shapely.union_all(list(polygons.geoms))  # polygons may overlap
     triangles = shapely.constrained_delaunay_triangles(whole).geoms
     return np.array([shapely.get_coordinates(triangle)[:3] for triangle in triangles]).reshape(-1, 3, 2)
 
 
 def local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
-    """Convert plan coordinates (..., 2) m of the input (x y, or x z if y is up) to the local frame."""
+    """Convert plan coordinates (..., 2) m of the input (x y, or x z if y is up) to rpf3d's local axes."""
     level = np.zeros(plan.shape[:-1])
     columns = (plan[..., 0], plan[..., 1], level) if frame.up == "z" else (plan[..., 0], level, plan[..., 1])
     return frame.points_to_local(np.stack(columns, axis=-1))[..., :2]
@@ -88,7 +90,7 @@ def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[An
 
 
 def _polygons(path: Path, geometry: Any) -> list[Any]:
-    """Return the polygons of one Polygon or MultiPolygon."""
+    """Return the polygons of one GeoJSON Polygon or MultiPolygon, after a check that they are valid."""
     try:
         read = shape(geometry)
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, shapely.errors.ShapelyError) as fault:

@@ -13,11 +13,11 @@ from rpf3d_core.terrain.frame import FloatArray
 LINES = ("LineString", "MultiLineString")
 
 Along = Path | tuple[tuple[float, float], ...]
-"""Lines as written in a scene: the path of a file, or the corners of one line."""
+"""A line as written in a scene file: the path of a GeoJSON file, or the corners of one line."""
 
 
 def lines_along(along: Along) -> list[FloatArray]:
-    """Return lines (P, 2) m in plan, P >= 2, without repeated consecutive points.
+    """Return the lines (P, 2) m of a scene entry in plan, such as a road; repeated consecutive points are removed.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def lines_along(along: Along) -> list[FloatArray]:
 
 
 def read_lines(path: Path) -> list[FloatArray]:
-    """Return the lines (P, 2) m of a GeoJSON file, at least one.
+    """Return the lines (P, 2) m of a GeoJSON file in plan, at least one.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Find the coordinate reference system of a scene or a file, for georeferenced output."""
+"""Find the coordinate reference system of a scene or a file, which georeferenced output states."""
 
 import logging
 from pathlib import Path
@@ -16,7 +16,7 @@ logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
 def reference_system(name: str | None, up: Up) -> CRS | None:
-    """Return the reference system of the plan coordinates of the input; None if the scene names no reference system.
+    """Return the coordinate reference system of the horizontal coordinates of the input; None if the scene names none.
 
     With `up: y` the result is also None: plan coordinates are then x and z, z points south, and no reference system has
     such axes.
@@ -34,7 +34,7 @@ def reference_system(name: str | None, up: Up) -> CRS | None:
 
 
 def why_unusable(name: str) -> str | None:
-    """Return the reason why a reference system is unusable for a terrain in metres; None if the system is usable."""
+    """Return why a coordinate reference system cannot be used for a terrain in metres; None if it can be used."""
     try:
         system = _named(name)
     except CRSError:
@@ -45,12 +45,12 @@ def why_unusable(name: str) -> str | None:
 
 
 def are_same(name: str, other: str) -> bool:
-    """True if two known names mean the same reference system."""
+    """True if two names, both known, mean the same coordinate reference system."""
     return bool(_named(name) == _named(other))
 
 
 def reference_system_of_file(path: Path) -> str | None:
-    """Return the reference system of a GeoTIFF: its EPSG code or, without one, the whole definition (WKT).
+    """Return the coordinate reference system that a GeoTIFF states: its EPSG code or else its whole definition (WKT).
 
     Return None for any other file, and for a file without a reference system. Also return None if the system is in
     degrees or the file is damaged: the function that reads the file then reports the error.
@@ -69,6 +69,6 @@ def reference_system_of_file(path: Path) -> str | None:
 
 
 def _named(name: str) -> CRS:
-    """Return the reference system with a name; raise CRSError if the name is unknown."""
+    """Return the coordinate reference system with a name; raise CRSError if the name is unknown."""
     with rasterio.Env():  # without Env, GDAL and PROJ print their errors to the terminal
         return CRS.from_user_input(name)

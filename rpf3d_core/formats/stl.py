@@ -1,4 +1,4 @@
-"""Reader of binary STL files, and checks of ASCII STL files.
+"""Read binary STL files, and check ASCII STL files so that messages can name the wrong line.
 
 A binary STL has 84 + 50 F bytes: 80 bytes of free text, the number F of facets, and for each facet the normal and three
 corners in float32 (Burns 1993, Automated Fabrication, section 6.5). The number F is compared with the size of the file
@@ -19,9 +19,9 @@ HEADER = 84
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 RECORDS_AT_A_TIME = 2**14
-"""Number of facets of a binary file that are read at a time: 0.8 MB, so that they stay in the processor's cache."""
+"""Number of facets of a binary STL that are read at a time: 0.8 MB, so that they stay in the processor's cache."""
 LINES_AT_A_TIME = 2**24
-"""Number of bytes of text that are read at a time."""
+"""Number of bytes of an ASCII STL that are read at a time, to limit memory."""
 
 _VERTEX = ("vertex", 3)
 _FACET_LINES = (("facet normal", 3), ("outer loop", 0), _VERTEX, _VERTEX, _VERTEX, ("endloop", 0), ("endfacet", 0))
@@ -35,7 +35,7 @@ def is_ascii_stl(path: Path) -> bool:
 
 
 def read_binary_stl(path: Path) -> FileMesh:
-    """Return the facets of a binary STL, corner by corner.
+    """Return the facets of a binary STL: three points for each facet, in the file's order.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def read_binary_stl(path: Path) -> FileMesh:
             f"{HEADER + RECORD.itemsize * announced:,} bytes, but the file has {size:,} (room for {room:,} triangles); "
             "it is truncated, or no STL"
         )
-    # The coordinates are stored in columns, because all later steps use one coordinate of all points at a time.
+    # Coordinates are stored in columns, because all later steps use one coordinate of all points at a time.
     columns, block = np.empty((3, announced, 3), np.float32), np.empty(RECORDS_AT_A_TIME, RECORD)
     with path.open("rb") as file:
         file.seek(HEADER)
@@ -70,7 +70,7 @@ def read_binary_stl(path: Path) -> FileMesh:
 
 
 def ascii_stl_corners(path: Path, count: int) -> FloatArray:
-    """Return the corners (count, 3) m of an ASCII STL without faults, with all digits of the text."""
+    """Return the corners (count, 3) m of an ASCII STL that was already checked, with all digits of the text."""
     try:
         corners = _numbers_of_vertices(path)
     except ValueError as fault:
@@ -81,7 +81,7 @@ def ascii_stl_corners(path: Path, count: int) -> FloatArray:
 
 
 def _numbers_of_vertices(path: Path) -> FloatArray:
-    """Return the numbers (N,) on all lines that begin with the word `vertex`."""
+    """Return the numbers (N,) on all `vertex` lines of an ASCII STL."""
     parts = [np.empty(0)]
     with path.open("rb") as file:
         while lines := file.readlines(LINES_AT_A_TIME):
@@ -92,14 +92,17 @@ def _numbers_of_vertices(path: Path) -> FloatArray:
 
 
 def ascii_stl_fault(path: Path) -> str:
-    """Return a sentence on the first fault of an ASCII STL, with its line number."""
+    """Return a sentence on the first error in an ASCII STL, with its line number, for the message to the user."""
     with path.open(encoding="ascii", errors="replace") as file:
         lines = ((n, line.split()) for n, line in enumerate(file, start=1) if line.strip())
         return _fault_in(lines) or "the facets look right, yet the file could not be read as an ASCII STL"
 
 
 def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
-    """Return a sentence on the first fault of an ASCII STL, given as line numbers and words; None without a fault."""
+    """Return a sentence on the first error in the lines of an ASCII STL; None without an error.
+
+    lines : pairs of line number and words
+    """
     n, inside, place = 0, False, 0
     for n, words in lines:
         if inside and place == 0 and words[0] == "endsolid":
@@ -117,7 +120,7 @@ def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
 
 
 def _fits(words: list[str], keyword: str, numbers: int) -> bool:
-    """True if a line consists of a keyword and the given number of numbers."""
+    """True if a line of an ASCII STL consists of a keyword and the given number of numbers."""
     keys = keyword.split()
     values = words[len(keys) :]
     return words[: len(keys)] == keys and len(values) == numbers and all(_is_number(word) for word in values)

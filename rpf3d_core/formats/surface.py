@@ -1,4 +1,4 @@
-"""The content of a terrain file: points and the triangles between them."""
+"""The content of a terrain file, as all readers return it: points and the triangles between them."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,14 +9,17 @@ from numpy.typing import NDArray
 from rpf3d_core.errors import TerrainError
 
 MOST_TRIANGLES = (2**31 - 1) // 3
-"""Largest number of facets: the numbers of facets, vertices and facet sides have 32 bits."""
+"""Largest number of facets of a terrain, because facets, vertices and facet sides are numbered with 32 bits."""
 
 FARTHEST = 1e9
-"""Largest coordinate (m): float64 still resolves a micrometre. Larger values come from damage or from wrong units."""
+"""Largest coordinate (m) that is accepted: up to here, float64 resolves a micrometre.
+
+Larger values come from damage or from wrong units.
+"""
 
 
 class FileMesh(NamedTuple):
-    """The points and triangles of one file, with the axes, order and winding of the file, not welded.
+    """The points and triangles of one terrain file, exactly as in the file: same axes, order and winding, not welded.
 
     points : (N, 3) float32 or float64, m
     triangles : (F, 3) int32, indices into points; None if every three consecutive points are the corners of one facet
@@ -27,12 +30,12 @@ class FileMesh(NamedTuple):
 
 
 def facet_count(surface: FileMesh) -> int:
-    """Return the number of triangles F."""
+    """Return the number F of triangles in the content of a terrain file."""
     return len(surface.points) // 3 if surface.triangles is None else len(surface.triangles)
 
 
 def usable(path: Path, surface: FileMesh) -> FileMesh:
-    """Check a surface, and return the surface without the points that no facet uses.
+    """Check the content of a terrain file, and return it without the points that no facet uses.
 
     Raises
     ------
@@ -54,14 +57,17 @@ def usable(path: Path, surface: FileMesh) -> FileMesh:
 
 
 def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None:
-    """Raise a TerrainError if an array of point indices (any shape) contains an index of a missing point."""
+    """Raise a TerrainError if a facet refers to a point that does not exist.
+
+    corners : point indices of any shape; points : number of points
+    """
     if corners.size and (corners.min() < 0 or corners.max() >= points):
         wrong = corners[(corners < 0) | (corners >= points)].flat[0]
         raise TerrainError(f"{path}: a facet names point {wrong}, but the file has points 0 to {points - 1}")
 
 
 def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> FileMesh:
-    """Return the mesh with only the points that facets use, renumbered in the same order."""
+    """Return the mesh without unused points; the remaining points keep their order and are numbered again."""
     used = np.zeros(len(points), bool)
     used[triangles] = True
     if used.all():
@@ -71,7 +77,7 @@ def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> FileMesh:
 
 
 def _refuse_wrong_points(path: Path, surface: FileMesh) -> None:
-    """Raise a TerrainError for a surface with a point that is NaN, infinite or too far from the origin."""
+    """Raise a TerrainError for a point that is NaN, infinite or too far from the origin."""
     wrong = ~(np.abs(surface.points) <= FARTHEST).all(axis=1)
     corners = wrong if surface.triangles is None else wrong[surface.triangles]
     facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))

@@ -16,17 +16,18 @@ NAMES = {
     "kind": ("kind", "type", "species"),
     "foot": ("z", "foot"),
 }
-"""Names of the columns besides the coordinates in plan."""
+"""Names of the columns of a tree file that are understood, besides the horizontal coordinates."""
 WITHOUT_A_HEADER = ("east", "north", "dbh", "height", "kind")
 MUST = ("east", "north", "dbh")
 THICKEST, HIGHEST = 500.0, 150.0
-"""Largest DBH (cm) and largest height (m)."""
+"""Largest DBH (cm, diameter at breast height) and largest height (m) that are accepted."""
 
 
 class Tree(NamedTuple):
-    """One tree: its line in the file, plan coordinates of the input (m), DBH (cm), height (m), kind and foot (m).
+    """One tree of a tree file: its place, diameter, height and kind, for the forest effect.
 
-    DBH is the diameter at breast height, foot the altitude of the ground. height, foot : None if not in the file
+    line : line in the file; east, north : plan coordinates of the input, m; dbh : cm; height, foot : m. DBH is the
+    diameter at breast height, foot the altitude of the ground. height, foot : None if not in the file
     """
 
     line: int
@@ -61,7 +62,7 @@ def read_trees(path: Path, up: Up) -> list[Tree]:
 
 
 def _columns(path: Path, header: Row, up: Up) -> dict[str, int]:
-    """Return the column numbers by the names in a header."""
+    """Return which column holds each property of a tree, from the names in a header."""
     names = [UNIT.sub("", cell.lower()) for cell in header.cells]
     plan = ("x", "y") if up == "z" else ("x", "z")
     known = {
@@ -104,7 +105,7 @@ def _tree(path: Path, row: Row, columns: dict[str, int]) -> Tree:
 
 
 def _number(path: Path, row: Row, columns: dict[str, int], what: str) -> float | None:
-    """Return a cell as a number; None if the cell is optional and empty.
+    """Return the number in one cell of a tree file; None if the cell is optional and empty.
 
     Raises
     ------

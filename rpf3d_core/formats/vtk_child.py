@@ -1,4 +1,4 @@
-"""The program of a separate process: read one VTK file with limited memory, and save the surface.
+"""The program of the separate process that reads one VTK file with limited memory, and saves its triangles.
 
     python -m rpf3d_core.formats.vtk_child terrain.vtp points_and_triangles.npz
 
@@ -15,13 +15,13 @@ from rpf3d_core.formats.vtk_files import read_here
 from rpf3d_core.formats.vtk_process import REFUSED
 
 MEMORY = 4 * 2**30
-"""Address space (bytes) of the process, including libraries, for an empty file; see MEMORY_PER_BYTE."""
+"""Address space (bytes) that the process may use for an empty file, libraries included; see MEMORY_PER_BYTE."""
 MEMORY_PER_BYTE = 200
-"""Additional address space (bytes) for each byte of the file."""
+"""Additional address space (bytes) that the process may use for each byte of the file."""
 
 
 def main(path: Path, result: Path) -> int:
-    """Read a file, save its surface and return the exit code."""
+    """Read a VTK file, save its points and triangles for the calling process, and return the exit code."""
     _limit_memory(MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
     try:
         surface = read_here(path)
@@ -34,7 +34,7 @@ def main(path: Path, result: Path) -> int:
 
 
 def _limit_memory(size: int) -> None:
-    """Limit the address space of this process to a size (bytes), if the system can."""
+    """Limit the address space of this process (bytes), if the system can: a damaged file must not use up all memory."""
     try:
         import resource
     except ImportError:  # Windows

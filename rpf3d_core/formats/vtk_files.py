@@ -26,7 +26,10 @@ from rpf3d_core.formats.surface import FileMesh, refuse_wrong_indices
 from rpf3d_core.formats.vtk_process import read_apart
 
 MOST_RECORDS_PER_BYTE = 10
-"""Largest number of points or cells for each byte of a file. A text record has 6 bytes, a compressed record about 1."""
+"""Largest plausible number of points or cells for each byte of a file; a file that announces more is refused.
+
+A record takes 6 bytes as text, and about 1 byte if it is compressed.
+"""
 
 _ANNOUNCED = re.compile(
     rb"""(?:Number\w+\s*=\s*["']\s*|(?:^|\s)(?:POINTS|POLYGONS|VERTICES|LINES|TRIANGLE_STRIPS)\s+)(\d+)(?:\s+(\d+))?""",
@@ -35,7 +38,7 @@ _ANNOUNCED = re.compile(
 
 
 def read_ascii_stl(path: Path) -> FileMesh:
-    """Return the facets of an ASCII STL, corner by corner; a TerrainError names the wrong line.
+    """Return the facets of an ASCII STL, three points for each facet; a TerrainError names the wrong line.
 
     VTK's reader only checks the file. The corners are read again from the text, because VTK uses float32, whose steps
     are half a metre at survey coordinates.
@@ -50,18 +53,18 @@ def read_ascii_stl(path: Path) -> FileMesh:
 
 
 def read_obj(path: Path) -> FileMesh:
-    """Return the faces of an OBJ file."""
+    """Return the faces of an OBJ file as triangles."""
     return _surface(path, _output(path, vtkOBJReader()))
 
 
 def read_vtk(path: Path) -> FileMesh:
-    """Return the polygons of a VTK XML file of polygonal data (.vtp) or a legacy file (.vtk, DATASET POLYDATA)."""
+    """Return the polygons of a .vtp or .vtk file (DATASET POLYDATA) as triangles, read in a separate process."""
     _refuse_impossible_counts(path)
     return read_apart(path)
 
 
 def read_here(path: Path) -> FileMesh:
-    """Return the polygons of a file as `read_vtk`, but read the file in the calling process."""
+    """Return the polygons of a .vtp or .vtk file as triangles, read in the calling process."""
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
     try:
         return _surface(path, _output(path, reader))
@@ -82,7 +85,10 @@ def _output(path: Path, reader: Any) -> vtkPolyData:
 
 @contextmanager
 def _collected_messages() -> Iterator[Any]:
-    """Collect VTK's messages in the yielded output window instead of the terminal, until the `with` block ends."""
+    """Collect VTK's messages instead of printing them, until the `with` block ends.
+
+    Yield the object with the messages.
+    """
     before, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
@@ -95,7 +101,7 @@ def _collected_messages() -> Iterator[Any]:
 
 
 def _first_sentence(messages: str | bytes) -> str:
-    """Return the first message of VTK, without source lines and memory addresses.
+    """Return the first message of VTK as a sentence for the user, without source lines and memory addresses.
 
     VTK quotes the file in its messages. If the quoted part is not text, the messages are bytes.
     """
@@ -106,7 +112,7 @@ def _first_sentence(messages: str | bytes) -> str:
 
 
 def _surface(path: Path, data: vtkPolyData) -> FileMesh:
-    """Return the triangles of polygonal data; polygons and strips are cut into triangles, lines and points ignored."""
+    """Return the triangles of data that VTK has read; polygons and strips are cut, lines and points are ignored."""
     if data.GetPoints() is None or data.GetNumberOfPolys() + data.GetNumberOfStrips() == 0:
         return FileMesh(np.empty((0, 3)))
     points = vtk_to_numpy(data.GetPoints().GetData())
@@ -122,7 +128,7 @@ def _surface(path: Path, data: vtkPolyData) -> FileMesh:
 
 
 def _refuse_damaged_cells(path: Path, cells: Any, points: int) -> None:
-    """Refuse cells that would make VTK read outside its arrays."""
+    """Refuse damaged cells, which would make VTK read outside its arrays and crash."""
     if cells.GetNumberOfCells() == 0:
         return
     corners, offsets = vtk_to_numpy(cells.GetConnectivityArray()), vtk_to_numpy(cells.GetOffsetsArray())

@@ -1,4 +1,4 @@
-"""Convert triangles into VTK's poly data, for VTK's filters."""
+"""Convert triangles into VTK's own data type, so that VTK's filters can work on a terrain."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPolyData:
-    """Return vertices (V, 3) m and triangles (F, 3) as VTK poly data in double precision.
+    """Return vertices (V, 3) m and triangles (F, 3) as VTK poly data in double precision, for VTK's filters.
 
     VTK uses the given arrays without a copy, and keeps the arrays alive: a copy would double the memory.
     """
@@ -24,7 +24,10 @@ def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPo
 
 
 def _cells(offsets: NDArray[np.integer], connectivity: NDArray[np.integer]) -> Any:
-    """Return VTK cells with 32-bit indices; the corners of cell i are connectivity[offsets[i]:offsets[i + 1]]."""
+    """Return the triangles as VTK's cell array, with 32-bit indices.
+
+    The corners of cell i are connectivity[offsets[i]:offsets[i + 1]].
+    """
     cells = vtkCellArray()
     cells.SetData(*(numpy_to_vtk(numbers.astype(np.int32, copy=False)) for numbers in (offsets, connectivity)))
     return cells

@@ -12,13 +12,13 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.surface import FileMesh
 
 REFUSED = 2
-"""Exit code of the process if it refuses a file; the reason is on its standard output."""
+"""Exit code of the separate process if it refuses a file; the reason is on its standard output."""
 HOME = Path(__file__).parents[2]
-"""Folder that contains the package `rpf3d_core`, for any working directory of the caller."""
+"""Folder that contains the package `rpf3d_core`, so that the separate process finds the package."""
 
 
 def read_apart(path: Path) -> FileMesh:
-    """Return the surface of a .vtp or .vtk file, read by another process.
+    """Return the triangles of a .vtp or .vtk file that a separate process reads, so that a crash of VTK does no harm.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Write VTK XML files of polygonal data: appended raw binary data in blocks, compressed with LZ4.
+"""Write .vtp files (VTK XML, polygonal data): binary arrays in compressed blocks, for example the trace map.
 
 VTK's writer is not used, because VTK needs all arrays complete in memory: a map of millions of facets has 25 arrays,
 and rocks reach only a thousandth of the facets. If an array has one value nearly everywhere, a block of this value is
@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 BLOCK = 2**15
-"""Size (bytes) of a block before compression, as in VTK."""
+"""Size (bytes) of a piece of an array that is compressed by itself, as in VTK."""
 CODEC = pa.Codec("lz4_raw")
 WIDEST = 2**63
-"""Placeholder for an unknown offset, with the largest possible number of digits."""
+"""Placeholder for an offset that is not yet known, with the largest possible number of digits."""
 
 
 class Scattered(NamedTuple):
-    """An array with one number for each cell, of which nearly all are equal.
+    """An array with one number for each cell, stored compactly because nearly all numbers are equal.
 
     cell : (S,) cells with other numbers, ascending; values : (S,) numbers of these cells
     elsewhere : the number of all other cells; cells : total number of cells
@@ -41,7 +41,7 @@ Array = NDArray[Any] | Scattered
 
 
 class PolyData(NamedTuple):
-    """The content of a file of polygonal data.
+    """The content of a .vtp file: points, the polygons or lines between them, and data by name.
 
     points : (N, 3) m; kind : "Polys" or "Lines"
     ends, corners : cell i connects the points corners[ends[i - 1] : ends[i]]
@@ -59,7 +59,7 @@ class PolyData(NamedTuple):
 
 
 def write_poly_data(path: Path, data: PolyData) -> None:
-    """Write polygonal data to a file. Integers of 64 bits are written with 32 bits.
+    """Write points, polygons or lines and their data to a .vtp file. Integers of 64 bits are written with 32 bits.
 
     Raises
     ------
@@ -69,7 +69,8 @@ def write_poly_data(path: Path, data: PolyData) -> None:
     arrays = _arrays(data)
     try:
         with path.open("wb") as file:
-            # The header states the offset of each array, but offsets are known only after compression: reserve space.
+            # The header states the offset of each array, but offsets are known only after compression, so space is
+            # reserved.
             room = len(_header(data, arrays, [WIDEST] * len(arrays)))
             file.write(b" " * room + b'<AppendedData encoding="raw">\n_')
             begin, offsets = file.tell(), []
@@ -84,7 +85,7 @@ def write_poly_data(path: Path, data: PolyData) -> None:
 
 
 def _arrays(data: PolyData) -> list[Array]:
-    """Return all arrays in the order in which `_header` describes them."""
+    """Return all arrays of a .vtp file in the order in which `_header` describes them."""
     attributes = [*data.point_data.values(), *data.cell_data.values()]
     return [_narrow(values) for values in (*attributes, data.points, data.corners, data.ends)]
 
@@ -100,7 +101,7 @@ def _narrow_array(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _header(data: PolyData, arrays: Sequence[Array], offsets: Sequence[int]) -> bytes:
-    """Return the text of a file before its arrays; the arrays begin at the given offsets (bytes)."""
+    """Return the XML header of a .vtp file; its arrays begin at the given offsets (bytes)."""
     following = zip(arrays, offsets, strict=True)
     cells = f'NumberOfVerts="0" NumberOfStrips="0" NumberOf{data.kind}="{len(data.ends)}"'
     other = "Lines" if data.kind == "Polys" else "Polys"
@@ -135,7 +136,7 @@ def _array(name: str, values: Array, offset: int) -> str:
 
 
 def _texts(name: str, texts: Sequence[str]) -> str:
-    """Return an XML element with the byte codes of all texts; a 0 ends each text."""
+    """Return a list of texts as an XML element of a .vtp file: the byte codes of each text, ended by a 0."""
     codes = " ".join(str(code) for text in texts for code in (*text.encode(), 0))
     return f'<Array type="String" Name={_quoted(name)} NumberOfTuples="{len(texts)}" format="ascii">{codes}</Array>'
 
@@ -145,7 +146,7 @@ def _quoted(text: str) -> str:
 
 
 def _write_array(file: BinaryIO, values: Array) -> None:
-    """Write an array: number of blocks, block size, size of a smaller last block, compressed sizes, and the blocks."""
+    """Write an array as VTK reads it: number and size of the blocks, their compressed sizes, and the blocks."""
     if isinstance(values, Scattered):
         size, blocks = values.cells * values.values.itemsize, list(_scattered_blocks(values))
     else:
@@ -155,7 +156,7 @@ def _write_array(file: BinaryIO, values: Array) -> None:
 
 
 def _blocks(values: NDArray[Any]) -> Iterator[bytes]:
-    """Yield the compressed blocks of an array."""
+    """Yield an array in compressed blocks, as the .vtp format stores it."""
     if values.size:
         content = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
         for begin in range(0, len(content), BLOCK):
@@ -163,7 +164,7 @@ def _blocks(values: NDArray[Any]) -> Iterator[bytes]:
 
 
 def _scattered_blocks(some: Scattered) -> Iterator[bytes]:
-    """Yield the compressed blocks of scattered numbers; blocks without a scattered number are compressed once."""
+    """Yield a scattered array in compressed blocks; all blocks with equal numbers share one compression."""
     step = BLOCK // some.values.itemsize
     same = np.full(step, some.elsewhere, dtype=some.values.dtype)
     whole = _compressed(same)

@@ -25,24 +25,29 @@ PLAIN_TAGS = {f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "map")}
 
 MERGE_KEY = "<<"
 MOST_REPEATED = 100_000
-"""Largest number of values (numbers, words, lists and mappings) that all aliases of a file together may repeat. Nested
-aliases repeat exponentially many values, so a few lines could fill the memory."""
+"""Largest number of values that all aliases of a YAML file together may repeat.
+
+Values are numbers, words, lists and mappings. Nested aliases repeat exponentially many values, so a few lines could
+fill the memory.
+"""
 
 
 class Fault(NamedTuple):
-    """A fault of a file: its line (from 1), and a sentence."""
+    """An error in a YAML file: its line (from 1), and a sentence for the user."""
 
     line: int
     sentence: str
 
 
 def report_of(path: Path, faults: Iterable[Fault]) -> str:
-    """Return the faults of a file, a line for each, in the order of the file; the same fault is reported once."""
+    """Return the errors of a file as a message: one line for each, in the order of the file, without repetitions."""
     return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))
 
 
 class Document(NamedTuple):
-    """The content of a file: values (mappings as dict, sequences as tuple), line of every key path, and faults.
+    """The content of a YAML file: values, line of every key, and errors, so that messages can name lines.
+
+    Mappings are dicts, sequences are tuples.
 
     kind : the kind of file in messages, such as "scene"
     """
@@ -54,7 +59,7 @@ class Document(NamedTuple):
 
 
 class _Alias(yaml.Node):
-    """An alias, with the line of the alias in the file; value : the node with the anchor."""
+    """An alias (*name) in a YAML file, with its own line; value : the node with the anchor (&name)."""
 
     def __init__(self, name: str, value: yaml.Node, mark: yaml.Mark) -> None:
         super().__init__(value.tag, value, mark, mark)
@@ -62,14 +67,14 @@ class _Alias(yaml.Node):
 
 
 class _RefusedAlias(yaml.MarkedYAMLError):
-    """Error for an alias that is valid YAML, but that this reader refuses."""
+    """Error for an alias that is valid YAML but refused here, because it repeats too much or contains itself."""
 
     def __init__(self, alias: _Alias, problem: str) -> None:
         super().__init__(problem=problem, problem_mark=alias.start_mark)
 
 
 class _Composer(yaml.BaseLoader):
-    """A YAML composer that keeps nodes and aliases with their lines, and creates no objects."""
+    """A YAML parser that keeps the line of each value and alias, and creates no objects."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         is_alias, event = self.check_event(yaml.AliasEvent), self.peek_event()  # type: ignore[no-untyped-call]
@@ -78,7 +83,7 @@ class _Composer(yaml.BaseLoader):
 
 
 class _Reading:
-    """The state of the reader while a file is converted into values.
+    """The state while the content of a YAML file is converted into plain values.
 
     alias : the alias that is being copied; of nested aliases, the outermost
     repeated : number of values copied so far
@@ -91,7 +96,7 @@ class _Reading:
         self._open: list[yaml.Node] = []
 
     def value(self, node: yaml.Node, path: KeyPath) -> Any:
-        """Return the values of a node, and store the line of its key path and of all key paths below."""
+        """Return the plain values of a YAML node, and store the line of its key and of all keys below it."""
         line = node.start_mark.line + 1
         self.document.lines.setdefault(path, line)
         if isinstance(node, _Alias):
@@ -111,7 +116,7 @@ class _Reading:
         return values
 
     def _copy(self, alias: _Alias, path: KeyPath) -> Any:
-        """Return a copy of the values to which an alias refers."""
+        """Return a copy of the values that an alias (*name) stands for."""
         if any(alias.value is node for node in self._open):
             raise _RefusedAlias(alias, f"the alias *{alias.name} stands inside its own anchor, so the value has no end")
         outermost, self.alias = self.alias, self.alias or alias
@@ -120,7 +125,7 @@ class _Reading:
         return values
 
     def _count(self) -> None:
-        """Count one copied value; refuse the alias if too many values are repeated."""
+        """Count one more value that an alias repeats; refuse the alias if too many values are repeated."""
         if self.alias is None:
             return
         self.repeated += 1
@@ -152,7 +157,9 @@ class _Reading:
 
 
 def read_yaml(path: Path, kind: str = "scene") -> Document:
-    """Read a YAML file of one document; `kind` is the kind of file in messages, such as "scene".
+    """Read a YAML file of one document as plain values with line numbers; errors are collected in the result.
+
+    kind : the kind of file in messages, such as "scene"
 
     Raises
     ------
@@ -170,7 +177,7 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
 
 
 def key_name(path: KeyPath) -> str:
-    """Return a key path in the usual notation: `sources[0].velocity`."""
+    """Return the place of a value in a YAML file as users write it: `sources[0].velocity`."""
     name = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     return name.removeprefix(".") or "scene"
 
@@ -200,6 +207,6 @@ def _scalar(text: str) -> Any:
         return WORDS[text.lower()]
     if NO_NUMBER.fullmatch(text):
         return float(text.replace(".", "", 1))
-    if INTEGER.fullmatch(text) and len(text) < 100:  # a longer word becomes a float
+    if INTEGER.fullmatch(text) and len(text) < 100:  # a longer number becomes a float
         return int(text)
     return float(text) if NUMBER.fullmatch(text) else text

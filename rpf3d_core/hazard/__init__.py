@@ -1,1 +1,1 @@
-"""Hazard: where rocks pass and where they stop."""
+"""Hazard maps: where rocks pass and stop, with how much energy, counted while the rocks fly."""

@@ -1,7 +1,7 @@
-"""Find the parts of a track that lie inside areas of interest: exact, without cells.
+"""Find which parts of a rock's path lie inside areas of interest: at exact times, without cells.
 
-A track is a straight line in plan and crosses the outlines of an area, including holes, at exact times. Between two
-crossings the track is either inside or outside.
+A track, that is a part of a path that is straight in plan, crosses the outlines of an area, including holes, at exact
+times. Between two crossings, the track is either inside or outside the area.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,10 +18,10 @@ from rpf3d_core.values import Vec
 
 
 class Areas(NamedTuple):
-    """The outlines of A areas of interest with E edges in total, local frame.
+    """The outlines of A areas of interest with E edges in total, local frame, in the form that compiled loops read.
 
     edges : (E, 4) m, x and y of the start and of the end of each edge; first : (A + 1,) first edge of each area
-    boxes : (A, 4) m, lowest x and y, highest x and y of each area; crossings : (E,) scratch for times of crossings (s)
+    boxes : (A, 4) m, lowest x and y, highest x and y of each area; crossings : (E,) memory for times of crossings (s)
     """
 
     edges: Any
@@ -31,7 +31,7 @@ class Areas(NamedTuple):
 
 
 def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
-    """Return areas from the closed outlines (P, 2) m of each area, including its holes.
+    """Return areas of interest for the compiled loops, from the closed outlines (P, 2) m of each area with its holes.
 
     The last point of an outline may repeat the first.
     """
@@ -43,13 +43,16 @@ def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
 
 
 def _edges(ring: FloatArray) -> FloatArray:
-    """Return the edges (P, 4) of a ring of points (P, 2)."""
+    """Return the edges (P, 4) m of a closed outline of points (P, 2) m: start and end of each edge."""
     return np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1)
 
 
 @kernel
 def contains_point(areas: Areas, a: int, x: Vec) -> bool:
-    """True if point x lies inside area a in plan: a line eastwards from the point crosses an odd number of edges."""
+    """True if point x lies inside area number a in plan, its holes left out.
+
+    A line eastwards from the point then crosses an odd number of edges.
+    """
     inside = False
     for e in range(areas.first[a], areas.first[a + 1]):
         before = areas.edges[e, 1] > x[1]
@@ -61,7 +64,10 @@ def contains_point(areas: Areas, a: int, x: Vec) -> bool:
 
 @kernel
 def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float:
-    """Return the time (s) until a point that moves from x at (v_x, v_y) in plan (m/s) meets the line through edge e."""
+    """Return the time (s) until a point that moves in plan meets the line through edge number e.
+
+    x : start of the point, m; v_x, v_y : its velocity in plan, m/s
+    """
     px, py = areas.edges[e, 0] - x[0], areas.edges[e, 1] - x[1]
     ex, ey = areas.edges[e, 2] - areas.edges[e, 0], areas.edges[e, 3] - areas.edges[e, 1]
     return float((px * ey - py * ex) / (v_x * ey - v_y * ex))
@@ -69,7 +75,7 @@ def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float
 
 @kernel
 def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
-    """Record a visit to every area that the track crosses or lies in."""
+    """Record which areas of interest a rock passes on a straight part of its path (a track)."""
     x, v, T = track.arc.x, track.arc.v, track.duration
     end_x, end_y = x[0] + v[0] * T, x[1] + v[1] * T
     for a in range(len(areas.boxes)):
@@ -82,7 +88,10 @@ def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
 
 @kernel
 def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
-    """Record a visit to area a for each part of the track inside the area. A part is inside if its middle is."""
+    """Record that a rock is in area number a during each part of the track inside this area.
+
+    A part is inside if its middle is inside.
+    """
     crossings, begin = _sorted_crossings(areas, a, track), 0.0
     for k in range(crossings + 1):
         end = areas.crossings[k] if k < crossings else track.duration
@@ -96,7 +105,7 @@ def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int)
 
 @kernel
 def _sorted_crossings(areas: Areas, a: int, track: Track) -> int:
-    """Fill in the times at which the track crosses the outlines of area a, in order; return their number."""
+    """Write the times at which the track crosses the outlines of area number a, in order; return their number."""
     x, v, used = track.arc.x, track.arc.v, 0
     for e in range(areas.first[a], areas.first[a + 1]):
         before = v[0] * (areas.edges[e, 1] - x[1]) - v[1] * (areas.edges[e, 0] - x[0]) >= 0.0

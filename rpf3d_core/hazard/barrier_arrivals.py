@@ -1,4 +1,4 @@
-"""Find the arrivals of each rock at each barrier: the rock was caught, broke through or flew over.
+"""Find how each rock arrives at each barrier: whether it was caught, broke through or flew over.
 
 A contact with a panel is a row of the impacts. A flight over a panel is not recorded, so the recorded arcs are
 intersected with the panels again.
@@ -19,12 +19,12 @@ from rpf3d_core.values import Mode, Outcome
 from rpf3d_core.vectors import dot
 
 NEVER, OVER, THROUGH, HELD = range(4)
-"""Results of a rock's arrival at a barrier: did not arrive, flew over, broke through, was caught."""
+"""Results of a rock's arrival at a barrier: NEVER arrived, flew OVER, broke THROUGH, or was caught (HELD)."""
 FLIGHT, CAUGHT, FAILED = int(Mode.FLIGHT), int(Outcome.CAUGHT), int(Outcome.FAILED)
 
 
 class BarrierArrivals(NamedTuple):
-    """Arrivals of the N rocks of a batch at B barriers.
+    """How the N rocks of a batch arrived at B barriers.
 
     did, t, energy, height : (N, B) of each rock's first arrival: result (NEVER to HELD), s, J, m above the ground
     held : (N, B) 1 if the barrier caught the rock in the end
@@ -40,9 +40,9 @@ class BarrierArrivals(NamedTuple):
 
 
 class Crossed(NamedTuple):
-    """Scratch to recognise a crossing that is found twice: at the joint of two panel pieces, by both pieces.
+    """Working memory to recognise a crossing that is found twice, because two panel parts meet there.
 
-    piece : (K,) row of the path segment with which each of K panel pieces was compared last
+    piece : (K,) row of the path segment with which each of K panel parts was compared last
     t, barrier : (K,) time (s) and barrier of each crossing of the current path segment
     last : (B,) time (s) of the latest crossing of each barrier on earlier segments of the path
     """
@@ -62,7 +62,7 @@ class PassingRock(NamedTuple):
 
 
 class PathSegment(NamedTuple):
-    """Segment p of the recorded paths, and the arc that the segment follows.
+    """One segment of a recorded path, row p, with the arc that the rock follows there.
 
     pieces : (S, 10) as in `simulation.record.Record`; flies : True for a flight, False for motion on the ground
     until : time of the arc at the segment's end: s for a flight; 1 for motion on the ground
@@ -76,7 +76,10 @@ class PathSegment(NamedTuple):
 
 
 def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
-    """Return arrivals in which none of the rocks has arrived at any of the barriers."""
+    """Return the record of arrivals before any rock has arrived at a barrier.
+
+    rocks, barriers : their numbers
+    """
     shape = rocks, barriers
     did, held = (np.zeros(shape, dtype=np.int64) for _ in range(2))
     return BarrierArrivals(
@@ -90,14 +93,17 @@ def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
 
 
 def empty_crossed(panels: int, barriers: int) -> Crossed:
-    """Return empty scratch for the crossings of panel pieces; `panels` and `barriers` are their numbers."""
+    """Return empty working memory for the crossings of barriers.
+
+    panels, barriers : numbers of panel parts and of barriers
+    """
     number = np.full(panels, -1, dtype=np.int64)
     return Crossed(piece=number, t=np.empty(panels), barrier=number.copy(), last=np.full(barriers, -np.inf))
 
 
 @loop
 def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found: BarrierArrivals) -> None:
-    """Fill `found` with the arrivals of all flown rocks at the barriers."""
+    """Find the arrivals of all flown rocks at the barriers, and write them to `found`."""
     counts, first = flown.counts, flown.first
     for r in range(len(flown.mass)):
         if counts[r, 0] == FAILED:
@@ -117,7 +123,7 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
 def _contact(
     barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: PassingRock, found: BarrierArrivals
 ) -> None:
-    """Record row q of the impacts if the row is a contact with a barrier."""
+    """Record an arrival if row q of the impacts is a contact with a barrier; `did` is its result, THROUGH or HELD."""
     panel = barriers.panel
     k = FIRST_OBSTACLE - facets[q] - barriers.first
     if facets[q] >= 0 or k < 0 or k >= len(panel.x):
@@ -130,7 +136,7 @@ def _contact(
 
 @kernel
 def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
-    """Return the height (m) of the foot of panel piece k at a place in plan (m)."""
+    """Return the height (m) of the foot of panel part k at a place in plan (m)."""
     panel = barriers.panel
     dx, dy = panel.dx[k], panel.dy[k]
     along = ((x - panel.x[k]) * dx + (y - panel.y[k]) * dy) / (dx * dx + dy * dy)
@@ -139,7 +145,7 @@ def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
 
 @kernel
 def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
-    """Count an arrival of rock r at barrier b at t (s); record the arrival if it is the rock's earliest there."""
+    """Count an arrival of rock r at barrier b at the time t (s), and record it if it is the rock's earliest there."""
     found.events[b, did] += 1
     if did == HELD:
         found.held[r, b] = 1
@@ -149,7 +155,7 @@ def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: fl
 
 @kernel
 def _segment(flown: FlownRocks, p: int) -> PathSegment:
-    """Return segment p of the paths."""
+    """Return segment p of the recorded paths, with its arc."""
     pieces, flies = flown.pieces, flown.modes[p] == FLIGHT
     x, v = (pieces[p, 1], pieces[p, 2], pieces[p, 3]), (pieces[p, 4], pieces[p, 5], pieces[p, 6])
     if flies:
@@ -164,7 +170,7 @@ def _segment(flown: FlownRocks, p: int) -> PathSegment:
 def _cross(
     barriers: Barriers, segment: PathSegment, rock: PassingRock, crossed: Crossed, found: BarrierArrivals
 ) -> None:
-    """Record where a path segment passes barriers without a contact: above a panel, or through one of capacity 0."""
+    """Record where a path segment passes barriers without a contact: above a panel, or through one without capacity."""
     p, arc, until = segment.p, segment.arc, segment.until
     cells, number = barriers.cells, 0
     i, j = index_of(arc.x[0], cells.x, cells.cell, cells.nx), index_of(arc.x[1], cells.y, cells.cell, cells.ny)
@@ -196,7 +202,7 @@ def _pass(
     crossed: Crossed,
     found: BarrierArrivals,
 ) -> int:
-    """Record the crossing of panel piece k by a path segment without a contact, if any; return the number of crossings.
+    """Record that a path segment crosses panel part k without a contact; return the number of crossings so far.
 
     number : crossings of this path segment found so far
     """
@@ -225,7 +231,7 @@ def _pass(
 
 @kernel
 def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
-    """Return OVER or THROUGH for a crossing without a contact.
+    """Return whether a rock that crosses a barrier without a contact flew OVER it or went THROUGH it.
 
     Returns NEVER if the crossing has a row among the impacts, or is below the foot of the panel.
     height, high : m above the foot of the panel, of the rock's centre and of the point of the rock that must clear it
@@ -238,7 +244,7 @@ def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
 
 @kernel
 def _is_known(crossed: Crossed, number: int, b: int, t: float, instant: float) -> bool:
-    """True if a crossing of barrier b at t (s) has been found already, to within `instant` (s)."""
+    """True if the crossing of barrier b at the time t (s) was found before, to within `instant` (s)."""
     known = abs(t - crossed.last[b]) <= instant
     for n in range(number):
         known = known or (crossed.barrier[n] == b and abs(t - crossed.t[n]) <= instant)

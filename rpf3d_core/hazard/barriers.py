@@ -1,4 +1,4 @@
-"""Count the rocks that each barrier caught, that broke through it, and that flew over it.
+"""Count for each barrier how many rocks it caught, how many broke through, and how many flew over.
 
 A rock arrives where its path crosses a panel's plane between the panel's ends, at the panel or above it. A barrier is
 designed for each rock's first arrival, because the barrier has not slowed the rock down before. A rock that breaks
@@ -31,7 +31,7 @@ from rpf3d_core.hazard.flown import flown_rocks
 
 @dataclass(eq=False)
 class AtBarrier:
-    """Counts and distributions at one barrier.
+    """What rocks did at one barrier: counts, and distributions of energy and height.
 
     first : (4,) number of rocks by the result of their first arrival, NEVER to HELD; held : rocks caught in the end
     events : (4,) number of arrivals by result, NEVER to HELD
@@ -46,7 +46,7 @@ class AtBarrier:
     over: Sample = field(default_factory=Sample)
 
     def join(self, other: "AtBarrier") -> None:
-        """Add the counts of another part of the same ensemble."""
+        """Add the counts at this barrier from another part of the same ensemble."""
         self.first += other.first
         self.held += other.held
         self.events += other.events
@@ -55,7 +55,7 @@ class AtBarrier:
 
 
 class BarrierFigures(NamedTuple):
-    """Counts at one barrier; `came` is the number of rocks that arrived there.
+    """What rocks did at one barrier, for tables and files; `came` is the number of rocks that arrived there.
 
     height : of the panel (m); capacity : of the barrier (J)
     first_... : number of rocks by the result of their first arrival; caught : number of rocks caught in the end
@@ -77,9 +77,9 @@ class BarrierFigures(NamedTuple):
 
 
 class BarrierTally:
-    """Counts at B barriers. Call the tally with each batch of flown rocks; any thread may call.
+    """Counts at all B barriers of a scene, added while rocks fly: call the object with each batch of flown rocks.
 
-    names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
+    Any thread may call. names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
     """
 
     def __init__(self, barriers: Barriers, names: tuple[str, ...], gravity: float, compiled: bool = True) -> None:
@@ -88,7 +88,7 @@ class BarrierTally:
         self._lock = threading.Lock()
 
     def __call__(self, batch: Batch, releases: Releases) -> None:
-        """Count the N rocks of a batch."""
+        """Count what the N rocks of a batch did at the barriers."""
         found = empty_arrivals(len(batch.rows), len(self.names))
         crossed = empty_crossed(len(self.barriers.panel.x), len(self.names))
         find: Any = find_arrivals if self.compiled else find_arrivals.py_func  # type: ignore[attr-defined]
@@ -99,14 +99,14 @@ class BarrierTally:
                 self._add(counted, found, b)
 
     def join(self, counted: tuple[AtBarrier, ...]) -> None:
-        """Add the counts of another part of the same ensemble."""
+        """Add the counts at all barriers from another part of the same ensemble."""
         with self._lock:
             for mine, theirs in zip(self.counted, counted, strict=True):
                 mine.join(theirs)
 
     @property
     def figures(self) -> tuple[BarrierFigures, ...]:
-        """The counts at each barrier, in the scene's order."""
+        """The counts at each barrier for tables and files, in the scene's order."""
         return tuple(self._figures_of(b) for b in range(len(self.names)))
 
     def _figures_of(self, b: int) -> BarrierFigures:

@@ -1,4 +1,4 @@
-"""The bench table: the shares of rocks that reached each zone and each area of interest, and that stopped there."""
+"""The bench table: for each zone and area of interest, how many rocks reached it and how many stopped there."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,28 +11,28 @@ from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
 
 SHOWN = 12
-"""Number of zones in the printed table: more do not fit a screen."""
+"""Largest number of zones in the printed table, because more do not fit a screen."""
 
 TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
 """Header of the printed table, short so that it fits 80 columns; `text_rows` has the same columns."""
 
 AT_MOST = "at most"
-"""Header of a column that the printed table has only if rocks were lost to holes."""
+"""Header of the column with the largest possible share, which is printed only if rocks were lost to holes."""
 
 TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
-"""Note on the columns of the printed table."""
+"""Note under the printed table that explains its columns."""
 
 OPEN = "intervals are of the number of rocks alone; ground and model leave more open"
-"""Note on the uncertainties that the intervals of the printed table do not include."""
+"""Note under the printed table on uncertainties that its intervals do not include."""
 
 MOST_DECIMALS = 4
-"""Most decimals of a share in per cent: with 4 decimals, the share of one rock in a million does not look like 0."""
+"""Largest number of decimals of a share in per cent: 4 show one rock in a million."""
 
 SHORT = 1
 """Usual number of decimals in the printed table; hazard/benches.csv has all decimals."""
 
 ZONE, AREA = "zone", "area"
-"""Kinds of rows of the bench table."""
+"""The two kinds of rows in the bench table: zones of the terrain and areas of interest."""
 
 
 class Bench(NamedTuple):
@@ -56,13 +56,13 @@ class Bench(NamedTuple):
 
 
 def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
-    """Return a row for each zone, in the terrain's order, then for each area of interest, in the scene's order."""
+    """Return the bench table: a row for each zone, in the terrain's order, then for each area, in the scene's order."""
     zones = _benches(ZONE, terrain.zones, maps.zones, maps)
     return [*zones, *_benches(AREA, maps.area_names, maps.areas, maps)]
 
 
 def lost_in_words(lost: int, flown: int) -> str:
-    """Return a sentence on the rocks lost to holes, at least one, and on their effect on every share."""
+    """Return a warning that rocks (at least one) were lost to holes of the terrain, and what this means for shares."""
     return (
         f"{lost:,} of {flown:,} rocks ({_percent(lost / flown, SHORT)} %) were lost to holes in the terrain and are "
         "followed no further: each might have come to any zone, cell or area downhill, so a share of 0 there is no "
@@ -71,7 +71,7 @@ def lost_in_words(lost: int, flown: int) -> str:
 
 
 def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
-    """Return the table for summary.json: `zones` and `areas_of_interest`, name -> shares with intervals, energy (J)."""
+    """Return the bench table for summary.json: `zones` and `areas_of_interest`, by name."""
     sections: dict[str, Any] = {"zones": {}, "areas_of_interest": {}}
     for bench in benches:
         sections["zones" if bench.kind == ZONE else "areas_of_interest"][bench.name] = {
@@ -85,12 +85,12 @@ def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
 
 
 def _lost_section(bench: Bench) -> dict[str, Any]:
-    """Return the entries of a zone or area that exist only if rocks were lost to holes."""
+    """Return the values of a zone or area that summary.json has only if rocks were lost to holes."""
     return {} if bench.lost is None else {"lost_to_holes": bench.lost, "reached_at_most": bench.reached_at_most}
 
 
 def text_header(benches: Sequence[Bench]) -> tuple[str, ...]:
-    """Return the header for `text_rows`, with AT_MOST if rocks were lost to holes."""
+    """Return the header of the printed table, with the column AT_MOST if rocks were lost to holes."""
     return TEXT_HEADER if not _any_lost(benches) else (*TEXT_HEADER[:2], AT_MOST, *TEXT_HEADER[2:])
 
 
@@ -99,32 +99,33 @@ def _any_lost(benches: Sequence[Bench]) -> bool:
 
 
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
-    """Return rows under `text_header`: the SHOWN zones that most rocks reached, most first, then all areas of interest.
+    """Return the rows of the printed table: the SHOWN zones that most rocks reached, then all areas of interest.
 
-    An area that no rock reached also has a row: users draw an area to see its interval.
+    Zones are in descending order of rocks. An area that no rock reached also has a row: users draw an area to see its
+    interval.
     """
     areas = [bench for bench in benches if bench.kind == AREA]
     return [_text_row(bench) for bench in (*_reached_zones(benches)[:SHOWN], *areas)]
 
 
 def left_out(benches: Sequence[Bench]) -> int:
-    """Return the number of zones that rocks reached but that have no row in `text_rows`."""
+    """Return how many zones that rocks reached are left out of the printed table, for a note."""
     return max(0, len(_reached_zones(benches)) - SHOWN)
 
 
 def _reached_zones(benches: Sequence[Bench]) -> list[Bench]:
-    """Return the zones that rocks reached, most rocks first."""
+    """Return the zones that rocks reached, in descending order of rocks."""
     zones = [bench for bench in benches if bench.kind == ZONE and bench.reached["rocks"]]
     return sorted(zones, key=lambda bench: -bench.reached["rocks"])
 
 
 def three_figures(value: float) -> str:
-    """Return a number with three significant digits and no exponent, such as 0.0299 or 2,460."""
+    """Return a number as text with three significant digits and without exponent, such as 0.0299 or 2,460."""
     return f"{float(f'{value:.3g}'):,.12g}"
 
 
 def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) -> Iterator[Bench]:
-    """Yield a row for each of C zones or areas, names (C,), including those that no rock reached."""
+    """Yield a row of the bench table for each of C zones or areas, including those that no rock reached."""
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)
     for name, reached, stopped, p95 in zip(names, rocks.tolist(), deposits.tolist(), energy.tolist(), strict=True):
@@ -133,7 +134,7 @@ def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) 
 
 
 def _with_lost(bench: Bench, lost: int, flown: int) -> Bench:
-    """Return a row with the share of rocks lost to holes and the share that may have reached the place at most."""
+    """Return a row with two more shares: rocks lost to holes, and the largest share that may have reached the place."""
     most = min(bench.reached["rocks"] + lost, flown)
     return bench._replace(lost=share_of(lost, flown), reached_at_most=share_of(most, flown))
 
@@ -157,7 +158,7 @@ def _text_row(bench: Bench) -> tuple[str, ...]:
 
 
 def _text(share: dict[str, Any]) -> str:
-    """Return a share in per cent with its interval, such as `84.5 % (79-89)`."""
+    """Return a share in per cent with its interval as text, such as `84.5 % (79-89)`."""
     if share["share"] is None:
         return "-"
     low, high = share["interval_95"]
@@ -166,7 +167,7 @@ def _text(share: dict[str, Any]) -> str:
 
 
 def _percent(share: float, decimals: int) -> str:
-    """Return a share in per cent with a number of decimals.
+    """Return a share in per cent as text with a number of decimals.
 
     A share that would wrongly look like 0 or 1 gets more decimals; a share of exactly 0 or 1 has none.
     """
@@ -175,5 +176,5 @@ def _percent(share: float, decimals: int) -> str:
 
 
 def _decimals(share: float) -> int:
-    """Return the number of decimals that show the first digit of a share > 0 in per cent, at most MOST_DECIMALS."""
+    """Return how many decimals show the first digit of a share > 0 in per cent, at most MOST_DECIMALS."""
     return min(max(0, -math.floor(math.log10(100.0 * share))), MOST_DECIMALS)

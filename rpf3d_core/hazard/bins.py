@@ -1,7 +1,8 @@
-"""Logarithmic bins for percentiles: bounded memory, and the same result whatever the order of the rocks.
+"""Sort energies, speeds and heights into logarithmic bins, from which percentiles follow without storing each rock.
 
-An octave has `PER_OCTAVE` bins. The logarithm of the mantissa 1 + x would cost ten times as much. So the bins have
-equal widths in x + BEND x (1 - x) instead. It equals log2(1 + x) where 1 + x is 1, the square root of 2, or 2.
+Bins need bounded memory, and give the same result whatever the order of the rocks. An octave has `PER_OCTAVE` bins. The
+logarithm of the mantissa 1 + x would cost ten times as much. So the bins have equal widths in x + BEND x (1 - x)
+instead. It equals log2(1 + x) where 1 + x is 1, the square root of 2, or 2.
 """
 
 import math
@@ -13,22 +14,31 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.frame import FloatArray
 
 PER_OCTAVE = 8
-"""Bins per octave: the geometric middle of the widest bin lies 4.7 % from the bin's ends."""
+"""Number of bins per octave: a percentile is then wrong by 4.7 % at most.
+
+This is the distance of the geometric middle of the widest bin from the ends of the bin.
+"""
 FINE = 128
-"""Bins per octave for zones and areas: they are few, and percentiles that must converge need a fine resolution."""
+"""Number of bins per octave for zones and areas, which are few and need finer percentiles to judge convergence."""
 BEND = math.sqrt(2.0) / 4.0
-"""Coefficient of the polynomial that replaces the logarithm of the mantissa (-)."""
+"""Coefficient (-) of the polynomial that replaces the logarithm, because the polynomial is faster."""
 MANTISSA = 2**52 - 1
-"""Mask of the mantissa bits of a double-precision number; the bits above hold the exponent."""
+"""Mask of the mantissa bits of a double-precision number; the bits above it hold the exponent."""
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
-"""Octaves of the bins of speed and height. In a pit 1 km across they resolve speeds from 0.06 m/s and heights from 8 mm
-up; smaller values share the lowest bin."""
+"""Range of the bins of speed and of height, in octaves below the largest value.
+
+In a pit 1 km across, speeds from 0.06 m/s and heights from 8 mm up have bins of their own; smaller values share the
+lowest bin.
+"""
 MOST_MASS_OCTAVES = 20
-"""Most octaves for the range of masses, a million to one. Bins of energy cover these and twice the octaves of speed."""
+"""Largest range of masses that bins of energy cover, in octaves: a million to one.
+
+Bins of energy cover these octaves, and twice the octaves of speed.
+"""
 
 
 class Scales(NamedTuple):
-    """The largest energy (J), speed (m/s) and height (m) of the bins, the number of bins of each, and bins per octave.
+    """The bins of energy (J), speed (m/s) and height (m): largest value and number of bins of each, bins per octave.
 
     The largest speed and height are powers of two, so that scaling is exact. If all rocks have one mass and none
     spins, speed has no bins: percentiles of speed then follow from the percentiles of energy.
@@ -40,7 +50,7 @@ class Scales(NamedTuple):
 
 
 class Binning(NamedTuple):
-    """The bins of all tallies of an ensemble.
+    """The bins of all hazard maps of an ensemble: how fine they are, and how much memory they may take.
 
     coarse : scales of squares and facets; fine : scales of zones and areas
     limit : most bytes for the bins of squares and facets together
@@ -60,9 +70,10 @@ def scales_of(
     per_octave: int = PER_OCTAVE,
     spins: bool = False,
 ) -> Scales:
-    """Return the scales for rocks that fall at most `drop` (m) below their release.
+    """Return the bins that cover all energies, speeds and heights of rocks that fall at most `drop` (m).
 
-    fastest : largest speed of release (m/s); lightest, heaviest : bounds of the rocks' masses (kg)
+    `drop` is counted from the release. fastest : largest speed of release (m/s); lightest, heaviest : bounds of the
+    rocks' masses (kg)
     per_octave : bins per octave; spins : True if energies include rotation, so that speeds need bins of their own
     """
     height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
@@ -75,7 +86,7 @@ def scales_of(
 
 @kernel
 def bin_of(bits: int, bins: int, per_octave: int) -> int:
-    """Return the number of the bin of a value >= 0, clamped to the first and the last bin.
+    """Return the number of the bin that a value >= 0 belongs to, at least 0 and at most the last bin.
 
     bits : the value, divided by the largest value of the bins: its double-precision bits, read as a whole number
     """
@@ -85,7 +96,7 @@ def bin_of(bits: int, bins: int, per_octave: int) -> int:
 
 
 def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
-    """Return the edges (B + 1,) of B bins that reach up to top, ascending, in the unit of top: J, m/s or m."""
+    """Return the edges (B + 1,) of B bins in ascending order, up to `top`, in the unit of `top`."""
     octave, part = np.divmod(np.arange(bins + 1), per_octave)
     even = part / per_octave
     c = 1.0 + BEND
@@ -95,12 +106,12 @@ def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
 
 
 def bin_values(edges: FloatArray) -> FloatArray:
-    """Return the value (B,) that represents each bin: the geometric middle of its edges (B + 1,), same unit."""
+    """Return the value (B,) that stands for all values in a bin: the geometric middle of its edges (B + 1,)."""
     return np.asarray(np.sqrt(edges[1:] * edges[:-1]))
 
 
 def relative_error(edges: FloatArray) -> float:
-    """Return the bound (-) of the relative error of the middle of a bin, from edges (B + 1,) of any unit."""
+    """Return the largest relative error (-) of a percentile that is read from bins with these edges (B + 1,)."""
     return float(np.sqrt((edges[1:] / edges[:-1]).max()) - 1.0)
 
 

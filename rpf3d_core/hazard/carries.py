@@ -1,21 +1,24 @@
-"""Carries of a tally's one-byte bins: the number of times that each bin has reached 256."""
+"""Count the overflows of one-byte bins, so that bins stay small although more than 255 rocks may fall into one."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 FULL = 256
-"""Count at which a one-byte bin overflows."""
+"""Number of rocks at which a one-byte bin overflows and starts again at 0."""
 WAITING = 1_000_000
-"""Most carries that wait before they are counted."""
+"""Largest number of overflows that are collected before they are counted."""
 AT_ONCE = 16_384
-"""Most cells whose bins are widened at the same time: tens of megabytes."""
+"""Largest number of cells whose bins are converted to wide numbers at once, to limit memory to tens of megabytes."""
 
 Bins = NDArray[np.uint8]
 Places = NDArray[np.int64]
 
 
 class Carries:
-    """Carries of one-byte bins (S, B): the places of bins (slot times B plus bin), and how often to add 256 there."""
+    """The overflows (carries) of one-byte bins (S, B): which bins overflowed, and how often 256 must be added.
+
+    The place of a bin is its row (slot) times B plus its column.
+    """
 
     def __init__(self, bins: int, places: Places | None = None, counts: Places | None = None) -> None:
         self.bins = bins
@@ -25,26 +28,26 @@ class Carries:
         self._room = np.empty(0, dtype=np.int64)
 
     def room_for(self, most: int) -> Places:
-        """Return an array (N,) for the places of at most `most` carries."""
+        """Return an array (N,) into which a loop can write the places of at most `most` bins that overflow."""
         if len(self._room) < most:
             self._room = np.empty(most, dtype=np.int64)
         return self._room
 
     def take(self, carried: int) -> None:
-        """Count the first `carried` places of the array that `room_for` returned."""
+        """Count the first `carried` places that a loop has written to the array from `room_for`."""
         if carried:
             self._waiting.append(self._room[:carried].copy())
             if sum(map(len, self._waiting)) > WAITING:
                 self._settle()
 
     def join(self, other: "Carries", slot: NDArray[np.int32]) -> None:
-        """Add the carries of another tally; slot : (S,) the slot in this tally for each slot of the other tally."""
+        """Add the overflows of other counts of the same cells; slot : (S,) row here of each row there."""
         places, counts = other.counted()
         theirs, b = np.divmod(places, self.bins)
         self._add(slot[theirs].astype(np.int64) * self.bins + b, counts)
 
     def add_bins(self, bins: Bins, slot: NDArray[np.int32], more: Bins) -> None:
-        """Add bins (N, B) to the bins of distinct slots (N,)."""
+        """Add bins (N, B) to the bins in distinct rows `slot` (N,), and count what overflows."""
         for begin in range(0, len(slot), AT_ONCE):
             some = slot[begin : begin + AT_ONCE]
             total = bins[some].astype(np.uint16) + more[begin : begin + AT_ONCE]
@@ -53,12 +56,12 @@ class Carries:
             self._add(some[row].astype(np.int64) * self.bins + b, np.ones(len(row), dtype=np.int64))
 
     def counted(self) -> tuple[Places, Places]:
-        """Return distinct places (N,), ascending, and how often to add 256 at each (N,)."""
+        """Return the places (N,) of all bins that overflowed, ascending, and how often to add 256 at each (N,)."""
         self._settle()
         return self._places, self._counts
 
     def whole(self, bins: Bins, order: Places) -> NDArray[np.uint32]:
-        """Return the counts (N, B) in the bins of the slots `order` (N,), with carries added."""
+        """Return the true counts (N, B) of the bins in rows `order` (N,): one-byte numbers plus overflows."""
         wide = bins[order].astype(np.uint32)
         places, counts = self.counted()
         slot, b = np.divmod(places, self.bins)
@@ -81,7 +84,7 @@ class Carries:
 
 
 def in_pairs(bins: Bins, carries: Carries) -> tuple[Bins, Carries]:
-    """Return bins (S, B) merged in pairs, (S, B / 2), and their carries.
+    """Return bins (S, B) merged in pairs, (S, B / 2), with their overflows, to halve the memory.
 
     Each quantity has a whole number of octaves, so both bins of a pair belong to the same quantity.
     """

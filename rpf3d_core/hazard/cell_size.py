@@ -1,4 +1,4 @@
-"""Choose the cell size at which most cells that rocks reach have a percentile, which needs 20 rocks in a cell.
+"""Choose a map cell so large that most cells on the rocks' paths get the 20 rocks that a percentile needs.
 
 The front is the width over which the rocks fall. If N rocks fall on a front of W metres, about N c / W rocks pass a
 cell of side c. So with cells of at least 20 W / N, most cells on the rocks' paths have percentiles. Before the first
@@ -17,15 +17,20 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 ASIDE = 0.2
-"""Width over which rocks from one place spread, over the length of the slope (-): 0.1 to 0.2 in field tests (Azzoni &
-de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source is taken as the length."""
+"""Width over which rocks from one place spread sideways, as a share of the slope's length (-).
+
+Field tests gave 0.1 to 0.2 (Azzoni & de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below
+the source is taken as the length.
+"""
 
 LEAST_CELLS = 20
-"""Fewest cells along the longer side of a map, even for few rocks: coarser cells do not show the ground's shape."""
+"""Smallest number of cells along the longer side of a map; coarser cells do not show the shape of the ground."""
 
 
 def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> float:
-    """Return the cell size (m) at which most reached cells have enough rocks for a percentile; 0 without rocks.
+    """Return the cell size (m) at which most cells on the rocks' paths have enough rocks for a percentile.
+
+    0 without rocks.
 
     The result depends only on the sources, the number of rocks and the terrain, so all parts of an ensemble agree.
 
@@ -45,12 +50,15 @@ def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> f
 
 
 def coarsest_cell(low: Vec, high: Vec) -> float:
-    """Return the largest cell size (m) that a map over a box may have if the scene does not give a cell."""
+    """Return the largest cell size (m) for a map over a box, if the scene does not state a cell size."""
     return max(high[0] - low[0], high[1] - low[1]) / LEAST_CELLS
 
 
 def _front(source: Source, lowest: float, highest: float) -> float:
-    """Return the width (m) of a source's front: the front of its whole extent, or the sum over its points if less."""
+    """Return the width (m) over which the rocks of a source fall: its front.
+
+    For points, the fronts of all points together count if they are narrower.
+    """
     aside, wide = _aside(source, lowest, highest), _wide(_places(source))
     if source.line or source.triangles is not None:
         return wide + aside
@@ -58,17 +66,17 @@ def _front(source: Source, lowest: float, highest: float) -> float:
 
 
 def _aside(source: Source, lowest: float, highest: float) -> float:
-    """Return the width (m) of the front of rocks from one place of a source."""
+    """Return the width (m) over which the rocks from one place of a source spread."""
     on_ground = source.above_ground is not None or source.triangles is not None
     top = highest if on_ground else float(source.points[:, 2].max())
     return ASIDE * max(top - lowest, 0.0) + 2.0 * math.hypot(*source.spread[:2])
 
 
 def _places(source: Source) -> FloatArray:
-    """Return the places (P, 3) m between which a source's rocks start."""
+    """Return places (P, 3) m that enclose all start points of a source."""
     return source.points if source.triangles is None else source.triangles.corners.reshape(-1, 3)
 
 
 def _wide(places: FloatArray) -> float:
-    """Return the diagonal (m) of the box of places (P, 3) m in plan."""
+    """Return the diagonal (m) of the box in plan around places (P, 3) m."""
     return float(np.linalg.norm(np.ptp(places[:, :2], axis=0)))

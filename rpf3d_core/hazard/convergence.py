@@ -1,4 +1,4 @@
-"""Decide if an ensemble has enough rocks, from the intervals and percentiles of zones or areas after each doubling.
+"""Decide if enough rocks have flown, from the shares and percentiles of zones or areas after each doubling.
 
 Rule (physics reference 8.3): every share's 95 % Wilson interval is narrower than the target, and no 95th percentile of
 energy has changed by more than the target over the last two doublings. The mean alone never decides.
@@ -14,12 +14,12 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps
 
 DOUBLINGS = 2
-"""Doublings over which the percentiles must be stable."""
+"""Number of doublings of the rocks over which percentiles must stay stable."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """Shares and energy of one place, which is a zone or an area of interest.
+    """The results in one zone or area of interest, from which it is decided if more rocks must fly.
 
     reached, stopped : shares of all rocks (-); half_width : half the width of the wider of their 95 % intervals (-)
     energy_p95 : J, None for fewer than 20 rocks
@@ -33,19 +33,19 @@ class Place:
 
 @dataclass(frozen=True)
 class Step:
-    """Figures of all places after `rocks` rocks have flown."""
+    """The results in all places after `rocks` rocks have flown, one step of the convergence."""
 
     rocks: int
     places: Mapping[str, Place]
 
     @property
     def half_width(self) -> float:
-        """The largest half-width of any place (-)."""
+        """The widest uncertainty of a share in any place (-), as half the width of its interval."""
         return max((place.half_width for place in self.places.values()), default=0.0)
 
 
 def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
-    """Return the figures of the areas of interest or, if the scene names none, of the zones that rocks reached."""
+    """Return the results in the areas of interest; if there are none, in the zones that rocks reached."""
     layers, names = (maps.areas, maps.area_names) if maps.area_names else (maps.zones, zones)
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)
@@ -64,9 +64,9 @@ def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
 
 
 def p95_change(steps: Sequence[Step]) -> float | None:
-    """Return the largest relative change of a p95 energy over the last two doublings; None with fewer doublings.
+    """Return how much p95 energies still change (-): the largest relative change over the last two doublings.
 
-    A p95 energy that an earlier step lacks counts as a change of 1.
+    Return None with fewer doublings. A p95 energy that an earlier step lacks counts as a change of 1.
     """
     if len(steps) <= DOUBLINGS:
         return None
@@ -81,13 +81,16 @@ def p95_change(steps: Sequence[Step]) -> float | None:
 
 
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
-    """True if the last step meets both targets."""
+    """True if enough rocks have flown: the last step meets the targets for shares and for p95 energies.
+
+    half_width, p95_energy : targets (-)
+    """
     change = p95_change(steps)
     return change is not None and change <= p95_energy and steps[-1].half_width <= half_width
 
 
 def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
-    """Return the section of summary.json: the targets, if they were reached, the last figures, and all steps."""
+    """Return the convergence for summary.json: targets, whether they were reached, last values, and all steps."""
     return {
         "target": {"half_width": half_width, "p95_energy": p95_energy},
         "reached": is_enough(steps, half_width, p95_energy),

@@ -1,4 +1,4 @@
-"""Flown rocks in the form that compiled loops read."""
+"""Flown rocks in the form that the compiled loops of the hazard maps read."""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +7,7 @@ from rpf3d_core.ensemble.flights import FloatArray
 
 
 class FlownRocks(NamedTuple):
-    """N rocks that have flown, and their records.
+    """The records of N flown rocks, from which hazard maps are counted.
 
     counts, finals, impacts, facets, pieces, modes, first : as in `ensemble.batch.Batch`
     mass : (N,) kg; radius : (N,) m; gravity : m/s^2
@@ -28,7 +28,10 @@ class FlownRocks(NamedTuple):
 
 
 def flown_rocks(batch: Batch, mass: FloatArray, radius: FloatArray, gravity: float, spins: Any = None) -> FlownRocks:
-    """Return the rocks of a batch with their masses (N,) kg and radii (N,) m; arguments as in `FlownRocks`."""
+    """Return the records of a batch of flown rocks, with their masses (N,) kg and radii (N,) m.
+
+    gravity, spins : as in `FlownRocks`
+    """
     return FlownRocks(
         counts=batch.counts,
         finals=batch.finals,

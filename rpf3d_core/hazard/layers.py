@@ -1,4 +1,4 @@
-"""Turn a tally into layers: shares, means and percentiles of every cell that rocks reached."""
+"""Compute the values of a hazard map from the counts of a tally: shares, means and percentiles of each reached cell."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,13 +16,13 @@ from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.frame import FloatArray
 
 ENERGY = 0
-"""Index of energy among the three quantities that have bins: energy, speed, height."""
+"""Index of energy among the three quantities that are sorted into bins: energy, speed, height."""
 FEW = 100_000
-"""Largest number of bins, over all cells and quantities, for which NumPy finds ranks without the compiled loop."""
+"""Largest number of bins, over all cells, for which NumPy is used instead of the compiled loop."""
 
 
 def layers_of(tally: CellTally) -> Layers:
-    """Return the layers of the cells of a tally that rocks reached."""
+    """Return the map values of all cells that rocks reached, from the counts of the tally."""
     found = tally.found()
     edges = [_edges(tally, q) for q in range(3)]
     percentiles = _percentiles_of(tally, found, edges)
@@ -35,12 +35,12 @@ def layers_of(tally: CellTally) -> Layers:
 
 
 def without_passages(layers: Layers) -> Layers:
-    """Return layers of zones or areas with passages set to 0: a rock crosses facets without leaving the zone."""
+    """Return map values of zones or areas with passages set to 0, because they would count each crossed facet."""
     return replace(layers, passages=np.zeros_like(layers.passages))
 
 
 def _edges(tally: CellTally, q: int) -> FloatArray:
-    """Return the edges of the bins of a quantity after merging; for speeds without bins, derived from energies."""
+    """Return the edges of the bins of quantity number q, with merged bins; speeds without bins use those of energy."""
     top, bins, per_octave = tally.scales
     if bins[q] == 0:
         return top[q] * np.sqrt(_edges(tally, ENERGY) / top[ENERGY])
@@ -48,14 +48,14 @@ def _edges(tally: CellTally, q: int) -> FloatArray:
 
 
 def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> StatisticArray:
-    """Return percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN for few rocks."""
+    """Return the percentiles (3, S, P) of energy, speed and height in S cells; NaN for cells with too few rocks."""
     told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan, dtype=np.float32)
     values, many, first = [bin_values(some) for some in edges], np.flatnonzero(found.rocks >= FEWEST_ROCKS), 0
     for bins in tally.bins_found(many):
         some = many[first : first + len(bins)]
         ranks = -((-found.rocks[some, None] * np.array(PERCENTILES)) // 100)
         for q in range(3):
-            if q == ENERGY or tally.scales.bins[q] > 0:  # else speed has no bins: it uses energy's
+            if q == ENERGY or tally.scales.bins[q] > 0:  # Without its own bins, speed uses the bins of energy.
                 place = _places(bins, _columns(tally, q), ranks)
             told[q, some] = values[q][place]
         first += len(bins)
@@ -63,13 +63,16 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
 
 
 def _columns(tally: CellTally, q: int) -> slice:
-    """Return the slice of the bins of a quantity, after merging."""
+    """Return the columns of the bins of quantity number q, after merging."""
     bins = tally.scales.bins
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)
 
 
 def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> CountArray:
-    """Return the bin (N, P) that holds each rank (N, P), ascending, among some columns of the bins (N, B)."""
+    """Return which bin holds each rank (N, P), that is each percentile as a number of rocks, in N cells.
+
+    Ranks are ascending; `columns` are the bins of the quantity among bins (N, B).
+    """
     if bins.size <= FEW:
         up_to = np.cumsum(bins[:, columns], axis=1)
         return np.stack([np.count_nonzero(up_to < rank[:, None], axis=1) for rank in ranks.T], axis=1)
@@ -79,7 +82,7 @@ def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> Coun
 
 
 def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray) -> CellStatistics:
-    """Return the statistics of one quantity over the rocks of each cell, from its percentiles (S, P)."""
+    """Return largest value, mean and percentiles of quantity number q in each cell, given the percentiles (S, P)."""
     largest = found.most[:, q]
     mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / found.rocks
     return CellStatistics(largest, mean.astype(np.float32), *np.minimum(percentiles.T, largest))
@@ -87,7 +90,7 @@ def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray)
 
 @loop
 def _find_ranks(bins: Any, begin: int, ranks: Any, places: Any) -> None:
-    """Fill in the bin of each ascending rank in each cell, counted from column `begin` on."""
+    """Find in each cell the bin of each ascending rank, counted from column `begin`, and write it to `places`."""
     for s in range(len(ranks)):
         seen, b = np.int64(0), begin
         for k in range(ranks.shape[1]):

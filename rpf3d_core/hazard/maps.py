@@ -1,4 +1,4 @@
-"""The hazard of an ensemble, cell by cell: the result from which maps, zones and tables are drawn.
+"""The hazard maps of an ensemble, from which files, pictures and tables are made.
 
 A cell is a square of a raster in plan, a facet of the terrain, a zone, or an area of interest; all kinds have the same
 figures (`Layers`). Rocks reach a few thousand of a mine's millions of cells, so only these cells are kept. Code that
@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 CountArray = NDArray[np.int64]
-StatisticArray = NDArray[Any]  # float32; drawing code need not know
+StatisticArray = NDArray[Any]  # float32; drawing code does not depend on it
 
 PERCENTILES = (50, 90, 95, 99)
-"""Percentiles of each rock's maximum in a cell, over the distinct rocks that reached the cell."""
+"""Percentiles in a map, over the distinct rocks that reached a cell, of each rock's largest value there."""
 FEWEST_ROCKS = 20
-"""Distinct rocks below which a cell has no percentiles (physics reference 8.2)."""
+"""Smallest number of distinct rocks for which a cell has percentiles (physics reference 8.2)."""
 
 
 @dataclass(frozen=True, eq=False)
 class CellStatistics:
-    """Statistics of each rock's maximum in a cell, over the rocks that reached the cell.
+    """Statistics over the rocks that reached a cell, of each rock's largest value there, such as its energy.
 
     Every array is (S,), of the cells of a `Layers`.
     largest : rounded to float32; mean : exact to 2^-35 of the largest value that the scene can produce, then float32
@@ -41,7 +41,7 @@ class CellStatistics:
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """Figures of the S cells that rocks reached, out of C cells; every array is (S,).
+    """The map values of the S cells that rocks reached, out of C cells; every array is (S,).
 
     count : C, the number of all cells; cell : number of each cell, from 0 to C - 1, ascending
     rocks : distinct rocks that passed over the cell, touched it or stopped in it, at least 1
@@ -51,8 +51,8 @@ class Layers:
     energy : J, translational, plus rotational if rocks spin; speed : m/s; height : m, vertical, above the terrain
         straight below
     percentiles_within : bound of the relative error of every percentile (-)
-    ways : (S, 2) sums over the rocks of the length of each rock's tracks in plan inside the cell, in cell widths, and
-        of the length's square; (0, 0) if not gathered
+    ways : (S, 2) sums over the rocks of the length of each rock's path in plan inside the cell, in cell widths, and of
+    the length's square; (0, 0) if not counted
     """
 
     count: int
@@ -70,11 +70,11 @@ class Layers:
 
     @property
     def has_ways(self) -> bool:
-        """True if the track lengths were gathered."""
+        """True if the path lengths in cells were counted, from which passages per metre follow."""
         return bool(self.ways.shape[1] > 0)
 
     def everywhere(self, values: NDArray[Any], elsewhere: float) -> NDArray[Any]:
-        """Return values (C,) of all cells, in the unit of `values` (S,); `elsewhere` where no rock arrived."""
+        """Return an array (C,) over all cells: `values` (S,) in reached cells, `elsewhere` in all other cells."""
         laid_out = np.full(self.count, elsewhere, dtype=values.dtype)
         laid_out[self.cell] = values
         return laid_out
@@ -96,7 +96,7 @@ class Raster(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class HazardMaps:
-    """The hazard of an ensemble of `flown` rocks.
+    """The hazard maps of an ensemble of `flown` rocks: values of map cells, facets, zones and areas of interest.
 
     cells : of the C = nx ny squares of the raster; facets : of the F facets that rocks pass over in plan or touch
     zones : of the Z zones, each with all its facets; areas : of the areas of interest, in the order of `area_names`
@@ -119,13 +119,13 @@ class HazardMaps:
 
     @property
     def energy_kind(self) -> str:
-        """The kind of kinetic energy in the maps and tables of hazard."""
+        """The kind of kinetic energy in the hazard maps, in words for titles and files."""
         return "translational and rotational" if self.spins else "translational"
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
-    """Return the share (S,) (-) of all rocks flown that reached each of S cells, given that the rocks fall.
+    """Return the reach probability (S,) (-) of S cells: the share of all rocks flown that reached each cell.
 
-    Source: physics reference 7.2.
+    The share holds for rocks that fall; it does not say how often rocks fall. Source: physics reference 7.2.
     """
     return np.asarray(layers.rocks / max(flown, 1))

@@ -1,4 +1,4 @@
-"""Pack the counts of a part of an ensemble, so that they can be sent to another process or machine.
+"""Pack the map counts of a part of an ensemble, so that they can be sent to another process or machine.
 
 Only cells that rocks reached are kept, and only the bins that hold a rock. In each cell a rock fills one bin of energy,
 one bin of height and, if masses differ, one bin of speed, out of several hundred. Parts that are joined give the same
@@ -21,7 +21,7 @@ from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 
 @dataclass(frozen=True, eq=False)
 class PackedTally:
-    """A tally of C cells without empty bins; rocks reached S of the cells.
+    """The counts of a tally of C cells in small form, for sending: only reached cells (S), only bins with rocks.
 
     cells : C; scales, limit, merges : as in `CellTally`; width : bins of a cell (B)
     found : the figures of the S cells without their bins, in order of cell
@@ -39,7 +39,7 @@ class PackedTally:
 
 
 def packed(tally: CellTally) -> PackedTally:
-    """Return a tally in packed form."""
+    """Return the counts of a tally in small form, to be sent to another process."""
     width, first = tally.slots.bins.shape[1], 0
     filled, rocks = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.uint32)]
     for bins in tally.bins_found():
@@ -54,7 +54,7 @@ def packed(tally: CellTally) -> PackedTally:
 
 
 def unpacked(packed: PackedTally) -> CellTally:
-    """Return the tally from its packed form; more rocks can be counted in it."""
+    """Return a tally from its small form; more rocks can be counted in it."""
     ways = packed.found.ways
     tally = CellTally(packed.cells, packed.scales, packed.limit, ways=ways is not None)
     used = len(packed.found.cell)
@@ -72,12 +72,12 @@ def unpacked(packed: PackedTally) -> CellTally:
 
 
 def packed_tallies(tallies: Tallies) -> tuple[PackedTally, ...]:
-    """Return all counts of the tallies of a part, packed."""
+    """Return all map counts of a part of an ensemble in small form, to be sent to another process."""
     return tuple(packed(tally) for tally in _four(tallies))
 
 
 def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
-    """Add the counts of a part of the same ensemble.
+    """Add the map counts of a part, in small form, to the counts of the same ensemble.
 
     Raises
     ------

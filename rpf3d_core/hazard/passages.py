@@ -1,10 +1,11 @@
 """Passages per metre: how often a falling rock passes a metre of width on average, whatever the cell size.
 
-`reach_probability` refers to a whole cell, so it grows with the cell. The number of passages per metre is the density
-of the rocks' tracks in plan (`hazard.walks.ways`), whose definition has no cell. Take the width of an object across the
-rocks' path plus the rock's own diameter. This width times the passages per metre is the number of hits on the object
-per falling rock. The number of hits is the object's reach probability if the object is narrower than the scale on which
-the density changes, and if rocks do not return.
+The unit is passages per metre of width, per falling rock. `reach_probability` refers to a whole cell, so it grows with
+the cell. The number of passages per metre is the density of the rocks' paths in plan (length over area,
+`hazard.walks.ways`), whose definition has no cell. Take the width of an object across the rocks' path plus the rock's
+own diameter. This width times the passages per metre is the number of hits on the object per falling rock. The number
+of hits is the object's reach probability if the object is narrower than the scale on which the density changes, and if
+rocks do not return.
 """
 
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 class Passage(NamedTuple):
-    """Passages per metre of the S cells that rocks reached, over all rocks flown.
+    """Passages per metre in the S cells that rocks reached, with their uncertainty.
 
     value : (S,) 1/m; low, high : (S,) 1/m, the ends of the value's 95 % interval
     """
@@ -29,18 +30,18 @@ class Passage(NamedTuple):
 
 
 def passage_per_metre(maps: HazardMaps) -> Passage:
-    """Return the passages per metre (S,) 1/m of the cells of a raster whose track lengths have been gathered.
+    """Return the passages per metre (S,) 1/m of map cells, with intervals, from the path lengths counted there.
 
-    The value is the mean over N rocks of l / A, the length l of each rock's tracks in the cell over the cell's area A.
+    The value is the mean over N rocks of l / A, the length l of each rock's path in the cell over the cell's area A.
     With k = (sum of l)^2 / sum of l^2, the relative variance of that mean is (N / k - 1) / N: the relative variance of
     a share of k out of N rocks. So the interval is that share's Wilson interval, scaled to the value. If all rocks
-    cross the cell on tracks of one length, k is their number. If no rock covers any length in a cell, the upper end is
+    cross the cell on paths of one length, k is their number. If no rock covers any length in a cell, the upper end is
     the upper end for a share of 0 out of N rocks, if the rocks crossed the cell straight.
 
     Raises
     ------
     ValueError
-        The maps were made without track lengths.
+        The maps were made without path lengths.
     """
     if not maps.cells.has_ways:
         raise ValueError("these maps have no passages per metre: their tallies did not gather ways (`with_ways`)")
@@ -54,5 +55,8 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
 
 
 def reached_over(maps: HazardMaps, width: float) -> FloatArray:
-    """Return the share (S,) (-) of all rocks that hit an object `width` (m) wide across their path, 1 at most."""
+    """Return the share (S,) (-) of all rocks that hit an object in a cell, `width` (m) wide across their path.
+
+    The share is 1 at most.
+    """
     return np.minimum(passage_per_metre(maps).value * width, 1.0)

@@ -1,4 +1,4 @@
-"""Name and unit of each array of a hazard map in files: one list for rasters, meshes and pictures.
+"""Names and units of the quantities of a hazard map, the same in rasters, meshes and pictures.
 
 Arrays (S,) hold the cells that rocks reached; all other cells have the value `Quantity.elsewhere`.
 """
@@ -18,11 +18,14 @@ from rpf3d_core.hazard.maps import (
 from rpf3d_core.terrain.frame import FloatArray
 
 STATISTICS = ("max", "mean", *(f"p{p}" for p in PERCENTILES))
-"""Statistics of each rock's maximum in a cell, over the distinct rocks that reached it, in the order of bands."""
+"""Names of the statistics of a quantity in files, in the order of bands.
+
+Each statistic is over the distinct rocks that reached a cell, of each rock's largest value there.
+"""
 
 
 class Quantity(NamedTuple):
-    """The content of a file or an array: its name, unit and meaning, and its value in cells that no rock reached."""
+    """A quantity of a hazard map, as files describe it: name, unit, meaning, and its value in cells without rocks."""
 
     name: str
     unit: str
@@ -52,20 +55,20 @@ HEIGHT = Quantity(name="height_m", unit="m", meaning="vertical height above the 
 
 
 def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:
-    """Return the reach probability (-) and the first arrival (s), with their arrays (S,)."""
+    """Return the quantities reach probability (-) and first arrival (s), each with its array (S,)."""
     return [(REACH, reach_probability(layers, maps.flown)), (ARRIVAL, layers.first_arrival)]
 
 
 def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
-    """Return the counts of passages, impacts and deposits, with their arrays (S,)."""
+    """Return the quantities that count passages, impacts and deposits, each with its array (S,)."""
     return [(PASSAGES, layers.passages), (IMPACTS, layers.impacts), (DEPOSITS, layers.deposits)]
 
 
 def spreads_of(layers: Layers) -> list[tuple[Quantity, CellStatistics]]:
-    """Return energy (J), speed (m/s) and height (m), with their statistics over rocks, arrays (S,)."""
+    """Return the quantities energy (J), speed (m/s) and height (m), each with its statistics, arrays (S,)."""
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 
 def statistics_of(spread: CellStatistics) -> tuple[StatisticArray, ...]:
-    """Return the arrays (S,) of a quantity's statistics in the order of `STATISTICS`, in the quantity's unit."""
+    """Return the arrays (S,) of a quantity's statistics in the order in which files store them (`STATISTICS`)."""
     return (spread.largest, spread.mean, spread.p50, spread.p90, spread.p95, spread.p99)

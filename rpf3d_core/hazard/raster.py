@@ -1,4 +1,4 @@
-"""The raster of a hazard map: where its cells lie, how large they are, and how much memory they take."""
+"""Lay out the raster of a hazard map: where its cells lie, how large they are, and how much memory they need."""
 
 import math
 from collections.abc import Iterator
@@ -13,25 +13,25 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 SMALLEST_CELL = 0.25
-"""Smallest cell that is chosen (m); a finer map shows single rocks, not a hazard."""
+"""Smallest cell (m) that is chosen automatically; finer maps show single rocks, not a hazard."""
 
 STEPS = (1.0, 2.0, 5.0)
-"""Cell sizes of 1 m and more are these numbers times a power of ten, so cells are easy to count on a map."""
+"""Cell sizes that are chosen automatically, times powers of ten: round numbers are easy to count on a map."""
 
 MOST_CELLS = 4_000_000
-"""Most cells of a raster if the scene gives no cell size: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
+"""Largest number of cells that is chosen automatically: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
 
 SAMPLE = 100_000
-"""Fewest facets from which the typical size is estimated, if the terrain has as many."""
+"""Number of facets from which the typical facet size is estimated, if the terrain has as many."""
 
 GIGABYTE = 1e9
-"""Bytes in a gigabyte, as on a memory's label and in `memory_gb`."""
+"""Bytes in a gigabyte, as in the scene's `memory_gb`."""
 
 
 def raster_over(
     terrain: Terrain, cell: float | None = None, box: tuple[Vec, Vec] | None = None, least: float = 0.0
 ) -> Raster:
-    """Return the raster that covers a terrain in plan.
+    """Return the raster of the hazard maps, which covers a terrain in plan.
 
     The borders of the cells lie on whole multiples of the cell in the input's coordinates, so that the cells of maps of
     two surveys of one place coincide.
@@ -52,34 +52,37 @@ def raster_over(
 
 
 def _extent_of(terrain: Terrain) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and the highest corner (2,) m of the terrain in plan."""
+    """Return the lowest and the highest corner (2,) m of a terrain's box in plan."""
     x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]
     return np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
 
 
 def _finest_cell(terrain: Terrain) -> float:
-    """Return the largest round cell (m) that is at most half as large as the median facet, or `SMALLEST_CELL`.
+    """Return the finest cell (m) for a terrain: the largest round size up to half of the median facet's side.
 
-    The cell is finer than the facets, because a path is known far better than the ground: a berm as wide as a facet is
-    then visible.
+    It is at least `SMALLEST_CELL`. The cell is finer than the facets, because a path is known far better than the
+    ground: a berm as wide as a facet is then visible.
     """
     return round_below(0.5 * typical_size(terrain))
 
 
 def round_below(size: float) -> float:
-    """Return the largest round cell (m) that is no larger than a size; `SMALLEST_CELL` if there is none."""
+    """Return the largest round cell size (m) that does not exceed `size` (m), but at least `SMALLEST_CELL`."""
     return max(takewhile(lambda cell: cell <= size, round_cells()), default=SMALLEST_CELL)
 
 
 def typical_size(terrain: Terrain) -> float:
-    """Return the side (m) of a square of two facets of median area, from facets evenly spread over the file's order."""
+    """Return the typical side of a facet (m): the side of a square with the area of two median facets.
+
+    Facets are sampled evenly in the order of the file.
+    """
     step = max(len(terrain.triangles) // SAMPLE, 1)
     areas = area_vectors(terrain.vertices, terrain.triangles[::step])
     return math.sqrt(2.0 * float(np.sqrt(np.median((areas**2).sum(axis=1)))))
 
 
 def round_cells() -> Iterator[float]:
-    """Yield sizes of cells, m, ascending without end: 0.25, 0.5, 1, 2, 5, 10, 20, ..."""
+    """Yield round cell sizes (m) in ascending order, without end: 0.25, 0.5, 1, 2, 5, 10, 20, ..."""
     yield SMALLEST_CELL
     yield 2.0 * SMALLEST_CELL
     power = 1.0
@@ -89,7 +92,7 @@ def round_cells() -> Iterator[float]:
 
 
 def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: int) -> None:
-    """Refuse maps that need more memory than allowed.
+    """Refuse hazard maps that need more memory than the scene allows.
 
     Parameters
     ----------
@@ -115,7 +118,10 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
 
 
 def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) -> str:
-    """Return advice: a cell size with which at most `allowed` cells result, or the memory of the smallest raster."""
+    """Return advice for maps that need too much memory: a cell size that fits, or a sufficient `memory_gb`.
+
+    allowed : largest number of cells
+    """
     if allowed < 4:  # even the coarsest raster has 4 cells if a corner of cells lies on the terrain
         least = _gigabytes((facets + 4) * bytes_per_cell)
         return f"no cell fits, for the facets alone need {least} GB: set memory_gb to at least that"
@@ -124,22 +130,25 @@ def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) ->
 
 
 def _most_cells(raster: Raster, cell: float) -> int:
-    """Return an upper bound of the number of cells of another size that cover the same area, wherever borders lie."""
+    """Return the largest number of cells of another size that may be needed to cover the area of a raster."""
     wide, high = (math.ceil(count * raster.cell / cell) + 1 for count in (raster.nx, raster.ny))
     return wide * high
 
 
 def _gigabytes(size: float) -> str:
-    """Return bytes as GB with two significant digits or more, never rounded down."""
+    """Return bytes as text in GB, with two significant digits or more, never rounded down."""
     digits = max(1, 1 - math.floor(math.log10(size / GIGABYTE)))
     return f"{math.ceil(size / GIGABYTE * 10**digits) / 10**digits:.{digits}f}"
 
 
 def _covering(terrain: Terrain, low: FloatArray, high: FloatArray, cell: float) -> Raster:
-    """Return the raster of a cell size over the box low (2,) to high (2,) m; points on the box's rim are in a cell."""
+    """Return the raster with a given cell size over the box from low (2,) to high (2,) m.
+
+    Points on the boundary of the box lie in a cell.
+    """
     origin = np.array(terrain.frame.origin[:2])
     first = np.floor((low + origin) / cell)
-    # A cell does not contain its upper border: a point on this border belongs to the next cell.
+    # A cell does not contain its upper border; a point on it belongs to the next cell.
     columns, rows = (np.floor((high + origin) / cell) - first).astype(int) + 1
     x, y = first * cell - origin
     return Raster(x=float(x), y=float(y), cell=float(cell), nx=int(columns), ny=int(rows))

@@ -1,4 +1,4 @@
-"""Colour scales of hazard with round ends, the same in pictures and recordings.
+"""Choose colour scales for hazard maps, with round ends, the same in pictures and recordings.
 
 Reach probability and energy span powers of ten, so their scales are logarithmic. Heights do not, so their scale is
 linear.
@@ -15,24 +15,27 @@ from rpf3d_core.terrain.frame import FloatArray
 COLOURS = np.array(
     [(255, 240, 150), (254, 200, 70), (247, 140, 40), (225, 70, 40), (170, 20, 70), (90, 0, 90)], dtype=float
 )
-"""sRGB (6, 3), evenly spaced, from low to high: ever darker, so that it reads in grey and for the colour-blind."""
+"""Colours of a hazard map from low to high, sRGB (6, 3), evenly spaced.
+
+They get darker and darker, so that they can be read in grey and by colour-blind readers.
+"""
 
 LEAST_REACH = 1e-5
-"""Lower end of the scale of reach probability (-): below it, the colours would have to resolve a sixth power of ten."""
+"""Lowest possible start of the scale of reach probability (-), so that the scale spans five powers of ten at most."""
 
 LEAST_SHARE, MOST_SHARE = 1.0, 99.5
-"""Percentiles of a map's values between which the scale lies: single cells do not stretch it."""
+"""Percentiles of a map's values between which the colour scale lies, so that single cells do not stretch it."""
 
 ROUND = (1.0, 2.0, 5.0, 10.0)
-"""Factors of a power of ten at which a scale may end."""
+"""Numbers at which a colour scale may end, times a power of ten."""
 
 
 Values = NDArray[np.floating[Any]]
-"""Array in single or double precision."""
+"""Array of map values, in single or double precision."""
 
 
 class Scale(NamedTuple):
-    """A colour scale from `low` to `high`, in the unit of the values; logarithmic or linear."""
+    """A colour scale between two values, in the unit of the map; logarithmic or linear."""
 
     low: float
     high: float
@@ -40,7 +43,7 @@ class Scale(NamedTuple):
 
 
 def reach_scale(flown: int, share: Values) -> Scale:
-    """Return the scale of reach probabilities (C,) (-).
+    """Return the colour scale of a map of reach probability (C,) (-), from `flown` rocks.
 
     The scale begins at a round share, at or below the share of one rock, but not below LEAST_REACH. It ends at a round
     share that no cell exceeds, and spans at least a power of ten.
@@ -51,7 +54,7 @@ def reach_scale(flown: int, share: Values) -> Scale:
 
 
 def scale_of_energy(energy: Values) -> Scale:
-    """Return the scale of energies (C,), J, NaN if unknown: at least a power of ten from end to end."""
+    """Return the colour scale of a map of energy (C,) J, NaN if unknown; it spans at least a power of ten."""
     low, high = _range(energy)
     if high <= 0.0:
         return Scale(low=1e3, high=1e6, logarithmic=True)
@@ -60,7 +63,7 @@ def scale_of_energy(energy: Values) -> Scale:
 
 
 def scale_of_passages(passages: Values) -> Scale:
-    """Return the scale of passages per metre (C,), 1/m, NaN if unknown: at least a power of ten from end to end."""
+    """Return the colour scale of a map of passages per metre (C,) 1/m, NaN if unknown; at least a power of ten."""
     low, high = _range(passages)
     if high <= 0.0:
         return Scale(low=1e-5, high=1e-2, logarithmic=True)
@@ -69,13 +72,13 @@ def scale_of_passages(passages: Values) -> Scale:
 
 
 def scale_of_height(height: Values) -> Scale:
-    """Return the scale of heights (C,), m, NaN if unknown: from 0 up."""
+    """Return the colour scale of a map of heights (C,) m, NaN if unknown; it begins at 0."""
     _, high = _range(height)
     return Scale(low=0.0, high=_rounded_up(high) if high > 0.0 else 1.0, logarithmic=False)
 
 
 def places(scale: Scale, values: Values) -> FloatArray:
-    """Return the places on a scale, 0 to 1, of values (N,) in the scale's unit; NaN stays NaN."""
+    """Return where values (N,) lie on a colour scale, from 0 to 1; NaN stays NaN."""
     if not scale.logarithmic:
         return np.clip((values - scale.low) / (scale.high - scale.low), 0.0, 1.0)
     bounded = np.clip(values, scale.low, scale.high)
@@ -83,20 +86,20 @@ def places(scale: Scale, values: Values) -> FloatArray:
 
 
 def colours_at(place: FloatArray) -> NDArray[np.uint8]:
-    """Return colours (N, 3) sRGB at places (N,) of a scale, 0 to 1 (-)."""
+    """Return the colours (N, 3) sRGB at places (N,) on a colour scale, 0 to 1 (-)."""
     stops = np.linspace(0.0, 1.0, len(COLOURS))
     return np.stack([np.interp(place, stops, channel) for channel in COLOURS.T], axis=-1).round().astype(np.uint8)
 
 
 def value_at(scale: Scale, place: float) -> float:
-    """Return the value at a place of a scale, 0 to 1, in the scale's unit."""
+    """Return the value at a place on a colour scale, 0 to 1, in the unit of the map."""
     if scale.logarithmic:
         return float(scale.low * (scale.high / scale.low) ** place)
     return scale.low + (scale.high - scale.low) * place
 
 
 def _range(values: Values) -> tuple[float, float]:
-    """Return the range of nearly all known values (N,), in their own unit; 0 to 0 if none is known."""
+    """Return the range of nearly all known values (N,) of a map, for its colour scale; 0 to 0 if none is known."""
     known = values[np.isfinite(values)]
     if len(known) == 0:
         return 0.0, 0.0

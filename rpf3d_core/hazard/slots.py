@@ -1,4 +1,4 @@
-"""The memory of a tally: slots of the cells that rocks reached, and the loops that add visits to the slots."""
+"""The memory of map counts: one slot (row) for each cell that rocks reached, and the loops that add to slots."""
 
 import math
 from typing import Any, NamedTuple
@@ -23,16 +23,16 @@ from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.jit.prefetch import prefetch
 
 AHEAD = 32
-"""Number of visits whose memory is prefetched together: more than the processor prefetches without help."""
+"""Number of visits whose memory is fetched together into the processor's cache, to save waiting time."""
 SUM_UNITS = 2.0**34
-"""Sums are counted in units of the largest value divided by 2^34, so that the sum over 2^29 rocks fits in 64 bits."""
+"""Unit of sums: the largest value divided by 2^34, so that the sum over 2^29 rocks fits in 64 bits."""
 
 
 class Slots(NamedTuple):
-    """The figures of S cells that rocks reached.
+    """The counts of S cells that rocks reached, one slot (row) for each cell.
 
     cell : (S,) cell numbers; lines : a cache line per cell, with sums in units of `Scales.top` over SUM_UNITS
-    bins : (S, B) number of rocks in each bin of energy, then of speed, then of height, without carries
+    bins : (S, B) number of rocks in each bin of energy, then of speed, then of height, without overflows (carries)
     ways : (S, 2) as in `hazard.walks.ways`; None if not gathered
     """
 
@@ -43,7 +43,7 @@ class Slots(NamedTuple):
 
 
 class SlotTable(NamedTuple):
-    """The memory of a tally over C cells, and the scales that give the bin of a value.
+    """All memory of a tally over C cells: which cell has which slot, the slots, and the scales of the bins.
 
     slot : (C,) number of each cell's slot, -1 if no rock reached it; merges : how often bins were merged in pairs
     """
@@ -55,7 +55,7 @@ class SlotTable(NamedTuple):
 
 
 class Ahead(NamedTuple):
-    """Scratch for the next A visits: their slots, values and bins.
+    """Working memory for the next A visits that are added: their slots, values and bins.
 
     slot : (A,); values : (A, 3) energy, speed and height over `Scales.top`; bits : the same memory as whole numbers
     bins : (A, 3) the bin of each value
@@ -68,7 +68,10 @@ class Ahead(NamedTuple):
 
 
 def empty_slots(room: int, bins: int, ways: bool = False) -> Slots:
-    """Return `room` empty slots with `bins` bins each, with track lengths if `ways`; unused slots take no memory."""
+    """Return empty slots for `room` cells with `bins` bins each; unused slots take no memory.
+
+    ways : True to count path lengths as well
+    """
     lengths = np.zeros((room, 2), dtype=np.int64) if ways else None
     return Slots(
         cell=np.empty(room, dtype=np.int32),
@@ -79,7 +82,7 @@ def empty_slots(room: int, bins: int, ways: bool = False) -> Slots:
 
 
 def nothing_ahead() -> Ahead:
-    """Return scratch for the next visits."""
+    """Return empty working memory for `fold_visits`."""
     values = np.empty((AHEAD, 3))
     return Ahead(
         slot=np.empty(AHEAD, dtype=np.int32),
@@ -91,7 +94,10 @@ def nothing_ahead() -> Ahead:
 
 @loop
 def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
-    """Give the slots from `used` on to cells without a slot; write these cells to `fresh` and return their number."""
+    """Give a new slot to each cell that has none, numbered from `used` on; write these cells to `fresh`.
+
+    Returns the number of these cells.
+    """
     new = 0
     for k in range(len(cells)):
         if slot[cells[k]] < 0:
@@ -103,10 +109,10 @@ def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
 
 @loop
 def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full: Any) -> int:
-    """Add the first `used` visits to the slots of their cells; return the number of bins that overflowed.
+    """Add visits (rocks in cells) to the counts of their cells; return the number of bins that overflowed.
 
-    The places of these bins are written to `full`. A place is the flat index of a byte in `Slots.bins`. A byte that
-    would reach 256 starts again at 0.
+    used : number of visits to add. The places of these bins are written to `full`. A place is the flat index of a byte
+    in `Slots.bins`. A byte that would reach 256 starts again at 0.
     """
     slots, carried = table.slots, 0
     for first in range(0, used, AHEAD):
@@ -131,7 +137,7 @@ def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full:
 
 @kernel
 def _look_ahead(table: SlotTable, visits: Visits, first: int, count: int, ahead: Ahead) -> None:
-    """Find the slots and bins of the next visits, and prefetch their memory, so that the waiting times overlap."""
+    """Find the slots and bins of the next visits, and fetch their memory early, so that waiting times overlap."""
     slots, scales = table.slots, table.scales
     offsets = (0, scales.bins[0], scales.bins[0] + scales.bins[1])
     per_top = (1.0 / scales.top[0], 1.0 / scales.top[1], 1.0 / scales.top[2])
@@ -154,7 +160,10 @@ def _look_ahead(table: SlotTable, visits: Visits, first: int, count: int, ahead:
 
 @kernel
 def _add_to_line(lines: CacheLines, s: int, visits: Visits, k: int, values: Any, a: int) -> None:
-    """Add visit k to cache line s; row a of values (A, 3) is the visit's energy, speed and height over `Scales.top`."""
+    """Add visit number k to the counts of slot s.
+
+    Row a of `values` (A, 3) is the visit's energy, speed and height, divided by `Scales.top`.
+    """
     t, speed2 = np.float32(visits.times[k, FIRST]), visits.most[k, SPEED2]
     if lines.short[s, LINE_ROCKS] == 0 or t < lines.single[s, LINE_FIRST]:
         lines.single[s, LINE_FIRST] = t

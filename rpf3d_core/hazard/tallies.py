@@ -1,4 +1,4 @@
-"""Tallies of an ensemble while it flies: squares of the raster, facets, zones and areas of interest.
+"""Count flown rocks into all hazard maps: cells of the raster, facets, zones and areas of interest.
 
 Rocks are examined batch by batch, on the thread that flew them, and then discarded: memory depends on the terrain and
 on the maps, not on the number of rocks.
@@ -28,12 +28,15 @@ from rpf3d_core.hazard.walks.walk import Scratch, empty_spans, with_more_room
 from rpf3d_core.jit.background import Call
 
 ROOM = 65_536
-"""Most visits to one kind of cell that are gathered before they are added to the tally: 4 MB."""
+"""Largest number of visits to one kind of cell that are collected before they are added to the counts: 4 MB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tallies:
-    """The counts behind all hazard maps. Call the object with each batch of flown rocks; any thread may call."""
+    """The counts (tallies) behind all hazard maps: call the object with each batch of flown rocks.
+
+    Any thread may call.
+    """
 
     ground: WalkedTerrain
     areas: Areas
@@ -48,7 +51,7 @@ class Tallies:
     barriers: Any = None  # a `hazard.barriers.BarrierTally` if the scene names barriers
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
-        """Count the N rocks of a batch; return their largest heights above the terrain (N,) m."""
+        """Count the N rocks of a batch into all maps; return their largest heights above the terrain (N,) m."""
         heights, begin = np.zeros(len(batch.finals)), 0
         scratch = self._scratch()
         flown = self._flown(batch, releases.mass[batch.rows], releases.radius[batch.rows])
@@ -64,14 +67,14 @@ class Tallies:
         return heights
 
     def precompile(self) -> None:
-        """Compile the functions that gather and count visits."""
+        """Compile the loops that count rocks, before the first rock flies."""
         scratch, nothing = self._scratch(), np.empty(0)
         self._fold(scratch)
         self._visit(scratch, self._flown(NOTHING, nothing, nothing), 0, nothing)
         self.idle.put(scratch)
 
     def loops(self) -> tuple[Call, Call]:
-        """Return the loops of `precompile` that take longest to compile, with arguments."""
+        """Return the two loops that take longest to compile, with arguments, for another process to compile."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
         flown = self._flown(NOTHING, nothing, nothing)
@@ -79,21 +82,21 @@ class Tallies:
         return visit, self.squares.loop(scratch.squares)
 
     def add(self, other: "Tallies") -> None:
-        """Add the counts of another part of the same ensemble."""
+        """Add the counts of another part of the same ensemble to all maps."""
         for mine, theirs in zip(self._tallies, other._tallies, strict=True):
             mine.add(theirs)
         if self.barriers is not None:
             self.barriers.join(other.barriers.counted)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """Return these tallies for the terrain after a change of its facets; empty them before rocks are counted."""
+        """Return the counts for a terrain whose facets have changed; they must be emptied before rocks are counted."""
         cells = len(ground.facets.zone)
-        fits = cells <= len(self.facets.slot)  # the scratch is as long as the slots, so it fits too
+        fits = cells <= len(self.facets.slot)  # the working memory is as long as the slots, so it fits too
         self.facets.widened(cells)
         return replace(self, ground=ground, idle=self.idle if fits else queue.SimpleQueue())
 
     def maps(self, flown: int, area_names: tuple[str, ...], lost: int = 0) -> HazardMaps:
-        """Return the maps of an ensemble of which `flown` rocks have flown and `lost` were lost to holes."""
+        """Return the hazard maps of `flown` rocks, of which `lost` were lost to holes."""
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
         zones, inside = without_passages(zones), without_passages(inside)
         barriers = () if self.barriers is None else self.barriers.figures
@@ -102,7 +105,7 @@ class Tallies:
         )
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
-        """Return the maps of zones and areas of interest only, which is fast enough to call repeatedly."""
+        """Return the maps of zones and areas of interest only, for checks of convergence: fast enough to repeat."""
         nothing = layers_of(CellTally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
         zones, inside = without_passages(zones), without_passages(inside)
@@ -113,7 +116,7 @@ class Tallies:
         return self.squares, self.facets, self.zones, self.inside
 
     def _scratch(self) -> Scratch:
-        """Return an idle scratch, or a new scratch if none is idle."""
+        """Return unused working memory for a thread, or new memory if none is unused."""
         try:
             return self.idle.get_nowait()
         except queue.Empty:
@@ -123,36 +126,42 @@ class Tallies:
             return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=empty_spans())
 
     def _fold(self, scratch: Scratch) -> None:
-        """Add all visits of a scratch to the tallies."""
+        """Add all collected visits of a thread to the counts."""
         kinds = (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
         for tally, visits in zip(self._tallies, kinds, strict=True):
             tally.fold(visits)
 
     def _visit(self, scratch: Scratch, flown: FlownRocks, begin: int, heights: FloatArray) -> int:
-        """Gather the visits of the rocks from number `begin` on; return the number of the first rock without room."""
+        """Collect the visits of rocks, from number `begin` on, until the memory is full.
+
+        Return the next rock's number.
+        """
         visit: Any = visit_all if self.compiled else visit_all.py_func  # type: ignore[attr-defined]
         return int(visit(*self._places(), scratch, flown, begin, heights))
 
     def _places(self) -> tuple[WalkedTerrain, Areas]:
-        """Return the terrain and the areas that `visit_all` visits; the areas with scratch of this thread."""
+        """Return the terrain and areas that paths are compared with.
+
+        The areas have their own memory for each thread.
+        """
         areas = self.areas._replace(crossings=np.empty_like(self.areas.crossings))
         return self.ground if self.compiled else plain_ground(self.ground), areas
 
     def _flown(self, batch: Batch, mass: FloatArray, radius: FloatArray) -> FlownRocks:
-        """Return the rocks of a batch, with their spins if rocks spin."""
+        """Return the records of a batch of flown rocks, with spins if rocks spin."""
         spins = spins_squared(batch, radius) if self.spins else None
         return flown_rocks(batch, mass, radius, self.gravity, spins)
 
 
 def with_ways(tallies: Tallies) -> Tallies:
-    """Return empty tallies that also gather the lengths of tracks inside the squares of the raster."""
+    """Return empty counts that also include the path lengths inside map cells, for passages per metre."""
     return replace(tallies, squares=tallies.squares.with_ways())
 
 
 def tallies_over(
     ground: WalkedTerrain, areas: Areas, zones: int, gravity: float, binning: Binning, compiled: bool
 ) -> Tallies:
-    """Return empty tallies over a terrain with `zones` zones; gravity : m/s^2."""
+    """Return empty counts (tallies) for all hazard maps over a terrain with `zones` zones; gravity : m/s^2."""
     squares, facets = (
         CellTally(n, binning.coarse, 0.5 * binning.limit, compiled)
         for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))

@@ -1,4 +1,4 @@
-"""Add up the visits of all rocks to the cells of one kind.
+"""Count what all rocks did in the cells of one kind: map cells, facets, zones or areas of interest.
 
 A tally holds only counts, largest or smallest values, and sums of whole numbers. So the order in which visits are added
 changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
@@ -23,27 +23,33 @@ from rpf3d_core.jit.background import Call
 from rpf3d_core.jit.memory import longer
 
 FEWEST_SLOTS = 1024
-"""Number of slots when memory is first allocated, unless there are fewer cells."""
+"""Number of slots (rows for reached cells) when memory is first allocated, unless there are fewer cells."""
 GROWTH = 4
-"""Factor by which the memory grows when all slots are in use: few of all bytes written are then copies."""
+"""Factor by which the memory grows when all slots are in use.
+
+With this factor, few of all bytes written are copies.
+"""
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
-"""Largest number of times that bins are merged in pairs: a bin is then an octave wide."""
+"""Largest number of times that bins are merged in pairs to save memory: a bin is then an octave wide."""
 BYTES_PER_CELL = 132
-"""Bytes that every cell needs, even if no rock reaches it: for its slot number here, in the visits of a thread, in the
-sheet of facets, and in layers if rocks reach it."""
+"""Memory (bytes) that each cell needs even if no rock reaches it.
+
+It holds the slot number of the cell, its entry in the visits of a thread, in the sheet of facets, and in the map values
+if rocks reach the cell.
+"""
 BYTES_PER_SLOT = LINE + 4
-"""Bytes that a cell needs in addition to its bins once a rock has reached it."""
+"""Memory (bytes) that a reached cell needs in addition to its bins."""
 LEAST_SHARE = 0.2
-"""Share of the memory for maps that bins may take, even if the cells leave less."""
+"""Share of the memory for maps (-) that bins may take, even if the cells leave less."""
 
 
 class CellTally:
-    """Counts over C cells of one kind.
+    """Counts of what rocks did in each of C cells of one kind, added while rocks fly.
 
     Bins take at most `limit` bytes. Beyond that they are merged in pairs, at most until each is an octave wide. The
     merging depends only on the cells that rocks reached, so the result does not depend on the order of the rocks.
     compiled : False for so few rocks that plain Python finishes before the loop is compiled
-    ways : True to gather the lengths of tracks inside cells
+    ways : True to count the lengths of paths inside cells
     """
 
     def __init__(self, cells: int, scales: Scales, limit: float, compiled: bool = True, ways: bool = False) -> None:
@@ -57,7 +63,7 @@ class CellTally:
         self._lock = threading.Lock()
 
     def emptied(self, scales: Scales, limit: float) -> "CellTally":
-        """Return an empty tally of the same cells that reuses this tally's memory; do not use this tally afterwards.
+        """Return an empty tally of the same cells in the memory of this tally, which must not be used afterwards.
 
         The cost depends on the number of cells that rocks reached, not on the number of all cells.
         """
@@ -67,20 +73,23 @@ class CellTally:
         return fresh
 
     def widened(self, cells: int) -> None:
-        """Make room for at least `cells` cells."""
+        """Enlarge the memory so that at least `cells` cells can be counted."""
         self.slot = longer(self.slot, cells, -1)
 
     @property
     def ways(self) -> bool:
-        """True if the lengths of tracks inside cells are gathered."""
+        """True if the lengths of paths inside cells are counted."""
         return self.slots.ways is not None
 
     def with_ways(self) -> "CellTally":
-        """Return an empty tally of the same cells that gathers the lengths of tracks inside them."""
+        """Return an empty tally of the same cells that also counts the lengths of paths inside them."""
         return CellTally(len(self.slot), self.scales, self.limit, self.compiled, True)
 
     def fold(self, visits: Visits) -> None:
-        """Add visits to the tally, all visits of a rock at once, and empty `visits`; any thread may call."""
+        """Add the visits of some rocks to the counts, and empty `visits`; any thread may call.
+
+        All visits of a rock must be added at once.
+        """
         used = int(visits.state[USED])
         with self._lock:
             self._take_in(visits.cell[:used])
@@ -91,17 +100,17 @@ class CellTally:
         visits.state[:] = 0
 
     def loop(self, visits: Visits) -> Call:
-        """Return the compiled loop of `fold` with arguments: no visits."""
+        """Return the compiled loop of `fold`, and arguments without visits with which it can be compiled early."""
         full = self.carries.room_for(0)
         return fold_visits, (self._table, visits, 0, self._ahead, full)
 
     @property
     def _table(self) -> SlotTable:
-        """The memory of this tally, as the loops read it."""
+        """All memory of this tally, in the form that compiled loops read."""
         return SlotTable(slot=self.slot, slots=self.slots, scales=self.scales, merges=self.merges)
 
     def add(self, other: "CellTally") -> None:
-        """Add another tally of the same cells and scales: the same bits as if its rocks had been counted here."""
+        """Add the counts of another tally of the same cells; the bits are as if its rocks had been counted here."""
         with self._lock:
             self._take_in(other.slots.cell[: other.used])
             while self.merges < other.merges:
@@ -118,13 +127,13 @@ class CellTally:
             self.carries.add_bins(self.slots.bins, place, bins)
 
     def found(self) -> Found:
-        """Return the figures of the S cells that rocks reached, in order of cell, without bins (see `bins_found`)."""
+        """Return the counts of the S cells that rocks reached, in order of cell, without bins (see `bins_found`)."""
         order, ways = self._order(), self.slots.ways
         found = found_in(self.slots.lines, self.slots.cell[order], order)
         return found if ways is None else found._replace(ways=ways[order])
 
     def bins_found(self, some: NDArray[np.intp] | None = None) -> Iterator[NDArray[np.uint32]]:
-        """Yield the bins (N, B) of the cells of `found`, carries included, N cells at a time to save memory.
+        """Yield the true counts in the bins (N, B) of the reached cells, N cells at a time to save memory.
 
         some : indices of the wanted cells among the cells of `found`; None for all
         """
@@ -133,11 +142,11 @@ class CellTally:
             yield self.carries.whole(self.slots.bins, order[begin : begin + AT_ONCE])
 
     def _order(self) -> NDArray[np.int64]:
-        """Return the slots in order of cell."""
+        """Return the slots of the reached cells, in order of cell."""
         return np.argsort(self.slots.cell[: self.used], kind="stable")
 
     def _take_in(self, cells: NDArray[np.int32]) -> None:
-        """Give a slot to each cell without a slot."""
+        """Give a slot to each of the given cells that has none, and enlarge the memory if needed."""
         first, new = self.used, self._new_cells(cells)
         self.used += new
         beside = BYTES_PER_SLOT + (WAY_BYTES if self.ways else 0)
@@ -148,14 +157,14 @@ class CellTally:
         self.slots.cell[first : self.used] = self._fresh[:new]
 
     def _new_cells(self, cells: NDArray[np.int32]) -> int:
-        """Number the cells without a slot, write them to the start of `_fresh`, and return their number."""
+        """Find the given cells that have no slot, write them to the start of `_fresh`, and return their number."""
         if len(self._fresh) < len(cells):
             self._fresh = np.empty(len(cells), dtype=np.int32)
         number = number_cells if self.compiled else number_cells.py_func  # type: ignore[attr-defined]
         return int(number(self.slot, cells, self.used, self._fresh))
 
     def _grow(self, room: int) -> None:
-        """Move all slots into memory for `room` slots."""
+        """Move all counts into larger memory, with `room` slots."""
         grown, used = empty_slots(room, self.slots.bins.shape[1], self.ways), len(self.slots.cell)
         grown.cell[:used], grown.bins[:used] = self.slots.cell, self.slots.bins
         grown.lines.long[:used] = self.slots.lines.long
@@ -164,7 +173,7 @@ class CellTally:
         self.slots = grown
 
     def _merge_bins(self) -> None:
-        """Merge the bins of all slots in pairs."""
+        """Merge the bins of all cells in pairs, to halve their memory."""
         self.merges += 1
         bins, self.carries = in_pairs(self.slots.bins, self.carries)
         self.slots = self.slots._replace(bins=bins)

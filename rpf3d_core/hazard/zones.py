@@ -1,4 +1,4 @@
-"""Hazard zones: the cells of the raster that belong to a level of reach probability or to a class of a matrix.
+"""Hazard zones: the map cells with at least a reach probability, or with a class of a hazard matrix.
 
 No level, class or threshold of any country or mine is built in: the scene names them all.
 """
@@ -17,7 +17,7 @@ Flags = NDArray[np.bool_]
 
 
 class Matrix(NamedTuple):
-    """Classes by energy and reach probability.
+    """A hazard matrix: the user's classes by energy and reach probability, such as "low" and "high".
 
     energy_levels (J) and probability_levels (-) : ascending; n levels separate n + 1 bands, and a level belongs to the
         band above it
@@ -36,13 +36,13 @@ class Matrix(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Names of the classes, in order of first mention, from the highest energy and probability down."""
+        """Names of the classes of the matrix, each once, from the highest energy and probability down."""
         named = [name for row in reversed(self.classes) for name in reversed(row) if name is not None]
         return list(dict.fromkeys(named))
 
 
 class Zone(NamedTuple):
-    """Cells of one level or one class.
+    """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
     kind : "reach_probability", all cells of at least a level (zones of lower levels contain those of higher ones), or
         "matrix", all cells of a class
@@ -61,7 +61,7 @@ class Zone(NamedTuple):
 
 
 def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
-    """Return a zone for each level (-) of reach probability, in the order given; it may have no cells."""
+    """Return a hazard zone for each level (-) of reach probability, in the order given; a zone may have no cells."""
     share = reach_probability(maps.cells, maps.flown)
     return [
         Zone(kind="reach_probability", level=level, name=None, cells=_flags(maps, share >= level)) for level in levels
@@ -69,7 +69,7 @@ def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
-    """Return a zone for each class of a matrix, the highest first, of cells that rocks reached.
+    """Return a hazard zone for each class of the matrix, the highest class first, of cells that rocks reached.
 
     A cell with fewer than 20 rocks has no percentile. Such a cell takes its largest energy instead, which is never
     below the percentile, and the zone counts such cells. A cell that is left out would look safe.
@@ -99,12 +99,15 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
 
 
 def _flags(maps: HazardMaps, belongs: Flags) -> Flags:
-    """Return flags (C,) of all cells from flags (S,) of the cells that rocks reached."""
+    """Return flags (C,) for all map cells from flags (S,) for the reached cells."""
     return maps.cells.everywhere(belongs, False)
 
 
 def _energy(maps: HazardMaps, percentile: int) -> tuple[FloatArray, Flags]:
-    """Return the percentile of energy (S,) J, or the largest energy if it is missing; and flags (S,) of the missing."""
+    """Return the percentile of energy (S,) J that the matrix uses, and flags (S,) of cells where it is missing.
+
+    Where it is missing, the largest energy takes its place.
+    """
     energy = getattr(maps.cells.energy, f"p{percentile}")
     guessed = np.isnan(energy)
     return np.where(guessed, maps.cells.energy.largest, energy), guessed

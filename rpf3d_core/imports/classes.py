@@ -1,4 +1,4 @@
-"""Group grid cells with equal numbers into classes, which become zones of the scene.
+"""Group grid cells with equal ground into classes, because a scene has zones and not a value for each cell.
 
 A facet has the ground of the cell that contains the centroid of the facet. The vertices of the mesh are the centres of
 cells, and the diagonal of each square runs from north-west to south-east. Therefore the centroids of the two facets lie
@@ -18,11 +18,11 @@ MOST_CLASSES = 200
 """Largest number of zones of an imported scene: to assign a zone to a million facets takes about 0.1 s."""
 
 BINS = (4096, 1024, 512, 200, 150, 100, 75, 50, 40, 30, 25, 20, *range(16, 0, -1))
-"""Numbers of equal bins between the smallest and the largest number of a grid, in the order in which they are tried."""
+"""Numbers of equal intervals (bins) into which the numbers of a grid are sorted, in the order of trial."""
 
 
 class Classes(NamedTuple):
-    """C classes of cells; all cells of a class have the same K numbers, one number from each grid.
+    """The classes of grid cells: each becomes a zone, and all its cells have the same K numbers, one from each grid.
 
     number : (H, W) int32, class of each cell, counted from 1; 0 for a cell without facets
     values : (C, K) numbers of each class, in the units of the grids
@@ -39,7 +39,9 @@ class Classes(NamedTuple):
 
 
 def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
-    """Return the number (H, W) of facets whose centroid lies in each cell: 2 inside the grid, fewer at the rim.
+    """Return the number (H, W) of facets that each cell gives its ground to: 2 inside the grid, fewer at its boundary.
+
+    A facet belongs to the cell that contains its centroid.
 
     ground : (H, W) True where a cell has a height
     """
@@ -51,10 +53,11 @@ def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
 
 
 def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: NDArray[np.int64]) -> Classes:
-    """Return the classes of the cells with facets, in ascending order of their numbers.
+    """Return the classes of all cells with facets: cells with equal numbers in all grids are in one class.
 
-    With more than MOST_CLASSES distinct classes, the numbers of some grids (`binned`) are put into equal bins: the
-    finest bins that give at most MOST_CLASSES. The number of a class is then the mean of its cells.
+    Classes are in ascending order of their numbers. With more than MOST_CLASSES distinct classes, the numbers of some
+    grids (`binned`) are put into equal bins: the finest bins that give at most MOST_CLASSES. The number of a class is
+    then the mean of its cells.
 
     Parameters
     ----------
@@ -82,7 +85,7 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 
 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
-    """Return the class (N,) of each distinct row (N, K), with the finest bins that give at most MOST_CLASSES."""
+    """Return the class (N,) of each distinct row of numbers (N, K), as finely as at most MOST_CLASSES classes allow."""
     for bins in BINS:
         _, place = _distinct(_steps(rows, binned, bins))
         if place.max() < MOST_CLASSES:
@@ -91,7 +94,7 @@ def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
 
 
 def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the distinct rows (C, K) of rows (N, K) in ascending order, and the index (N,) of each row among them.
+    """Return the distinct rows (C, K) of rows (N, K) in ascending order, and for each row its index (N,) among them.
 
     `np.unique` with an axis gives the same result, but takes many times as long.
     """
@@ -104,7 +107,7 @@ def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
-    """Return numbers (N, K) in which the index of the bin replaces each number that may be binned.
+    """Return numbers (N, K) with nearly equal numbers made equal: a bin index replaces each number that may be binned.
 
     binned : (K,) True for columns to bin; bins : number of equal bins between the least and the largest number
     """
@@ -115,7 +118,7 @@ def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
 
 
 def _means(rows: FloatArray, place: NDArray[np.int64], count: NDArray[np.int64]) -> FloatArray:
-    """Return the means (C, K) of the rows (N, K) of each class, weighted by their number of cells (N,).
+    """Return the numbers (C, K) of each class: the means of the rows (N, K) in it, weighted by their cells (N,).
 
     place : (N,) class of each row. The mean is exact if all rows of a class are equal.
     """

@@ -1,4 +1,4 @@
-"""Write the scene folder of an import: complete, or not at all."""
+"""Write the scene folder of an import completely, or not at all after an error."""
 
 import os
 import shutil
@@ -10,7 +10,7 @@ from rpf3d_core.errors import InputError
 
 
 def check_new_folder(folder: Path) -> Path:
-    """Return the absolute path of an output folder; refuse a folder that must not be overwritten.
+    """Return the absolute path of an output folder, after a check that nothing there would be overwritten.
 
     Raises
     ------
@@ -31,7 +31,9 @@ def check_new_folder(folder: Path) -> Path:
 
 @contextmanager
 def new_folder(folder: Path) -> Iterator[Path]:
-    """Yield a hidden folder to write into, and rename it to `folder` at the end; after an error no folder remains.
+    """Yield a hidden folder to write an import into.
+
+    At the end it is renamed to `folder`, after an error it is deleted.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Find the grids of an input folder by name, read them, and check that all have the cells of the elevation grid."""
+"""Find and read the grids of an input folder, and check that all have the same cells as the elevation grid."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from rpf3d_core.terrain.frame import FloatArray
 Cells = NDArray[np.bool_]
 
 SAME_CORNER = 1e-3
-"""Tolerance for equal corners and cell sides, as a share of a cell (-), because files contain rounded numbers."""
+"""Tolerance for equal corners and cell sides (-, share of a cell), because numbers in files are rounded."""
 
 DEM = "dem"
 
 
 @dataclass(frozen=True, eq=False)
 class Grids:
-    """Grids on the same cells, H rows from north to south and W columns.
+    """The input grids of an import, all on the same cells: H rows from north to south and W columns.
 
     files : path of each grid, by the name of the grid in the other program
     values : numbers (H, W) of each grid in the unit of the grid, NaN for missing values
@@ -41,7 +41,7 @@ class Grids:
 
     @property
     def ground(self) -> Cells:
-        """Flags (H, W): True where a cell has a height."""
+        """Flags (H, W): True for cells with ground, that is with a height in the elevation grid."""
         return np.isfinite(self.values[DEM])
 
     def centres(self, cells: Cells) -> FloatArray:
@@ -52,7 +52,7 @@ class Grids:
 
 
 def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
-    """Return the grid files of a folder by grid name in lower case; other files are ignored.
+    """Return the paths of the input grids in a folder, by grid name in lower case; other files are ignored.
 
     File names may have upper-case or lower-case letters.
 
@@ -75,14 +75,14 @@ def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
 
 
 def _grid_name(path: Path) -> str:
-    """Return the name of a grid file without its extension, in lower case; "" for other files."""
+    """Return the grid that a file name stands for, in lower case and without extension; "" if it is not a grid."""
     name = path.name.lower()
     extension = next((known for known in sorted(DEM_EXTENSIONS, key=len)[::-1] if name.endswith(known)), None)
     return name.removesuffix(extension) if extension else ""
 
 
 def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], program: str) -> None:
-    """Raise an error if a needed grid is missing in a folder.
+    """Raise an error if a folder lacks a grid that the import needs.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], progr
 
 
 def read_grids(files: Mapping[str, Path]) -> Grids:
-    """Read grids that have the same square cells; one grid must be the elevation grid `dem`.
+    """Read the input grids of an import, and check that all have the cells of the elevation grid `dem`.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def _refuse_other_cells(
 
 
 def refuse_where(grids: Grids, name: str, wrong: Cells, what: str) -> None:
-    """Refuse a grid with wrong cells.
+    """Refuse a grid with wrong values, with a message that names the first wrong cell.
 
     Parameters
     ----------
@@ -158,5 +158,5 @@ def refuse_where(grids: Grids, name: str, wrong: Cells, what: str) -> None:
 
 
 def _place(row: int, column: int) -> str:
-    """Return row and column of a cell as text, counted from 1."""
+    """Return row and column of a cell as text for messages, counted from 1."""
     return f"row {row + 1}, column {column + 1}"

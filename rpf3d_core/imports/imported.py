@@ -22,7 +22,7 @@ COMPANIONS = (".prj",)
 
 
 class Imported(NamedTuple):
-    """A scene made from an input folder of another program.
+    """The report of an import: the path of the new scene, and which input is in the scene and which is not.
 
     scene : path of the scene file; taken : sentences on imported input; left : sentences on input that is not imported
     """
@@ -51,7 +51,7 @@ class ImportedScene(NamedTuple):
 
 
 def write_imported(out: Path, made: ImportedScene) -> Imported:
-    """Write a scene folder, and read the scene again as a check.
+    """Write the scene folder of an import, then read the new scene to check that it is valid.
 
     Raises
     ------
@@ -72,12 +72,14 @@ def write_imported(out: Path, made: ImportedScene) -> Imported:
 
 
 def terrain_name(grids: Grids) -> str:
-    """Return the file name of the elevation grid in the scene folder."""
+    """Return the file name that the elevation grid gets in the scene folder."""
     return grids.files[DEM].name.lower()
 
 
 def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequence[str]]) -> list[MaterialZone]:
-    """Return a zone for each class. The class with most facets needs no polygons: it is the zone of all other terrain.
+    """Return the zones of an imported scene, one for each class of cells.
+
+    The class with most facets needs no polygons: its zone is all terrain outside the other zones.
 
     names : (C,) zone names; materials : (C,) lines of the materials
     """
@@ -90,7 +92,9 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
-    """Return a sentence on binned numbers (number of classes, largest change of a number); none without bins.
+    """Return a sentence that warns of cells with nearly equal numbers put into one class; [] if there are none.
+
+    The sentence states the number of classes and the largest change of a number.
 
     what : (K,) name and unit of each number of a class
     """
@@ -104,7 +108,7 @@ def binning(classes: Classes, what: Sequence[str]) -> list[str]:
 
 
 def shifted_maps(grids: Grids) -> list[str]:
-    """Return a sentence if the cells of the hazard maps are shifted against the cells of the grids, else no sentence.
+    """Return a sentence that warns if hazard maps have their cells in other places than the input grids; else [].
 
     The cells of hazard maps begin at whole multiples of the cell size.
     """

@@ -1,4 +1,4 @@
-"""Find the cells of a grid that are far enough from its edge and from missing ground."""
+"""Find the cells of a grid that are far enough from its boundary and from missing ground to be sources."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from rpf3d_core.imports.grids import Cells
 
 
 def within(shape: tuple[int, ...], rim: int) -> Cells:
-    """Return flags (H, W): False for cells in the outer `rim` rows and columns of a grid, else True.
+    """Return flags (H, W): False for the outermost `rim` rows and columns on each side of a grid, else True.
 
     shape : H and W
     """
@@ -16,9 +16,9 @@ def within(shape: tuple[int, ...], rim: int) -> Cells:
 
 
 def surrounded(ground: Cells) -> Cells:
-    """Return flags (H, W): True if a cell and its eight neighbours have ground.
+    """Return flags (H, W): True if a cell and its eight neighbours have ground, so that a rock there is above a facet.
 
-    A rock anywhere in such a cell is above a facet.
+    This holds for a rock anywhere in the cell.
 
     ground : (H, W) True where a cell has a height
     """

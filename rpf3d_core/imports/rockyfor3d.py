@@ -55,7 +55,7 @@ ALWAYS_LEFT = (
 
 
 def import_rockyfor3d(folder: Path, out: Path) -> Imported:
-    """Write a scene folder from an input folder of Rockyfor3D.
+    """Write a scene folder from an input folder of Rockyfor3D, so that rpf3d can run the same case.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def _refuse_wrong_ground(grids: Grids) -> None:
 
 
 def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> ImportedScene:
-    """Return the imported scene: its text, zones, materials, source points and forest outline."""
+    """Return everything that the import will write: scene text, zones, materials, source points and forest outline."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(int(soil), moh, blocks.radius) for soil, *moh in classes.values.tolist()]
     forest, extra = forest_of(folder, grids), without_effect(folder, grids.files)
@@ -107,12 +107,12 @@ def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> Impor
 
 
 def _zone_name(soil: float, *moh: float) -> str:
-    """Return the name of a zone, such as soil_4_rg_0.05_0.1_0.3."""
+    """Return the name of a zone from its soil type and roughness, such as soil_4_rg_0.05_0.1_0.3."""
     return f"soil_{soil:g}" + ("" if soil == SWALLOWS else f"_rg_{'_'.join(f'{height:.4g}' for height in moh)}")
 
 
 def _material(soil: int, moh: list[float], radius: float) -> list[str]:
-    """Return the lines of a zone's material.
+    """Return the lines of a zone's material in the scene file, from Rockyfor3D's soil type and obstacle heights.
 
     soil : code of the soil type; moh : (3,) m, obstacle heights rg70, rg20 and rg10; radius : of the mean block, m
     """
@@ -131,7 +131,7 @@ def _material(soil: int, moh: list[float], radius: float) -> list[str]:
 
 
 def _rock(blocks: Blocks) -> list[str]:
-    """Return the lines of the scene's rock: the mean density, and the distribution of the volumes of all blocks."""
+    """Return the lines on the rocks in the scene file: mean density, and distribution of the volumes of all rocks."""
     volume, density = blocks.volume, blocks.density
     drawn = normal(float(volume.mean()), float(volume.std()), float(volume.min()), float(volume.max()))
     of_cells = f"The blocks of {counted(len(volume), 'source cell')}"
@@ -142,7 +142,7 @@ def _rock(blocks: Blocks) -> list[str]:
 
 
 def _sources(blocks: Blocks, grids: Grids) -> list[str]:
-    """Return the lines of the only source: one rock for each source cell, at a random point in the cell.
+    """Return the lines on the sources in the scene file: one source, with a rock at a random point of each source cell.
 
     The start height above the ground is the radius of the mean block, so that the mean block touches the ground.
     """
@@ -162,7 +162,7 @@ def _models(grids: Grids) -> list[str]:
 
 
 def _left(blocks: Blocks) -> list[str]:
-    """Return sentences on input that is not imported from this folder, except trees and nets."""
+    """Return sentences for the user on input that is not imported from this folder, except trees and nets."""
     left = []
     rim, gaps = blocks.left_out
     if rim:
@@ -181,7 +181,7 @@ def _left(blocks: Blocks) -> list[str]:
 
 
 def _left_trees(forest: ImportedForest | None, extra: list[Path]) -> list[str]:
-    """Return sentences on trees and nets that are not imported."""
+    """Return sentences for the user on trees and nets that are not imported."""
     left = []
     if forest is not None:
         means = "how the forest differs from cell to cell: the scene has its means over the wooded cells"
@@ -196,7 +196,7 @@ def _binned(classes: Classes) -> list[str]:
 
 
 def _taken(grids: Grids, classes: Classes, blocks: Blocks) -> list[str]:
-    """Return sentences on the terrain, zones, sources and rocks of the scene."""
+    """Return sentences for the user on what was imported: terrain, zones, sources and rocks."""
     rows, columns = grids.ground.shape
     return [
         f"terrain: {rows} by {columns} cells of {number(grids.cell)} m, {int(classes.facets.sum()):,} facets",

@@ -1,4 +1,4 @@
-"""Read the blocks of a Rockyfor3D folder: their source cells, densities and volumes."""
+"""Read the rocks of a Rockyfor3D folder (blocks in Rockyfor3D's words): source cells, densities and volumes."""
 
 import math
 from typing import NamedTuple
@@ -14,18 +14,23 @@ DENSITY, AXES, SHAPE = "rockdensity", ("d1", "d2", "d3"), "blshape"
 
 FILLED = {1: ("rectangular", 1.0), 2: ("ellipsoidal", math.pi / 6.0), 3: ("spherical", math.pi / 6.0),
           4: ("disc", math.pi / 4.0)}  # fmt: skip
-"""Shapes by code, each with the share (-) of the box d1 d2 d3 that it fills. A disc is a cylinder of thickness d3."""
+"""Rock shapes by code, each with the share (-) of the box d1 d2 d3 that the shape fills.
+
+A disc is a cylinder of thickness d3.
+"""
 
 IGNORED_RIM = 2
-"""Rows and columns at each side of the grid whose source cells Rockyfor3D ignores (readme of a plugin that writes its
-input)."""
+"""Number of rows and columns on each side of the grid in which Rockyfor3D ignores source cells.
+
+Source: the readme of a plugin that writes its input.
+"""
 
 
 class Blocks(NamedTuple):
-    """The blocks of N source cells, row by row.
+    """The rocks of N source cells, row by row.
 
     cells : (H, W) True for a source cell
-    left_out : numbers of ignored source cells, at the rim and next to missing ground
+    left_out : numbers of ignored source cells, at the boundary of the grid and next to missing ground
     density : (N,) kg/m3; volume : (N,) m3; shapes : names of the shapes that occur
     """
 
@@ -37,12 +42,12 @@ class Blocks(NamedTuple):
 
     @property
     def radius(self) -> float:
-        """Radius (m) of a sphere of the mean volume."""
+        """Radius (m) of the mean rock: a sphere of the mean volume."""
         return float((3.0 * self.volume.mean() / (4.0 * math.pi)) ** (1.0 / 3.0))
 
 
 def blocks_of(grids: Grids) -> Blocks:
-    """Return the blocks of all cells with a rock density above 0.
+    """Return the rocks of all source cells, that is cells with a rock density above 0.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Read the forest of a Rockyfor3D folder from its rasters, and find its files of single trees and of nets.
+"""Read the forest of a Rockyfor3D folder from its rasters, and find its files of single trees and nets.
 
 A scene has one forest of one density, so the rasters become means over the wooded cells.
 """
@@ -16,7 +16,7 @@ from rpf3d_core.scene.models import EffectsSpec
 STEMS, MEAN, SD, CONIFERS = "nrtrees", "dbhmean", "dbhstd", "conif_percent"
 FOREST = (STEMS, MEAN, SD, CONIFERS)
 NETS = ("net_number", "net_energy", "net_height")
-"""Names of the rasters of nets. The names are unconfirmed."""
+"""File names of the rasters of nets. The names are unconfirmed."""
 TREES = ("treefile.txt", "treefile.csv", "trees.txt", "trees.csv")
 """Names of files of single trees. The names are unconfirmed."""
 WOODED = "forest.geojson"
@@ -24,7 +24,7 @@ PERCENT = 100.0
 
 
 class ImportedForest(NamedTuple):
-    """The forest of a scene, as means over the wooded cells.
+    """The forest that the import writes into the scene, as means over the wooded cells.
 
     cells : (H, W) True where there are trees; stems : per hectare
     dbh_mean, dbh_sd : mean and standard deviation of the diameter at breast height (cm); conifers : share (-)
@@ -38,7 +38,7 @@ class ImportedForest(NamedTuple):
 
 
 def forest_of(folder: Path, grids: Grids) -> ImportedForest | None:
-    """Return the forest of the rasters; None if the folder has no forest rasters, or they have no trees.
+    """Return the forest of a Rockyfor3D folder; None if there are no forest rasters, or no trees in them.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def forest_of(folder: Path, grids: Grids) -> ImportedForest | None:
 
 
 def _means(grids: Grids, cells: Cells) -> ImportedForest:
-    """Return the means over the wooded cells.
+    """Return the mean forest over the wooded cells, because a scene has one forest of one density.
 
     Diameters and conifers are means over trees (weighted by the stems of a cell); the number of stems is a mean over
     cells.
@@ -75,12 +75,15 @@ def _means(grids: Grids, cells: Cells) -> ImportedForest:
 
 
 def has_forest() -> bool:
-    """True if this version of rpf3d has the effect `forest`."""
+    """True if this version of rpf3d has the effect `forest`, so that the import can use it."""
     return "forest" in EffectsSpec.model_fields
 
 
 def forest_lines(forest: ImportedForest | None) -> list[str]:
-    """Return the lines of the scene's effect `forest`; comment lines if this version does not have the effect."""
+    """Return the lines of the effect `forest` in the scene file.
+
+    Comment lines if this version does not have the effect.
+    """
     if forest is None:
         return []
     lines = [
@@ -92,12 +95,12 @@ def forest_lines(forest: ImportedForest | None) -> list[str]:
 
 
 def without_effect(folder: Path, files: Mapping[str, Path]) -> list[Path]:
-    """Return the files of trees and nets, which are copied into the scene folder and not read."""
+    """Return the files of trees and nets; the import copies them into the scene folder, but does not read them."""
     trees = sorted(path for path in folder.iterdir() if path.name.lower() in TREES)
     return trees + [files[name] for name in NETS if name in files]
 
 
 def without_effect_lines(extra: list[Path]) -> list[str]:
-    """Return comment lines that name the copied files without effect."""
+    """Return comment lines for the scene file that name the copied files without effect."""
     names = ", ".join(path.name.lower() for path in extra)
     return comment(f"Copied beside this file and without effect: {names}.") if extra else []

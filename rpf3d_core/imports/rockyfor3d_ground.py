@@ -1,4 +1,4 @@
-"""Rockyfor3D's ground codes as coefficients of restitution (physics reference 1.9).
+"""Convert Rockyfor3D's ground codes to coefficients of restitution (physics reference 1.9).
 
 All numbers in this file are unconfirmed, because the manual was not available. The numbers are written into the scene
 file, where the user must check them. No kernel contains these numbers.
@@ -12,17 +12,17 @@ import numpy as np
 from rpf3d_core.terrain.frame import FloatArray
 
 MOH_SHARES = (0.70, 0.20, 0.10)
-"""Shares (-) of contacts in which a rock meets an obstacle of height rg70, rg20 and rg10. Unconfirmed."""
+"""Shares (-) of impacts that are on an obstacle of height rg70, rg20 and rg10. Unconfirmed."""
 VARIATION = 0.1
-"""Largest relative change (-) of R_t to either side; the variation is uniform. Unconfirmed."""
+"""Largest relative change (-) of R_t, up or down, between impacts; the variation is uniform. Unconfirmed."""
 LEAST_R_T, MOST_R_T = 0.1, 0.99
-"""Limits of R_t (-). Unconfirmed."""
+"""Smallest and largest R_t (-), Rockyfor3D's tangential coefficient. Unconfirmed."""
 STEPS = 1000
-"""Number of evenly spaced values that replace a uniform distribution in a mean; the error is below 1e-6."""
+"""Number of evenly spaced values used to average over a uniform distribution; the error is below 1e-6."""
 
 
 class Soil(NamedTuple):
-    """A soil type: its description and the range of R_n (-)."""
+    """A soil type of Rockyfor3D: its description and its range of R_n (-), the normal restitution."""
 
     name: str
     low: float
@@ -39,14 +39,17 @@ SOILS = (
     Soil(name="bedrock", low=0.48, high=0.58),
     Soil(name="asphalt road", low=0.32, high=0.39),
 )
-"""Soil types by code. Codes and descriptions are confirmed by another program that writes them; R_n is unconfirmed."""
+"""Soil types of Rockyfor3D, by code.
+
+Codes and descriptions are confirmed by another program that writes them; R_n is unconfirmed.
+"""
 
 SWALLOWS = 0
-"""Code of ground in which blocks stop."""
+"""Soil code of ground in which rocks sink and stop, such as a swamp."""
 
 
 class CoefficientSpread(NamedTuple):
-    """Mean, standard deviation, least and largest value of a coefficient (-)."""
+    """The spread of a coefficient (-) in the scene: mean, standard deviation, least and largest value."""
 
     mean: float
     sd: float
@@ -55,7 +58,9 @@ class CoefficientSpread(NamedTuple):
 
 
 def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
-    """Return R_t (3,) (-) of obstacles of heights rg70, rg20 and rg10 (m): 1 / (1 + MOH / R). Unconfirmed.
+    """Return R_t (3,) (-), the share of energy that a rock keeps, for obstacles of heights rg70, rg20 and rg10.
+
+    R_t is 1 / (1 + MOH / R), unconfirmed, with obstacle height MOH and block radius R.
 
     moh : (3,) m, obstacle heights; radius : of the block, m
     In Rockyfor3D, the obstacle height MOH includes the penetration depth of the block. This depth is ignored here,
@@ -65,7 +70,7 @@ def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
 
 
 def tangential_restitution(moh: Sequence[float], radius: float) -> CoefficientSpread:
-    """Return the tangential restitution (-), a ratio of speeds, that corresponds to Rockyfor3D's R_t.
+    """Return the tangential restitution (-) for the scene, a ratio of speeds, that corresponds to Rockyfor3D's R_t.
 
     moh : (3,) m, obstacle heights; radius : of the block, m
     In Rockyfor3D v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)), so R_t is a share of energy: a rolling sphere,

@@ -1,4 +1,4 @@
-"""Write a scene file as text, with a comment next to every number that the user should check."""
+"""Write an imported scene file as text, with a comment next to every number that the user should check."""
 
 import textwrap
 from collections.abc import Sequence
@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 WIDTH = 116
-"""Largest number of characters in a comment line."""
+"""Largest number of characters in a comment line of the scene file."""
 
 HOLDS_DEG, ANY_SPEED = 89.0, 1000.0
-"""Friction angle (degrees) and stop speed (m/s) of ground in which every rock stops: on any slope, at any speed."""
+"""Friction angle (degrees) and stop speed (m/s) of ground that stops every rock, on any slope and at any speed."""
 
 NOT_CARRIED = "Not carried over:"
 
@@ -28,7 +28,7 @@ class MaterialZone(NamedTuple):
 
 
 class SceneText(NamedTuple):
-    """The content of an imported scene file.
+    """The content of an imported scene file, from which its text is made.
 
     head : sentences on the origin of the scene; left : sentences on input that is not imported
     terrain : path of the elevation grid, relative to the scene; zones : exactly one zone has no polygons
@@ -58,35 +58,35 @@ class SceneText(NamedTuple):
 
 
 def comment(*sentences: str) -> list[str]:
-    """Return sentences as lines of comment; each sentence starts a new line."""
+    """Return sentences as comment lines of the scene file; each sentence starts a new line."""
     return [f"# {line}" for sentence in sentences for line in textwrap.wrap(sentence, WIDTH)]
 
 
 def item(sentence: str) -> list[str]:
-    """Return a sentence as the lines of a list item in a comment."""
+    """Return a sentence as a list item ("- ...") in the comment lines of the scene file."""
     first, *more = textwrap.wrap(sentence, WIDTH - 2, break_long_words=False)
     return [f"# - {first}", *(f"#   {line}" for line in more)]
 
 
 def number(value: float) -> str:
-    """Return a number with at most six significant digits, as YAML reads it."""
+    """Return a number as text for the scene file, with at most six significant digits."""
     return f"{value:.6g}"
 
 
 def normal(mean: float, sd: float, low: float, high: float) -> str:
-    """Return a truncated normal distribution as YAML; only the mean if both bounds have the same digits as text."""
+    """Return a truncated normal distribution as text for the scene file; only the mean if both bounds look the same."""
     if number(low) == number(high):
         return number(mean)
     return f"{{mean: {number(mean)}, sd: {number(sd)}, min: {number(low)}, max: {number(high)}}}"
 
 
 def uniform(low: float, high: float) -> str:
-    """Return a uniform distribution as YAML; a single number if both bounds have the same digits as text."""
+    """Return a uniform distribution as text for the scene file; one number if both bounds look the same."""
     return number(low) if number(low) == number(high) else f"{{uniform: [{number(low)}, {number(high)}]}}"
 
 
 def names_of(words: Sequence[str]) -> list[str]:
-    """Return the words as distinct names: a repeated word gets a number as suffix."""
+    """Return different names for zones: a repeated word gets a number as suffix."""
     seen: dict[str, int] = {}
     names = []
     for word in words:
@@ -96,7 +96,7 @@ def names_of(words: Sequence[str]) -> list[str]:
 
 
 def stopping(why: str) -> list[str]:
-    """Return the lines of a material that stops every rock on contact; `why` is a sentence for the comment."""
+    """Return the lines of a material that stops every rock on contact; why : a sentence for the comment."""
     return [
         *comment(why), "normal_restitution: 0", "tangential_restitution: 0", f"friction_angle_deg: {HOLDS_DEG:g}",
         f"stop_speed: {ANY_SPEED:g}",
@@ -104,12 +104,12 @@ def stopping(why: str) -> list[str]:
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a count with its noun, in the plural unless the count is 1."""
+    """Return a count with its noun for messages, in the plural unless the count is 1."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def span(values: Sequence[float] | np.ndarray, unit: str) -> str:
-    """Return the interval from the smallest to the largest value as text with unit; one number if all are equal.
+    """Return the range of values as text with unit, such as "1 to 5 m3"; one number if all are equal.
 
     values : (N,) in `unit`
     """

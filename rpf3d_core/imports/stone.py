@@ -1,4 +1,4 @@
-"""Import an input set of STONE or r.stone as a scene (docs/howto/imports.md; the manual of r.stone)."""
+"""Import the grids of STONE or r.stone as a scene (docs/howto/imports.md; the manual of r.stone)."""
 
 import math
 from collections.abc import Sequence
@@ -39,25 +39,33 @@ from rpf3d_core.scene.models import GroundSpec
 PROGRAM = "STONE"
 NORMAL, TANGENTIAL, FRICTION = "nrest", "trest", "friction"
 NEEDED = (DEM, SOURCES, NORMAL, TANGENTIAL, FRICTION)
-"""Names of the grids that an import needs, as in r.stone's manual."""
+"""Names of the grids that the import needs, as in the manual of r.stone."""
 
 GRAVITY = 9.805
 START_SPEED, START_VARIATION = 1.0, 0.1
-"""Start speed of rocks (m/s), and its relative variation (-) among the rocks of a cell: the defaults of r.stone. The
-distribution of the variation is unconfirmed."""
+"""Start speed of rocks (m/s), and its relative variation (-) among the rocks of a cell: the defaults of r.stone.
+
+The distribution of the variation is unconfirmed.
+"""
 STOP_SPEED = 3.0
 """Speed below which a rock stops (m/s): r.stone's default."""
 VARIATION, SD = 0.1, 0.05
-"""Largest relative change (-) and relative standard deviation (-) of a coefficient. Coefficients have a normal
-distribution within a tenth of their value (manual). The standard deviation is unconfirmed."""
+"""Largest relative change (-) and relative standard deviation (-) of a coefficient between impacts.
+
+Coefficients have a normal distribution within a tenth of their value (manual). The standard deviation is unconfirmed.
+"""
 STEEPEST_TANGENT = 3.0
-"""Largest friction (-) that is a plausible tangent (of 71.6 degrees); the largest published tangent is 0.95. A larger
-number is probably an angle in degrees."""
+"""Largest value (-) of the friction grid; a larger number is probably an angle in degrees.
+
+The value is the tangent of 71.6 degrees; the largest published tangent is 0.95.
+"""
 PERCENT = 100.0
 
 ROLLING, ROLLING_KEY = "rolling_stone", "rolling_friction"
-"""Names of the ground model with STONE's rolling rule, and of its material key. If this version of rpf3d has both, the
-import writes the coefficient, but does not select the ground model."""
+"""Names of the ground model with STONE's rolling rule, and of the key of a material that this model needs.
+
+If this version of rpf3d has both, the import writes the coefficient, but does not select the ground model.
+"""
 AT_REST = (
     "it stops every rock whose bounces have died out: with both restitutions between 0 and 1 they end at rest, and the "
     "rule holds a slow rock on any slope"
@@ -71,14 +79,14 @@ HEAD = (
 
 
 class Restitution(NamedTuple):
-    """The unit of the restitution grids: the name of the unit, and `whole`, the number for a restitution of 1."""
+    """The unit of the restitution grids: its name, and `whole`, the number that stands for a restitution of 1."""
 
     unit: str
     whole: float
 
 
 def import_stone(folder: Path, out: Path) -> Imported:
-    """Write a scene folder from a set of STONE's grids.
+    """Write a scene folder from a set of STONE's grids, so that rpf3d can run the same case.
 
     Raises
     ------
@@ -100,7 +108,7 @@ def import_stone(folder: Path, out: Path) -> Imported:
 
 
 def _refuse_wrong_ground(grids: Grids, needed: Cells) -> Restitution:
-    """Refuse coefficients out of range in the needed cells (H, W); return the unit of the two restitutions."""
+    """Refuse coefficients out of range in the needed cells (H, W), and return the unit of the restitution grids."""
     unit = _unit_of(grids, needed)
     for name in (NORMAL, TANGENTIAL):
         value = grids.values[name]
@@ -114,7 +122,10 @@ def _refuse_wrong_ground(grids: Grids, needed: Cells) -> Restitution:
 
 
 def _unit_of(grids: Grids, needed: Cells) -> Restitution:
-    """Return percent if a number is above 1, else shares; refuse one grid in percent and the other in shares."""
+    """Return the unit of the restitution grids: percent if a number is above 1, else shares.
+
+    Mixed units are refused.
+    """
     most = {name: float(np.nanmax(grids.values[name][needed], initial=0.0)) for name in (NORMAL, TANGENTIAL)}
     low, high = sorted(most, key=lambda name: most[name])
     if most[high] > 1.0 >= most[low] > 0.0:
@@ -126,7 +137,7 @@ def _unit_of(grids: Grids, needed: Cells) -> Restitution:
 
 
 def _made(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution) -> ImportedScene:
-    """Return the imported scene: its text, zones, materials and source points."""
+    """Return everything that the import will write: scene text, zones, materials and source points."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(row, unit) for row in classes.values.tolist()]
     sources = ["sources:"] + [line for start in starts.starts for line in _source(start)]
@@ -143,12 +154,12 @@ def _made(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution
 
 
 def _zone_name(stops: float, normal_: float, tangential: float, friction: float) -> str:
-    """Return the name of a zone: "stop", or such as rn_35_rt_55_mu_0.65, in the unit of the grids."""
+    """Return the name of a zone: "stop", or its coefficients such as rn_35_rt_55_mu_0.65, in the unit of the grids."""
     return "stop" if stops else f"rn_{normal_:.4g}_rt_{tangential:.4g}_mu_{friction:.4g}"
 
 
 def _material(ground: Sequence[float], unit: Restitution) -> list[str]:
-    """Return the lines of a zone's material.
+    """Return the lines of a zone's material in the scene file, from the values of STONE's grids.
 
     ground : flag (not 0 if rocks stop in the zone), normal and tangential restitution in the grids' unit, tangent of
         the friction angle (-)
@@ -172,13 +183,13 @@ def _within_a_tenth(value: float, most: float = 1.0) -> str:
 
 
 def _angle(tangent: float) -> str:
-    """Return the distribution of the friction angle (degrees) whose tangent varies by a tenth around a value."""
+    """Return the friction angle (degrees) for the scene file, as a distribution: its tangent varies by a tenth."""
     low, mean, high = (math.degrees(math.atan(share * tangent)) for share in (1.0 - VARIATION, 1.0, 1.0 + VARIATION))
     return normal(mean, SD / VARIATION * 0.5 * (high - low), low, high)
 
 
 def _rolling(friction: str) -> list[str]:
-    """Return the material line for STONE's rolling rule; no line if this version of rpf3d does not have the rule."""
+    """Return the material line for STONE's rolling rule; [] if this version of rpf3d does not have the rule."""
     return [f"{ROLLING_KEY}: {friction}"] if _has_rolling() else []
 
 
@@ -187,7 +198,7 @@ def _has_rolling() -> bool:
 
 
 def _source(start: Start) -> list[str]:
-    """Return the lines of a source."""
+    """Return the lines of a source in the scene file: all rocks that start in the same direction."""
     length = math.hypot(*start.step)
     vx, vy = (number(START_SPEED * step / length) for step in start.step)
     spread = number(START_SPEED * START_VARIATION)
@@ -210,7 +221,7 @@ def _models(grids: Grids) -> list[str]:
 
 
 def _left(starts: StoneStarts) -> list[str]:
-    """Return sentences on features of STONE that the scene does not have."""
+    """Return sentences for the user on features of STONE that the scene does not have."""
     left = [
         "when flight turns to rolling (below 5 m/s and 3 m between impacts): here a rock bounces until it would rise "
         "less than smallest_bounce, and slides from then on",
@@ -235,7 +246,7 @@ def _binned(classes: Classes, unit: Restitution) -> list[str]:
 
 
 def _taken(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution) -> list[str]:
-    """Return sentences on the terrain, zones and sources of the scene."""
+    """Return sentences for the user on what was imported: terrain, zones and sources."""
     rows, columns = grids.ground.shape
     _, *coefficients = classes.values[classes.values[:, 0] == 0.0].T
     spans = [span(values, "") for values in coefficients if len(values)]

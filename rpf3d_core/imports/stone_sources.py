@@ -1,4 +1,4 @@
-"""Source cells of a STONE input set: the number of rocks of each cell, and the neighbour towards which they start."""
+"""Find the source cells of a STONE input set: how many rocks each releases, and in which direction."""
 
 import math
 from typing import NamedTuple
@@ -13,13 +13,16 @@ from rpf3d_core.terrain.frame import FloatArray
 
 SOURCES = "sources"
 STOP = -1
-"""Value in the source grid that marks a cell in which rocks stop."""
+"""Value in the source grid that marks a cell in which every rock stops."""
 
 NEIGHBOURS = {
     "north": (0, 1), "north_east": (1, 1), "east": (1, 0), "south_east": (1, -1),
     "south": (0, -1), "south_west": (-1, -1), "west": (-1, 0), "north_west": (-1, 1),
 }  # fmt: skip
-"""Neighbours of a cell, with steps (cells) to the east and north. Of equally steep neighbours, the first is used."""
+"""The eight neighbours of a cell, with steps (cells) to the east and north; rocks start towards the steepest.
+
+Of equally steep neighbours, the first is used.
+"""
 
 MOST_LINES = 5_000_000
 """Largest total number of lines in all files of source points; more lines would take minutes to read."""
@@ -39,10 +42,10 @@ class Start(NamedTuple):
 
 
 class StoneStarts(NamedTuple):
-    """All starts of a STONE input set.
+    """All starts of a STONE input set, grouped by direction.
 
     cells : number of source cells used; rising : source cells among them without a lower neighbour
-    left_out : source cells not used, because they lie at the rim or next to missing ground
+    left_out : source cells not used, because they lie at the boundary of the terrain or next to missing ground
     """
 
     starts: list[Start]
@@ -52,7 +55,7 @@ class StoneStarts(NamedTuple):
 
 
 def starts_of(grids: Grids) -> StoneStarts:
-    """Return the starts of all cells with rocks, grouped by the direction of their steepest neighbour.
+    """Return the starts of all source cells, grouped by direction: each rock starts towards the steepest neighbour.
 
     Raises
     ------
@@ -82,7 +85,7 @@ def starts_of(grids: Grids) -> StoneStarts:
 
 
 def source_rocks(grids: Grids) -> NDArray[np.int64]:
-    """Return the number (H, W) of rocks of each cell: STOP where rocks stop, 0 where there is no value.
+    """Return how many rocks each cell releases (H, W): STOP where rocks stop, 0 where the grid has no value.
 
     Raises
     ------
@@ -96,7 +99,7 @@ def source_rocks(grids: Grids) -> NDArray[np.int64]:
 
 
 def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return the index (H, W) in NEIGHBOURS of the steepest neighbour, and the gradient (H, W) towards it (-).
+    """Return which neighbour of each cell is the steepest (H, W), as index in NEIGHBOURS, and the gradient (-) to it.
 
     The gradient is positive downhill; -inf for a cell without height, or with no neighbour that has one.
     """

@@ -1,4 +1,4 @@
-"""Answer sources: fly a small ensemble at once, then double the number of rocks until the answer is good enough.
+"""Answer sources that the monitoring reports: fly a few rocks at once, then twice as many, until that is enough.
 
 An answer is a function of the trigger, the ground, the scene and the seed. An interruption prevents later answers, but
 changes no bit of any answer.
@@ -27,27 +27,27 @@ from rpf3d_core.setup.rounds import doubling_rounds
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
-"""Rocks that fly before the next check for a newer trigger: some tens of milliseconds.
+"""Rocks that fly before the next check for newer sources, which would make this answer useless.
 
-The first stage is flown even if a newer trigger arrives. Its blocks are as large as the blocks of a run, because rocks
-that start close together use the same facets.
+These rocks take some tens of milliseconds. The first stage is flown even if newer sources arrive. Its rocks fly in
+groups as large as in a run, because rocks that start close together use the same facets.
 """
 
 SHOWN = 1000
-"""Number of rocks of the first stage whose trajectories, impacts and deposits are kept for display."""
+"""Number of rocks of the first stage whose trajectories, impacts and deposits are kept for display in the viewer."""
 
 Stop = Callable[[int], bool]
-"""Function of a stage's number that returns True if the stage must be given up while its rocks fly.
+"""A function that returns True if the rocks of the stage with this number must not fly on, because of newer sources.
 
-If the function returns True for stage 0, the trigger stays unanswered.
+If the function returns True for stage 0, the sources get no answer.
 """
 
 
 @dataclass(frozen=True)
 class EnsembleSize:
-    """The approximate number of rocks of the first answer, and the least number of rocks of the last answer.
+    """How many rocks an answer flies: about `first` in its first stage, and at least `least` by its last stage.
 
-    least : rocks to fly even if the target is met earlier, because the site clears no level with fewer rocks
+    least : flown even if the target is met earlier, because the site lowers no alert level with fewer rocks
     """
 
     first: int
@@ -56,7 +56,7 @@ class EnsembleSize:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The result of one stage of an answer.
+    """The result of one stage of an answer: what the rocks flown so far did, as maps and trajectories.
 
     result : number of this answer; stage : from 0, each with twice the rocks of the previous one
     complete : True if the target is met, or `most_rocks` have flown; this trigger then gets no better answer
@@ -82,7 +82,7 @@ class Answer:
 
     @property
     def rocks(self) -> int:
-        """Number of rocks flown, including the fragments of broken rocks."""
+        """Number of rocks flown so far for this answer, including the fragments of broken rocks."""
         return self.maps.flown
 
 
@@ -95,7 +95,7 @@ def answers(
     stop: Stop,
     results: Iterator[int],
 ) -> Iterator[Answer]:
-    """Yield the answers to a trigger: the first with about `size.first` rocks, then each with twice as many.
+    """Fly rocks for the sources of one message, and yield a better answer after each stage, with twice as many rocks.
 
     Parameters
     ----------
@@ -142,14 +142,17 @@ def answers(
 
 
 def no_flights(standing: PreparedTerrain) -> Flights:
-    """Return the flights of an ensemble without rocks."""
+    """Return the flights of an answer in which no rock flew, because there were no sources."""
     none = np.empty(0, dtype=np.int64)
     releases = Releases(none, none, np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
     return flights_of([NOTHING], releases, standing.ground.engine.name)
 
 
 def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outcome], first: Sequence[int]) -> Stream:
-    """Return the stream that flies the rocks; the rocks kept for display are spread over the first stage."""
+    """Return the object that flies the rocks of an answer and counts them into the maps.
+
+    The rocks kept for display are spread over the first stage.
+    """
     shown: Shown = shown_of(sum(first), SHOWN, SHOWN)
 
     def count(deposits: Deposits, impacts: Impacts) -> None:
@@ -160,7 +163,9 @@ def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outco
 
 
 def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:
-    """Fly a small ensemble and discard it, so that all code of an answer is compiled; return the seconds it took.
+    """Fly a small answer and discard it, so that all its code is compiled before the first real answer.
+
+    Return the seconds it took.
 
     rocks : enough to reach cells with more than `hazard.layers.FEW` bins, so that the compiled loop is used, too
     """

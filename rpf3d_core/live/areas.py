@@ -1,4 +1,4 @@
-"""Areas of interest that arrive while the simulator runs: outlines, and circles around moving objects."""
+"""Areas of interest that arrive in messages while the simulator runs: outlines, and circles around vehicles."""
 
 from collections.abc import Sequence
 
@@ -9,11 +9,11 @@ from rpf3d_core.formats.polygons import polygon_of
 from rpf3d_core.terrain.frame import FloatArray
 
 CORNERS_A_QUARTER = 8
-"""Corners per quarter of a circle drawn as a polygon, which deviates by at most 0.5 % of the radius from the circle."""
+"""Corners per quarter of a circle drawn as a polygon, which differs by at most 0.5 % of the radius from the circle."""
 
 
 def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
-    """Return the rings (P, 2) m of an area with three or more corners in plan.
+    """Return the outlines (P, 2) m of an area of interest from its corners in plan, at least three.
 
     Raises
     ------
@@ -24,9 +24,10 @@ def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
 
 
 def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
-    """Return the rings (P, 2) m, holes included, of circles around places (N, 2) m; overlapping circles form one area.
+    """Return the outlines (P, 2) m of the area within circles around places (N, 2) m, such as vehicles.
 
-    Each polygon encloses its true circle, so a rock at the rim of the circle is counted.
+    Overlapping circles form one area. Outlines of holes are included. Each polygon encloses its true circle, so a rock
+    on the circle is counted.
     """
     drawn = radius / np.cos(np.pi / (4 * CORNERS_A_QUARTER))
     circles = shapely.buffer(shapely.points(places), drawn, quad_segs=CORNERS_A_QUARTER)

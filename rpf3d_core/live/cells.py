@@ -1,4 +1,4 @@
-"""Find where a raster lies over ground, and the height of the ground there, both needed to draw a map."""
+"""Find which cells of a map lie over ground, and how high the ground is there; both are needed to draw a map."""
 
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 class TerrainCells(NamedTuple):
-    """The C cells of a raster over a terrain, computed once for each ground.
+    """Where the C cells of a map lie over ground, and how high the ground is; computed once for each terrain.
 
     covered : (C,) True if there is ground below the middle of the cell
     height : (C,) m, local frame, of the highest ground below the middle; if the middle has none, of ground near it; NaN
@@ -26,7 +26,7 @@ class TerrainCells(NamedTuple):
 
 
 def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
-    """Return the cells of a raster over a terrain."""
+    """Return where the cells of a map lie over ground, and how high the ground is there."""
     covered = np.zeros(raster.nx * raster.ny, dtype=np.bool_)
     height = np.full(raster.nx * raster.ny, np.nan, dtype=np.float32)
     cover(terrain.vertices, terrain.triangles, raster, covered, height)
@@ -36,9 +36,10 @@ def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
 def cells_after(
     before: TerrainCells, terrain: Terrain, raster: Raster, locator: BucketLocator, low: Plan, high: Plan
 ) -> TerrainCells:
-    """Return the cells of a raster over a terrain that has changed between low and high (m, local, in plan) only.
+    """Return the cells of a map after the terrain changed in a part, without computing the other cells again.
 
-    The cost depends on the size of the change; `before` is not changed.
+    The terrain changed only between low and high (m, local frame, in plan). The cost depends on the size of the change;
+    `before` is not changed.
     """
     columns = _span(low[0], high[0], raster.x, raster.cell, raster.nx)
     rows = _span(low[1], high[1], raster.y, raster.cell, raster.ny)
@@ -55,14 +56,17 @@ def cells_after(
 
 
 def _span(low: float, high: float, origin: float, cell: float, count: int) -> slice:
-    """Return the columns, or rows, of squares of side `cell` that lie between low and high (m)."""
+    """Return the range of columns, or rows, of a map whose cells of side `cell` lie between low and high (m)."""
     first, last = (int(np.clip(np.floor((edge - origin) / cell), 0, count - 1)) for edge in (low, high))
     return slice(first, last + 1)
 
 
 @loop
 def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: Any) -> None:
-    """Write `covered` (C,) and `height` (C,) m for all cells of a raster within the box of each facet."""
+    """Find for each cell of a map whether there is ground, and its height: write `covered` (C,) and `height` (C,) m.
+
+    Each facet is compared with all cells within its box in plan.
+    """
     x, y, cell, nx, ny = raster.x, raster.y, raster.cell, raster.nx, raster.ny
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]

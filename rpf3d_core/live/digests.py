@@ -1,4 +1,4 @@
-"""Digests that identify surveys: SHA-256 of a survey's contents."""
+"""Digests that identify surveys, so that logs can state which terrain was used: SHA-256 of the contents."""
 
 import hashlib
 from typing import Any
@@ -9,9 +9,9 @@ from rpf3d_core.live.survey import MeshSurvey, Survey
 
 
 def digest_of(survey: Survey, upon: str = "") -> str:
-    """Return the SHA-256 (hex) of a survey's kind, sizes and bits.
+    """Return a digest (SHA-256, hex) that identifies a survey by its kind, sizes and bits.
 
-    upon : digest of the ground that the survey is laid upon, which is hashed first; "" if there is none
+    upon : digest of the ground that the survey is a patch of, which is included in the digest; "" for a whole survey
     """
     digest = hashlib.sha256(f"{upon} {type(survey).__name__}".encode())
     arrays = (survey.vertices, survey.triangles) if isinstance(survey, MeshSurvey) else (survey.points,)

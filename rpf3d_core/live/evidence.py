@@ -1,4 +1,4 @@
-"""Combine the answers for several walls into the worst result, so that no answer hides the answer for another wall."""
+"""Combine the answers for several walls of a mine into the worst result, so that no answer hides a worse answer."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -8,7 +8,9 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 
 
 def together(parts: Sequence[Evidence]) -> Evidence:
-    """Combine one or more evidences, the newest last, into one that has the worst result of each watched area.
+    """Return one evidence from the evidence of several walls: for each area of interest, the worst result counts.
+
+    parts : at least one evidence, the newest last
 
     The watched areas are taken from the newest evidence with areas: an evidence without areas hides none. The result
     is as uncertain as the evidence with the fewest rocks: numbers of rocks are scaled to the fewest flown and rounded
@@ -33,7 +35,7 @@ def together(parts: Sequence[Evidence]) -> Evidence:
 
 
 def _told(parts: Sequence[Evidence], name: str) -> Iterator[AreaEvidence]:
-    """Return the results for the area `name` from each evidence that watched the area."""
+    """Return what each evidence says about the area `name`; evidence without this area is skipped."""
     return (area for part in parts for area in part.areas if area.name == name)
 
 
@@ -42,7 +44,7 @@ def _flown(part: Evidence) -> int:
 
 
 def _worst(said: list[AreaEvidence], flown: int) -> AreaEvidence:
-    """Return the worst of the results of several answers for one area, scaled to `flown` rocks."""
+    """Return the worst of several results for one area, as if each were from `flown` rocks."""
     reached = max(_scaled(area.reached, area.flown, flown) for area in said)
     low, high = wilson_interval(reached, max(flown, 1))
     p95 = [energy for area in said if (energy := _p95_or_largest(area)) is not None]
@@ -62,10 +64,10 @@ def _worst(said: list[AreaEvidence], flown: int) -> AreaEvidence:
 
 
 def _p95_or_largest(area: AreaEvidence) -> float | None:
-    """Return the energy compared with a limit: the p95, or the largest energy if too few rocks arrived for a p95."""
+    """Return the energy that is compared with a limit: the p95, or the largest if too few rocks reached the area."""
     return area.largest_energy if area.p95_energy is None else area.p95_energy
 
 
 def _scaled(count: int, of: int, to: int) -> int:
-    """Return a count out of `of` rocks, scaled to `to` rocks and rounded up."""
+    """Return a count out of `of` rocks as a count out of `to` rocks, rounded up."""
     return -(-count * to // of) if of else 0

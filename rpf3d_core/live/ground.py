@@ -1,7 +1,7 @@
-"""The ground that rocks fly over in a live simulator: built whole from a survey, or patched with a smaller survey.
+"""The terrain that rocks fly over in a live simulator: built from a whole survey, or changed by a patch.
 
 A whole ground is built in memory that no ground in use occupies, so rocks can fly over another ground at the same time.
-A patch is sewn into the memory of the ground itself: no rock may fly over the old ground meanwhile or afterwards.
+A patch changes the memory of the ground itself: no rock may fly over the old ground meanwhile or afterwards.
 """
 
 import time
@@ -34,17 +34,17 @@ from rpf3d_core.terrain.mesh.border import border_after, border_of, net_sides
 from rpf3d_core.terrain.mesh.mesh_ready import ready_mesh
 
 ZONE = "terrain"
-"""The zone of every facet, because surveys have no zones."""
+"""Name of the zone of every facet of a live terrain, because surveys have no zones."""
 WELD = 1e-4
-"""Distance (m) below which vertices of a mesh are merged, unless the user sets another."""
+"""Distance (m) below which vertices of a mesh survey are merged, unless the user sets another distance."""
 THREADS = 2
-"""Number of threads that lay out a ground: the loops are cut into two halves."""
+"""Number of threads that compute the data of a ground; each computes one half of the facets."""
 
 
 class Changed(NamedTuple):
-    """Where the last patch changed the ground.
+    """The part of the ground that the last patch changed, so that only this part is computed again.
 
-    block : the buckets that facets were removed from or added to
+    block : range of search cells (buckets) in which facets were removed or added
     low, high : corners in plan of the box of these facets, m, local frame
     """
 
@@ -54,7 +54,9 @@ class Changed(NamedTuple):
 
 
 class Border(NamedTuple):
-    """Sides (B, 3, 3) m of facets without a neighbour, and the caps over the gaps that the sides enclose.
+    """The boundary of a ground, with the caps that catch flights through gaps.
+
+    sides : (B, 3, 3) m, sides of facets without a neighbour; caps : triangles over the gaps that the sides enclose
 
     A ground has caps even without a gap: flights over it are then compiled once, whichever gaps patches open and close.
     """
@@ -65,13 +67,13 @@ class Border(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LiveTerrain:
-    """The ground that rocks fly over in a simulator.
+    """The terrain of a live simulator, with everything that is needed to fly rocks over it.
 
     terrain, facets, engine : share memory; the engine is compiled if numba is installed
-    digest : SHA-256 (hex) of the surveys; the digest of a patch includes the digest of the ground it is laid upon
+    digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the ground before
     stamp_ns, received_ns : stamp of the survey, and time when the ground was built, by the machine's clock
-    patches : number of patches sewn in since the ground was built whole
-    locator, room : the buckets over the facets, and the memory that all arrays lie in
+    patches : number of patches since the ground was built whole
+    locator : search structure over the facets; room : the memory of all arrays
     border : the sides of facets without a neighbour, and the caps over the gaps there
     changed : where the last patch changed the ground; None if the ground was built whole
     """
@@ -90,7 +92,7 @@ class LiveTerrain:
 
 
 class Workshop:
-    """Builds grounds. One thread may build a ground while a second thread patches a ground and a third flies rocks.
+    """Builds the grounds of a live simulator from surveys, while other threads fly rocks or patch a ground.
 
     Parameters
     ----------
@@ -115,7 +117,9 @@ class Workshop:
         self._rooms = Rooms()
 
     def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "") -> LiveTerrain:
-        """Return the ground of a survey. Raises TerrainError if the survey is too large or is not a terrain.
+        """Return the ground of a whole survey, ready for flights.
+
+        Raises TerrainError if the survey is too large or is not a terrain.
 
         digest : the digest of the survey if it is known; "" to compute it
         """
@@ -131,18 +135,19 @@ class Workshop:
             return self._ground(indexed, room, border, told.result(), stamp_ns, 0)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
-        """Return the ground with a patch sewn in, in the same memory: `ground` must not be used any more.
+        """Return the ground after a patch, that is a survey of a part of the terrain.
 
-        The footprint of a patch is the area that its triangles cover in plan; see `live.patching`. If nothing of the
-        ground stays, the result is the patch built whole in other memory, and `ground` is unchanged.
+        The result uses the same memory, so `ground` must not be used any more. The footprint of a patch is the area
+        that its triangles cover in plan; see `live.patching`. If nothing of the ground stays, the result is the patch
+        built whole in other memory, and `ground` is unchanged.
 
         Raises
         ------
         TerrainError
             The patch is too large, is not a terrain, folds in plan, touches no ground, reaches far beyond the ground,
-            or cannot be sewn to it. The ground is then unchanged.
+            or cannot be joined to it. The ground is then unchanged.
         ValueError
-            The ground has been patched already: only its successor is valid.
+            The ground has been patched already: only the ground with this patch is valid.
         """
         check_points(points_of(patch), self._most)
         if ground.room.patches != ground.patches:
@@ -159,7 +164,7 @@ class Workshop:
 
     @property
     def size(self) -> int:
-        """Bytes of the memory that grounds lie in."""
+        """Size (bytes) of the memory of all grounds, in use or kept for the next ground."""
         return self._rooms.size
 
     def _changed(self, ground: LiveTerrain, change: PatchChange, digest: str, stamp_ns: int) -> LiveTerrain:
@@ -199,7 +204,7 @@ class Workshop:
 
 
 def _kept(mesh: Mesh, room: Room) -> Mesh:
-    """Return the mesh copied into the memory of the room, where patches can change it."""
+    """Return the mesh copied into the memory of a ground, where patches can change it."""
     vertices = room.memory("vertices", mesh.vertices.size, np.float64).reshape(-1, 3)
     triangles = room.memory("triangles", mesh.triangles.size, np.int32).reshape(-1, 3)
     vertices[:], triangles[:] = mesh.vertices, mesh.triangles
@@ -207,7 +212,7 @@ def _kept(mesh: Mesh, room: Room) -> Mesh:
 
 
 def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
-    """Return the facets of a terrain, laid out in the memory of the room."""
+    """Return the facets of a terrain, computed into the memory of a ground."""
     count = len(terrain.triangles)
     geometry = room.memory("geometry", 12 * count, np.float64).reshape(-1, 12)
     room.memory("marks", count, np.uint8)[:] = STAYS
@@ -223,12 +228,12 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
 
 
 def _border(sides: FloatArray, tolerance: float) -> Border:
-    """Return the border of a ground with its caps; tolerance : tolerance of contacts (m)."""
+    """Return the boundary of a ground with its caps; sides : as in `Border`; tolerance : of contacts (m)."""
     return Border(sides, caps_within(sides, tolerance))
 
 
 def _border_after(ground: LiveTerrain, change: PatchChange) -> Border:
-    """Return the border after a patch; most patches change neither the border nor the caps."""
+    """Return the boundary of a ground after a patch; most patches change neither the boundary nor the caps."""
     sides = net_sides(ground.terrain.triangles[change.gone], change.triangles)
     if len(sides) == 0:
         return ground.border

@@ -1,9 +1,9 @@
-"""Plan how a patch is sewn into the ground, before anything is changed: facets to remove, facets to add, and the ring.
+"""Plan how a patch is joined to the ground, before anything is changed: which facets to remove and which to add.
 
 The footprint of a patch is the area of its own facets in plan. Every facet of the ground that touches the footprint is
-removed as a whole; all other facets keep every bit. The ring between the remaining ground and the rim of the patch is
-filled with triangles. So are small holes of the patch, in which no facet of the ground remains. In larger holes the
-ground remains unchanged.
+removed as a whole; all other facets keep every bit. The ring-shaped gap between the remaining ground and the border of
+the patch is filled with triangles. So are small holes of the patch, in which no facet of the ground remains. In larger
+holes the ground remains unchanged.
 """
 
 from typing import Any, NamedTuple
@@ -34,11 +34,11 @@ FOLDED = "the patch folds over itself or stands upright in plan: only what looks
 
 
 class PatchChange(NamedTuple):
-    """The changes that a patch makes to a ground with F facets and V vertices.
+    """The planned changes of a patch to a ground with F facets and V vertices.
 
     gone : (G,) facets that are removed; freed : (U,) vertices that no facet uses any more
     vertices : (N, 3) m, added vertices; triangles : (S, 3) added triangles, numbers from V on refer to `vertices`
-    block, entries : buckets of all changed facets, and entries of the added facets in them
+    block, entries : range of search cells (buckets) of all changed facets, and the added facets in each of these cells
     low, high : corners of the box in plan of all removed and added facets, m
     """
 
@@ -55,10 +55,11 @@ class PatchChange(NamedTuple):
 def change_of(
     patch: Mesh, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> PatchChange | None:
-    """Return the changes that a patch in the ground's frame makes; None if nothing of the ground stays.
+    """Return the changes that a patch will make to the ground; None if the patch replaces the whole ground.
 
+    patch : in the ground's frame
     marks : (F,) all STAYS at first; the function sets GOES for removed facets
-    Raises TerrainError if the patch touches no ground, is not a sheet in plan, or cannot be sewn to the rest.
+    Raises TerrainError if the patch touches no ground, folds over itself in plan, or cannot be joined to the rest.
     """
     slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)
     _check_sheet(corners)
@@ -91,7 +92,7 @@ def change_of(
 
 
 class _Found:
-    """The facets of the ground that a patch touches, and queries about the patch's footprint."""
+    """The facets of the ground that a patch touches, with functions that compare places with the patch in plan."""
 
     def __init__(
         self, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8], patch: FloatArray,
@@ -104,25 +105,25 @@ class _Found:
         self.gone = touched(facets.corners, locator, self._footprint, marks)
 
     def near(self, thin: FloatArray) -> NDArray[np.bool_]:
-        """Return flags (N,), True for each of the triangles (N, 9) m that touches the patch."""
+        """Return flags (N,), True for each of the triangles (N, 9) m that touches the patch in plan."""
         return near_patch(thin, self._locator, self._footprint)
 
     def between(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Return flags (N,), True for each of the places (N, 2) m over a removed facet but not over the patch."""
+        """Return flags (N,), True for places (N, 2) m in the gap: over a removed facet, but not over the patch."""
         over = over_what_goes(points, self._ground, self._locator, self._marks)
         flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
         return over & ~near_patch(np.tile(flat, 3), self._locator, self._footprint._replace(slack=0.0))
 
 
 def _check_sheet(corners: FloatArray) -> None:
-    """Raise TerrainError if a facet of the patch does not face upwards."""
+    """Raise TerrainError if a facet of the patch does not face upwards, because a patch must not fold over itself."""
     u, w = corners[:, 3:5] - corners[:, 0:2], corners[:, 6:8] - corners[:, 0:2]
     if not bool((u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] > 0.0).all()):
         raise TerrainError(FOLDED)
 
 
 def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
-    """True if a facet that has an area stays in the ground."""
+    """True if a facet with an area stays in the ground, so that the patch is not the whole ground."""
     stays = np.flatnonzero(marks[: len(facets.zone)] == 0)
     return bool(facets.normals[stays].any())
 
@@ -130,7 +131,10 @@ def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
 def _ring(
     patch: Mesh, terrain: Terrain, seam: NDArray[np.int64], border: NDArray[np.int64], found: _Found
 ) -> NDArray[np.int64]:
-    """Return the triangles (T, 3) between the ground's edges and the patch's rim; the patch's vertices start at V."""
+    """Return the triangles (T, 3) that fill the gap between the remaining ground and the border of the patch.
+
+    Vertex numbers from V on are the patch's vertices.
+    """
     count = len(terrain.vertices)
     edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
     ids = np.unique(edges)
@@ -143,7 +147,7 @@ def _ring(
 
 
 def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
-    """Raise TerrainError if an edge of the remaining ground has no triangle of the ring next to it, wound alike."""
+    """Raise TerrainError if a gap would remain: an edge of the remaining ground without a triangle beside it."""
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):
@@ -151,13 +155,13 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
-    """Return the triangles renumbered to the ground's vertices `some`, followed by the patch's vertices."""
+    """Return the triangles with other vertex numbers: first the ground's vertices `some`, then the patch's vertices."""
     old = came < len(terrain.vertices)
     return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))
 
 
 def _extent(corners: FloatArray) -> tuple[Plan, Plan]:
-    """Return the corners (m) of the box in plan of facets (N, 9) m."""
+    """Return the south-western and north-eastern corner (m) of the box in plan around facets (N, 9) m."""
     x, y = (np.ascontiguousarray(corners[:, k::3]) for k in range(2))  # a minimum along rows takes ten times as long
     return (float(x.min()), float(y.min())), (float(x.max()), float(y.max()))
 
@@ -167,5 +171,5 @@ def _corners(vertices: FloatArray, triangles: Any) -> FloatArray:
 
 
 def _lines(vertices: FloatArray, edges: IntArray | NDArray[np.int64]) -> FloatArray:
-    """Return edges (E, 2) as triangles without area (E, 9) m."""
+    """Return edges (E, 2) as triangles without area (E, 9) m, so that functions for triangles can take them."""
     return _corners(vertices, edges[:, [0, 1, 1]])

@@ -1,4 +1,4 @@
-"""Release rocks for the sources of a trigger, over a ground.
+"""Release rocks for the sources of one message, over a ground.
 
 The rocks of a source are spread around it. Monitoring gives a place that is exact to some metres, and a rough speed. So
 the answer shows how much this uncertainty matters.
@@ -22,10 +22,13 @@ from rpf3d_core.terrain.frame import FloatArray
 Flags = NDArray[np.bool_]
 
 SAME_GROUND = 1e-6
-"""Rounding (m) by which a source's height above the ground below it and above the highest ground there may differ."""
+"""Difference (m) in two measured heights of a source above the ground up to which they count as equal.
+
+The heights are those above the ground below it, and above the highest ground there.
+"""
 
 MOST_NAMED = 3
-"""Largest number of sources that a sentence names one by one."""
+"""Largest number of sources that are named one by one in a sentence."""
 
 IN_PLAN = (Purpose.POSITION_X, Purpose.POSITION_Y)
 IN_SPEED = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
@@ -33,7 +36,7 @@ IN_SPEED = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
 
 @dataclass(frozen=True)
 class ReleaseSpread:
-    """How rocks are spread around a source.
+    """How rocks are spread around each source, because monitoring gives only a rough place and speed.
 
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
     above_ground : height of each source above the ground (m); None for the height at which the source was seen
@@ -46,9 +49,9 @@ class ReleaseSpread:
 
 @dataclass(frozen=True, eq=False)
 class Released:
-    """The S sources that rocks fall from, in the trigger's order.
+    """The S sources of one message that rocks start from, in the order of the message.
 
-    The order keeps the draws independent of which sources are left out.
+    All sources keep their numbers even if some are left out, so that their random numbers stay the same.
 
     places : (S, 3) m, local; velocities : (S, 3) m/s; diameters : (S,) m, NaN for the scene's rocks, or None
     heights : (S,) m above the highest ground there; spread rocks start at the same height; NaN if rocks are not spread
@@ -65,24 +68,27 @@ class Released:
     around: ReleaseSpread
 
     def first_round(self, rocks: int) -> list[int]:
-        """Return the number of rocks of each source in a first round of at least `rocks` rocks."""
+        """Return how many rocks each source releases in the first stage, at least `rocks` in total."""
         each = -(-rocks // max(int(self.sound.sum()), 1))
         return [each if sound else 0 for sound in self.sound.tolist()]
 
     @property
     def highest(self) -> float:
-        """Upper bound of the height of release (m, local), provided the ground under spread rocks is no higher."""
+        """Upper bound of the height of release (m, local frame), to size the maps.
+
+        It holds if the ground under spread rocks is no higher than at their source.
+        """
         return float(np.nanmax(self.places[:, 2] + np.nan_to_num(self.heights), initial=-np.inf))
 
     @property
     def fastest(self) -> float:
-        """Upper bound of the speed of release (m/s)."""
+        """Upper bound of the speed of release (m/s), to size the maps."""
         spread = self.around.velocity * len(IN_SPEED) ** 0.5
         return float(np.linalg.norm(self.velocities, axis=1).max(initial=0.0) + spread)
 
 
 def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread) -> Released:
-    """Return the sources of a trigger, placed over a ground.
+    """Return the sources of one message placed over a ground: where they can release rocks, and which are left out.
 
     Raises
     ------
@@ -104,10 +110,11 @@ def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSp
 
 
 def releases_of(standing: PreparedTerrain, released: Released, ranges: Sequence[range], seed: int) -> Releases:
-    """Return the rocks of each source in the given ranges of rock numbers; a rock's bits do not depend on the ranges.
+    """Return the releases of each source for the given ranges of rock numbers.
 
-    A rock that is spread keeps its source's height above the ground, so no rock starts in the wall behind the source.
-    Where there is no ground, the rock starts at its source. Random numbers are drawn as in `ensemble.releases`.
+    The bits of a rock do not depend on the ranges. A rock that is spread keeps its source's height above the ground, so
+    no rock starts in the wall behind the source. Where there is no ground, the rock starts at its source. Random
+    numbers are drawn as in `ensemble.releases`.
     """
     numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
     source = np.repeat(np.arange(len(ranges)), [len(some) for some in numbers])
@@ -121,7 +128,10 @@ def releases_of(standing: PreparedTerrain, released: Released, ranges: Sequence[
 
 
 def _placed(standing: PreparedTerrain, released: Released, seed: int, source: IntArray, rock: IntArray) -> FloatArray:
-    """Return the start points (R, 3) m of rocks (R,) of sources (R,)."""
+    """Return the start points (R, 3) m of rocks, spread around their sources.
+
+    source, rock : (R,) numbers of the source and of the rock
+    """
     places, heights = released.places[source], released.heights[source]
     spread = np.isfinite(heights)
     if not spread.any():
@@ -133,23 +143,29 @@ def _placed(standing: PreparedTerrain, released: Released, seed: int, source: In
 
 
 def _spread(half: float, purposes: Sequence[Purpose], seed: int, source: IntArray, rock: IntArray) -> FloatArray:
-    """Return uniform deviations (R, K) within a half-width, one column for each purpose; zeros if `half` is 0."""
+    """Return random deviations (R, K), uniform within a half-width, one column for each purpose.
+
+    Zeros if `half` is 0.
+    """
     if half == 0.0:
         return np.zeros((len(rock), len(purposes)))
     return half * (2.0 * np.stack([uniform(seed, source, rock, purpose) for purpose in purposes], axis=1) - 1.0)
 
 
 def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: float) -> tuple[FloatArray, FloatArray]:
-    """Return masses (R,) kg and radii (R,) m for diameters (R,) m; a rock with diameter NaN keeps its own."""
+    """Return masses (R,) kg and radii (R,) m from the diameters (R,) m that the message gives.
+
+    NaN keeps the rock's own.
+    """
     known = np.isfinite(diameter)
     return np.where(known, mass_of(diameter, density), mass), np.where(known, 0.5 * diameter, radius)
 
 
 def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
-    """Measure points (S, 3) against the ground, in three arrays (S,).
+    """Return where sources (S, 3) m are relative to the ground: under it, how high above it, or off the terrain.
 
-    The arrays are: depth under the ground (m; 0 above the ground), height above the highest ground there (m; NaN if
-    other ground hangs over the point), and True for points off the terrain.
+    The result is three arrays (S,): depth under the ground (m; 0 above the ground), height above the highest ground
+    there (m; NaN if other ground hangs over the point), and True for points off the terrain.
     """
     over = _over_top(standing, x)
     off = over[:, 1] < 0
@@ -163,22 +179,22 @@ def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> 
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
-    """Return `Engine.ground_below` for points above all terrain, with the x and y of places (S, 3) m."""
+    """Return the highest ground at places (S, 3) m, as `Engine.ground_below` gives it from above all terrain."""
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)
 
 
 def _tops(standing: PreparedTerrain, x: FloatArray, over: FloatArray) -> FloatArray:
-    """Return the height (S,) m, local, of the highest ground at places (S, 3) m; NaN where there is none."""
+    """Return the height (S,) m, local frame, of the highest ground at places (S, 3) m; NaN where there is none."""
     tops = standing.ground.facets.high[2] + ABOVE_EVERYTHING - over[:, 0]
     return np.where(over[:, 1] < 0, np.nan, tops)
 
 
 def _raised(standing: PreparedTerrain, x: FloatArray, heights: FloatArray) -> FloatArray:
-    """Return points (N, 3) m moved to heights (N,) m above the highest ground there; z is NaN where there is no ground.
+    """Return points moved to given heights (N,) m above the highest ground below or above them: (N, 3) m.
 
-    Points whose height is NaN are not moved.
+    z is NaN where there is no ground. Points whose height is NaN are not moved.
     """
     moved, known = np.array(x), np.isfinite(heights)
     some = moved[known]
@@ -187,7 +203,7 @@ def _raised(standing: PreparedTerrain, x: FloatArray, heights: FloatArray) -> Fl
 
 
 def _sentence(positions: FloatArray, off: Flags, depth: FloatArray) -> str:
-    """Return a sentence on the sources that are left out and the reasons; "" if there are none."""
+    """Return a sentence for the user on the sources that release no rocks, and why; "" if there are none."""
     parts = []
     for which, why in ((off, "off the terrain"), (depth > 0.0, "under the ground")):
         bad = np.flatnonzero(which)

@@ -1,4 +1,4 @@
-"""Sets of memory for grounds: a set is used again only when no object uses the ground in the set any more."""
+"""Memory for the grounds of a live simulator, used again when no object uses the previous ground in it any more."""
 
 import weakref
 from collections.abc import Iterator
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from rpf3d_core.jit.memory import Kept
 
 SETS = 2
-"""Unused sets that are kept: one for the running ground and one in which the next ground is built."""
+"""Number of unused memory sets that are kept: one for the running ground, one to build the next ground in."""
 
 
 class Room:
-    """A set of memory, and the objects that use it.
+    """A memory set for one ground, and the objects that use it.
 
     claimed : True while a ground is being built here
-    patches : number of patches sewn into the ground here
+    patches : number of patches of the ground here
     free_rows, free_vertices : rows of facets and of vertices that are no longer used
     """
 
@@ -31,31 +31,31 @@ class Room:
         self.begin()
 
     def begin(self) -> None:
-        """Reset the room for a ground that is laid out whole: every row is in use."""
+        """Reset the memory set for a new whole ground: every row is in use."""
         self.patches = 0
         self.free_rows = np.empty(0, np.int32)
         self.free_vertices = np.empty(0, np.int64)
 
     def patched(self, free_rows: NDArray[np.int32]) -> None:
-        """Record that another patch was sewn in; `free_rows` (U,) are the rows without a facet."""
+        """Record one more patch; free_rows : (U,) rows that hold no facet after the patch."""
         self.patches += 1
         self.free_rows = free_rows
 
     def used_by(self, *users: Any) -> None:
-        """Register objects that have arrays in this memory."""
+        """Register objects that use this memory; it stays occupied as long as one of them exists."""
         with self._lock:  # another thread may be searching for a free room
             self._users += [weakref.ref(user) for user in users]
 
     @property
     def free(self) -> bool:
-        """True if no registered object exists any more and no ground is being built here."""
+        """True if this memory can be used for another ground: no object uses it, and no ground is being built here."""
         with self._lock:
             self._users = [user for user in self._users if user() is not None]
             return not (self._users or self.claimed)
 
 
 class Rooms:
-    """The sets of a workshop: as many as there are grounds in use, and at most SETS unused ones."""
+    """All memory sets of a `Workshop`: one for each ground in use, and at most SETS unused ones."""
 
     def __init__(self) -> None:
         self._rooms: list[Room] = []
@@ -63,7 +63,7 @@ class Rooms:
 
     @contextmanager
     def free_one(self) -> Iterator[Room]:
-        """Give an unused set to build a ground in; a new set if all are in use."""
+        """Give an unused memory set to build a ground in; a new one if all are in use."""
         with self._lock:
             free = [room for room in self._rooms if room.free]
             self._rooms = [room for room in self._rooms if room not in free[SETS:]]
@@ -78,5 +78,5 @@ class Rooms:
 
     @property
     def size(self) -> int:
-        """Bytes of all sets."""
+        """Total size (bytes) of all memory sets."""
         return sum(room.memory.size for room in self._rooms)

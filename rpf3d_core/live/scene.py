@@ -1,4 +1,4 @@
-"""The scene that is flown live: from a scene file, or from single values under the names of the scene file's keys.
+"""The scene of a live simulator: from a scene file, or from single parameters named like the keys of a scene file.
 
 A live scene is the same `Scene` as the scene of a run. Its terrain and sources arrive in messages, so the scene has
 placeholders for them. The only other value that the user does not give is the default material (thesis table 5-1).
@@ -17,10 +17,10 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 
 SCENE = "scene"
-"""Name of the parameter that gives a scene file."""
+"""Name of the parameter that gives the path of a scene file."""
 
 WRITTEN_NOWHERE = Path("parameters")
-"""Replaces the path of the scene file in messages about a scene without a file."""
+"""Stands for the path of the scene file in messages, if the scene has no file."""
 
 LISTED = "is a list, a file or a mapping, which no parameter can hold"
 FROM_MESSAGES = "comes in messages"
@@ -56,7 +56,10 @@ EXCLUDED: Mapping[str, str] = {
     "observed": "is for comparison with what was seen in the field",
     "data_hint": "speaks of files that are missing",
 }
-"""Fields of a scene, with all fields below them, that are not live parameters, and why; a scene file may give them."""
+"""Fields of a scene that cannot be given as live parameters, with all fields below them, and why.
+
+A scene file may give these fields.
+"""
 
 STAND_INS: Mapping[str, Any] = {
     "terrain": {"pit": {}},
@@ -67,7 +70,7 @@ STAND_INS: Mapping[str, Any] = {
 
 @cache
 def live_parameters() -> tuple[SceneField, ...]:
-    """Return the fields of a scene that may be given one by one, in the model's order.
+    """Return the fields of a scene that users may give as single parameters, in the order of the reference.
 
     `default` is the value of a field that is not given, None for a field that is then left out. Fields `within` a model
     or an effect have their default only where the model or the effect is named.
@@ -78,7 +81,7 @@ def live_parameters() -> tuple[SceneField, ...]:
 
 
 def live_scene(values: Mapping[str, Any]) -> Scene:
-    """Return the scene of values by dotted name, such as `rock.diameter`, or of the scene file that `scene` names.
+    """Return the scene from parameters such as `rock.diameter`, or from the scene file that `scene` names.
 
     A value for a parameter of a model or an effect names the model or effect, as in a scene file; `effects.<name>:
     true` names an effect with all its defaults.
@@ -98,7 +101,7 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
 
 
 def why_excluded(key: str) -> str | None:
-    """Return why a field of a scene is not a live parameter; None if it is one."""
+    """Return why a field of a scene cannot be a live parameter; None if it can."""
     return next((why for at, why in EXCLUDED.items() if key == at or key.startswith(f"{at}.")), None)
 
 
@@ -112,7 +115,7 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
 
 
 def _fault(name: str, value: Any) -> str | None:
-    """Return the error in the name of a parameter, or in the name of a model; None if there is no error.
+    """Return a sentence on an error in the name of a parameter or of a model; None if there is no error.
 
     Everything else is checked by the scene's model.
     """
@@ -138,7 +141,7 @@ def _no_parameter(name: str, known: Iterable[str]) -> str:
 
 
 def _written(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by dotted name nested as in a scene file, with the stand-ins."""
+    """Return values with dotted names such as `rock.diameter` nested as in a scene file, with placeholders added."""
     scene: dict[str, Any] = {key: _copied(value) for key, value in STAND_INS.items()}
     naming = {field.key for field in live_parameters() if field.names} if given else set()
     for name in sorted(given, key=lambda key: key not in naming):  # models and effects before their parameters
@@ -169,7 +172,10 @@ def _copied(value: Any) -> Any:
 
 
 def _default(field: SceneField, standard: Scene) -> Any:
-    """Return a field's value in a scene of defaults only; for a field of a model or effect, the field's own default."""
+    """Return the value that a field has if no parameter gives it.
+
+    For a field of a model or effect, the field's default.
+    """
     if field.within or field.names:
         return field.default
     value: Any = standard

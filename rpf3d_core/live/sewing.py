@@ -1,6 +1,6 @@
-"""Write a patch into the arrays of a ground: added facets take the rows of removed facets.
+"""Change the arrays of a ground as a patch requires: added facets take the rows of removed facets.
 
-Unused rows hold a facet without area, which no rock can touch and no bucket lists. If more facets are added than
+Unused rows hold a facet without area, which no rock can touch and no search finds. If more facets are added than
 removed, the arrays grow into the spare memory behind them.
 """
 
@@ -28,14 +28,14 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 WIDER = 1.25
-"""Largest growth of the terrain's diagonal, as a factor, since its tolerance was set.
+"""Largest growth of the terrain's diagonal (factor) by patches, because the contact tolerance stays the same.
 
 The tolerance has a margin of a factor of 200 (`RELATIVE_TOLERANCE`).
 """
 
 
 class IndexedTerrain(NamedTuple):
-    """A terrain, its facets, and the buckets over them; all share memory."""
+    """A terrain, its facets, and the search structure (buckets) over them; all share memory."""
 
     terrain: Terrain
     facets: Facets
@@ -45,7 +45,7 @@ class IndexedTerrain(NamedTuple):
 def sewn(
     terrain: Terrain, facets: Facets, locator: BucketLocator, change: PatchChange, room: Room, share: Share
 ) -> IndexedTerrain:
-    """Return the ground after a change, in the same memory.
+    """Carry out the changes of a patch in the memory of the ground, and return the changed ground.
 
     Raises TerrainError, with nothing changed, if the ground would become too wide.
     """
@@ -68,7 +68,10 @@ def sewn(
 
 
 def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return the added triangles (S, 3), renumbered to their vertices' new numbers, and all vertices (V, 3) m."""
+    """Place the added vertices.
+
+    Return the added triangles (S, 3) with final vertex numbers, and all vertices (V, 3) m.
+    """
     before, coming = len(terrain.vertices), len(change.vertices)
     free = np.concatenate([room.free_vertices, change.freed])
     places = np.concatenate([free[:coming], np.arange(before, before + max(coming - len(free), 0))])
@@ -80,7 +83,7 @@ def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArra
 
 
 def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
-    """Return the rows (S,) of added facets, the rows that stay empty, and the new number of rows."""
+    """Return which rows (S,) of the arrays the added facets take, which rows stay empty, and the new number of rows."""
     coming = len(change.triangles)
     free = np.concatenate([change.gone, room.free_rows]).astype(np.int32)
     more = np.arange(before, before + max(coming - len(free), 0), dtype=np.int32)
@@ -88,7 +91,7 @@ def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int3
 
 
 def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: Share) -> tuple[Vec, Vec]:
-    """Return the corners (m) of the box of the facets after the change. Raises TerrainError if it grows too much."""
+    """Return the corners (m) of the box around all facets after a patch. Raises TerrainError if it grows too much."""
     going = facets.corners[change.gone].reshape(-1, 3)
     box = np.array([facets.low, facets.high])
     if bool((going == box[0]).any() or (going == box[1]).any()):
@@ -101,7 +104,7 @@ def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: S
 
 
 def _box_of_what_stays(facets: Facets, marks: NDArray[np.uint8], share: Share) -> FloatArray:
-    """Return the box (2, 3) m of the facets that stay."""
+    """Return the box (2, 3) m around the facets that a patch does not remove."""
     boxes = np.array([[[np.inf] * 3, [-np.inf] * 3]] * 2)
     share([
         lambda k=k, a=a, b=b: widen_to_corners(facets.corners, marks, a, b, boxes[k])  # type: ignore[misc]

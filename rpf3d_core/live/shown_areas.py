@@ -1,4 +1,4 @@
-"""Prepare areas of interest for display: their outlines in plan, laid on the ground."""
+"""Prepare areas of interest for display: draw their outlines on the ground."""
 
 from collections.abc import Mapping
 
@@ -10,11 +10,13 @@ from rpf3d_core.live.standing import Outlines
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
 MOST_STEPS = 2000
-"""Largest number of steps along a ring: a ring longer than this number of cells has steps longer than a cell."""
+"""Largest number of steps along an outline; for a longer outline, steps are longer than a cell."""
 
 
 def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:
-    """Return name -> each ring of the area as a closed line (T, 3) m, map frame, at the height of the cells it crosses.
+    """Return the outlines of each area, by name, as closed lines (T, 3) m on the ground, map frame.
+
+    A line has the height of the cells it crosses.
 
     areas : rings (P, 2) m, local frame, with or without the first corner repeated. Parts of a ring without ground below
     them have the height of the line next to them. A ring that crosses no cell of the raster is left out, whether it
@@ -27,7 +29,10 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
 
 
 def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """Return a ring as a closed line (T, 3) m, local frame, with a point in each cell; empty off the raster."""
+    """Return one outline as a closed line (T, 3) m on the ground, local frame, with a point in each cell.
+
+    The line is empty if it crosses no cell.
+    """
     corners = np.vstack([ring, ring[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
     step = max(raster.cell, along[-1] / MOST_STEPS)
@@ -41,7 +46,7 @@ def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArra
 
 
 def _height(x: FloatArray, y: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """Return the height (N,) m of the ground at places; NaN off the raster and where no ground is near."""
+    """Return the height (N,) m of the ground at places in plan (m); NaN outside the map and where no ground is near."""
     column, row = np.floor((x - raster.x) / raster.cell), np.floor((y - raster.y) / raster.cell)
     inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)
     cell = np.where(inside, row * raster.nx + column, 0).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Prepare a ground once and use the result for many triggers, so that an answer costs only the flight of its rocks.
+"""Prepare a ground once for many answers, so that each answer costs only the flight of its rocks.
 
 Only `stand_on`, called once for each ground, takes longer for a larger terrain.
 """
@@ -33,15 +33,15 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Rock
 
 Outlines = Mapping[str, Sequence[FloatArray]]
-"""Name of an area of interest -> its rings (P, 2) m in plan, holes included."""
+"""Outlines of areas of interest: name of each area -> its rings (P, 2) m in plan, holes included."""
 
 
 class Surveyed(Protocol):
-    """The attributes of a ground that are needed here (`live.ground.LiveTerrain`)."""
+    """The attributes that a ground must have to be prepared for answers (`live.ground.LiveTerrain` has them)."""
 
     @property
     def terrain(self) -> Terrain:
-        """The terrain."""
+        """The terrain that rocks fly over."""
 
     @property
     def facets(self) -> Facets:
@@ -49,15 +49,15 @@ class Surveyed(Protocol):
 
     @property
     def engine(self) -> Engine:
-        """An engine over the facets."""
+        """The engine that flies rocks over the facets."""
 
     @property
     def digest(self) -> str:
-        """Digest of all surveys."""
+        """Digest (SHA-256) of all surveys of the ground, which identifies it in logs."""
 
     @property
     def stamp_ns(self) -> int:
-        """Time of the survey (ns)."""
+        """Time stamp (ns) of the survey, from which the age of the terrain follows."""
 
     @property
     def changed(self) -> Changed | None:
@@ -66,11 +66,11 @@ class Surveyed(Protocol):
 
 @dataclass(eq=False)
 class PreparedTerrain:
-    """A ground with all data that answers over this ground share; for one thread and one answer at a time.
+    """A ground with all data that its answers share; for one thread and one answer at a time.
 
     areas : rings of the scene's own areas of interest, local frame
-    tallies : memory of the current answer, emptied for the next one
-    before : the cells of the ground from which this ground was patched
+    tallies : counts for the maps of the current answer, emptied for the next one
+    before : map cells of the ground before the patch, None if there was no patch
     """
 
     ground: Surveyed
@@ -82,7 +82,7 @@ class PreparedTerrain:
     before: TerrainCells | None = None
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
-        """Return all areas of interest, rings (P, 2) m in the local frame: the scene's own, then the live ones.
+        """Return the outlines of all areas of interest, (P, 2) m, local frame: the scene's, then the live ones.
 
         live_areas : rings (P, 2) m, map frame
         """
@@ -93,7 +93,7 @@ class PreparedTerrain:
     def empty_tallies(
         self, outlines: Outlines, fastest: float, highest: float, diameters: FloatArray | None
     ) -> Tallies:
-        """Return empty tallies in the memory of the previous ones.
+        """Return empty counts for the maps of a new answer, in the memory of the previous answer's counts.
 
         outlines : of all areas of interest, as from `areas_with`
         fastest, highest : upper bounds of speed (m/s) and height (m, local) of release
@@ -121,7 +121,10 @@ class PreparedTerrain:
 
     @cached_property
     def cells(self) -> TerrainCells:
-        """Where the raster of the maps lies over ground, and the height of the ground; computed on first use."""
+        """The map cells that lie over ground, with the height of the ground there, for display.
+
+        Computed on first use.
+        """
         terrain, walked = self.ground.terrain, self.tallies.ground
         known, self.before = self.before, None
         changed = self.ground.changed
@@ -136,7 +139,7 @@ class PreparedTerrain:
 
 
 def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
-    """Prepare a ground: compute what all answers of a scene over it share.
+    """Prepare a ground for answers: compute everything that all answers of a scene over this ground share.
 
     Raises
     ------
@@ -159,9 +162,9 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
 
 
 def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
-    """Prepare a ground that was patched from the ground of `before`, as `stand_on` does for a whole ground.
+    """Prepare a ground for answers after a patch; only the changed part is computed again.
 
-    Data on the rest of the ground are kept in the same memory, so `before` must not be used any more.
+    before : the prepared ground without the patch; its memory is used again, so it must not be used any more
     """
     terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed
     scene, raster = before.scene, before.tallies.ground.raster
@@ -174,7 +177,7 @@ def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:
-    """Return the masses (R,) kg of spheres with diameters (R,) m and a density (kg/m^3)."""
+    """Return the masses (R,) kg of spherical rocks with diameters (R,) m and a density (kg/m^3)."""
     radius = 0.5 * diameter
     return np.asarray(density * UNIT_SPHERE_VOLUME * (radius * radius * radius))
 
@@ -187,7 +190,10 @@ def density_of(rock: Rock | DrawnRock) -> float:
 
 
 def _masses(rock: Rock | DrawnRock, diameters: FloatArray | None) -> tuple[float, float]:
-    """Return the smallest and largest mass (kg) of the scene's rocks and of rocks with diameters (NaN: the scene's)."""
+    """Return the smallest and largest mass (kg) of the scene's own rocks and of rocks with given diameters (m).
+
+    diameters : NaN for rocks of the scene, None if there are no others
+    """
     low, high = mass_range(rock)
     if diameters is None or not np.isfinite(diameters).any():
         return low, high

@@ -21,14 +21,20 @@ from rpf3d_core.live.survey import MeshSurvey, Survey
 
 WHOLE = f"whole{SUFFIX}"
 MOST_PATCHES = 64
-"""Number of patches after which the ground is written whole: restoring a patch takes some hundredths of a second."""
+"""Number of patches after which the ground is stored whole, because each patch takes time when it is loaded.
+
+Loading a patch takes some hundredths of a second.
+"""
 
 LOCK = "in_use.lock"
-"""An empty file, locked while a store is open; the file stays, the lock ends with its process, even after a crash."""
+"""Name of an empty file that is locked while a store is open, so that no second store uses the folder.
+
+The file stays; the lock ends with its process, even after a crash.
+"""
 
 
 class StoredSurveys(NamedTuple):
-    """The stored surveys of a ground.
+    """The surveys of one ground on disk: the whole survey and its patches.
 
     pieces : the whole survey, then its patches in order; faults : sentences about patches that could not be read
     """
@@ -37,12 +43,12 @@ class StoredSurveys(NamedTuple):
     faults: tuple[str, ...]
 
     def age_s(self, now_ns: int | None = None) -> float:
-        """Return the time (s) since the last survey became ground, by the machine's clock; never below 0."""
+        """Return how long ago (s) the last survey was built into the ground, by the machine's clock; never below 0."""
         now = time.time_ns() if now_ns is None else now_ns
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
     def ground(self, workshop: Workshop) -> LiveTerrain:
-        """Return the ground built from the surveys. Raises TerrainError."""
+        """Return the ground built again from the stored surveys. Raises TerrainError if that fails."""
         first, *patches = self.pieces
         ground = workshop.whole(first.survey, first.stamp_ns, first.digest)
         for piece in patches:
@@ -52,7 +58,7 @@ class StoredSurveys(NamedTuple):
 
 
 def read_last(folder: Path) -> StoredSurveys | None:
-    """Return the last ground that was kept in a folder; None if there is none.
+    """Return the surveys of the last ground that was stored in a folder; None if there is none.
 
     A damaged patch ends the list; see `faults`. Raises TerrainError if the whole survey is damaged, and OSError if
     it cannot be read.
@@ -71,7 +77,10 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Keeps grounds in a folder, on a thread of its own; a new whole ground replaces the surveys that still wait."""
+    """Writes each new ground to a folder on its own thread, so that a restarted simulator has a terrain at once.
+
+    A new whole ground replaces the surveys that are not yet written.
+    """
 
     def __init__(self, folder: Path, most_patches: int = MOST_PATCHES) -> None:
         """Open the store in a folder, which is created if it is missing.
@@ -95,7 +104,9 @@ class Store:
         self._thread.start()
 
     def keep(self, ground: LiveTerrain, survey: Survey) -> None:
-        """Queue a ground for writing, with the survey that it was built from or that was sewn in last; returns at once.
+        """Queue the survey of a new ground or patch for writing; returns at once.
+
+        survey : what the ground was built from, or its last patch
 
         After many patches the ground itself is copied, which takes some hundredths of a second.
         """
@@ -114,16 +125,16 @@ class Store:
             self._changed.notify_all()
 
     def follow(self, last: StoredSurveys) -> None:
-        """Continue from surveys that were read from this folder: patches that follow are laid upon them."""
+        """Continue after a restart from surveys read from this folder: later patches are stored after them."""
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:
-        """Wait at most `timeout` (s) until all surveys are on disk; return True if they are."""
+        """Wait until all surveys are on disk, at most `timeout` (s); return True if they are."""
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting and not self._busy, timeout)
 
     def close(self, timeout: float | None = None) -> bool:
-        """Write the waiting surveys and end; wait for that at most `timeout` (s). Return True if the store has ended.
+        """Write the surveys that are still queued, and end the store; return True if it has ended within `timeout` (s).
 
         The folder is free once everything is written, which may be after the timeout.
         """
@@ -154,7 +165,7 @@ class Store:
                 self._changed.notify_all()
 
     def _try_to_write(self, piece: StoredSurvey) -> None:
-        """Write a survey. If writing fails, set `fault`, and write no patch until a whole ground is written."""
+        """Write a survey; after a failure, set `fault` and write no patch until a whole ground is on disk."""
         try:
             self._write(piece)
         except Exception as error:  # the thread must survive any error
@@ -163,7 +174,7 @@ class Store:
             self.fault, self._gap = self._unlocked, False
 
     def _write(self, piece: StoredSurvey) -> None:
-        """Write a survey: a patch after the patches already there, a whole survey in place of all."""
+        """Write a survey to the folder: a patch is added to the patches, a whole survey replaces all files."""
         old = sorted(self.folder.glob(f"patch-*{SUFFIX}"))
         if piece.upon:
             number = int(old[-1].stem.partition("-")[2]) + 1 if old else 1
@@ -176,7 +187,7 @@ class Store:
 
 
 def _locked(folder: Path) -> tuple[int, str | None]:
-    """Lock a folder and return a descriptor that holds the lock, or -1 and the reason why it was not locked.
+    """Lock a folder against a second store; return a descriptor that holds the lock, or -1 and why it was not locked.
 
     A faulty disk must not stop the simulator. Raises InputError if another store holds the lock.
     """
@@ -194,7 +205,10 @@ def _locked(folder: Path) -> tuple[int, str | None]:
 
 
 def mesh_of(ground: LiveTerrain) -> MeshSurvey:
-    """Return a copy of a ground as a mesh in the map frame, without the rows that patches have left empty."""
+    """Return a ground as a mesh survey in the map frame, to store it whole.
+
+    Rows that patches have left empty are left out.
+    """
     triangles = ground.terrain.triangles
     return MeshSurvey(
         ground.terrain.frame.points_to_input(ground.terrain.vertices), triangles[triangles[:, 0] != triangles[:, 1]]

@@ -19,18 +19,18 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 
 MAGIC = b"rpf3d survey 1\n"
 CHECK = 32
-"""Length of a SHA-256 (bytes)."""
+"""Length of the checksum (SHA-256) at the end of the file (bytes)."""
 LONGEST_HEADER = 65_536
-"""Largest length of a header (bytes); a header has a few hundred."""
+"""Largest length of a header that is accepted (bytes); a header has a few hundred bytes."""
 SUFFIX = ".survey"
 KINDS: dict[str, Any] = {kind.__name__: kind for kind in (GridSurvey, MeshSurvey, CloudSurvey)}
 LENGTH = struct.Struct("<Q")
 
 
 class StoredSurvey(NamedTuple):
-    """A survey that was built into a ground, or sewn into one.
+    """A survey as it is stored on disk, with the digests that show which ground it belongs to.
 
-    digest : of the resulting ground; upon : of the ground that the survey was sewn into, "" for a whole survey
+    digest : of the resulting ground; upon : of the ground that the survey is a patch of, "" for a whole survey
     stamp_ns, received_ns : as in `ground.LiveTerrain`
     """
 
@@ -42,7 +42,10 @@ class StoredSurvey(NamedTuple):
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
-    """Write a survey to a file in one step, replacing the file if it exists. Raises OSError."""
+    """Write a survey to a file that is complete at any time, even after a crash; an existing file is replaced.
+
+    Raises OSError.
+    """
     beside = path.with_suffix(".part")
     arrays = _arrays(piece.survey)
     parts = [{"type": array.dtype.str, "shape": array.shape} for array in arrays]
@@ -60,7 +63,7 @@ def write_piece(path: Path, piece: StoredSurvey) -> None:
 
 
 def read_piece(path: Path) -> StoredSurvey:
-    """Read a survey. Raises TerrainError, in one sentence, if anything is missing or changed; or OSError."""
+    """Read a survey from a file. Raises TerrainError if anything is missing or changed, or OSError."""
     content = path.read_bytes()
     body = memoryview(content)[: max(len(content) - CHECK, 0)]
     if bytes(body[: len(MAGIC)]) != MAGIC:
@@ -71,7 +74,7 @@ def read_piece(path: Path) -> StoredSurvey:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until file names created, replaced or removed in a folder are on disk."""
+    """Wait until new, renamed and removed files of a folder are on disk, so that a power failure cannot undo them."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -94,7 +97,10 @@ def _bytes_of(array: Any) -> Any:
 
 
 def _piece(body: memoryview) -> StoredSurvey:
-    """Return the survey in the content of a file, without the checksum, which was found right."""
+    """Return the survey from the content of a file whose checksum is correct.
+
+    Body : the content without the checksum.
+    """
     begin = len(MAGIC) + LENGTH.size
     (length,) = LENGTH.unpack(body[len(MAGIC) : begin])
     header = json.loads(bytes(body[begin : begin + min(length, LONGEST_HEADER)]))

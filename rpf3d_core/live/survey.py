@@ -1,4 +1,4 @@
-"""Surveys as values: points in rows, triangles over points, or points alone; map frame, float64."""
+"""Surveys of a terrain as they arrive in messages: points in rows, triangles, or scattered points; map frame."""
 
 from dataclasses import dataclass
 
@@ -7,12 +7,15 @@ from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_POINTS = 5_000_000
-"""Largest number of points in a survey, unless the user sets another: 10 million facets; two grounds take 4.5 GB."""
+"""Largest number of points in a survey, unless the user sets another number, to limit memory.
+
+5 million points give 10 million facets; two such grounds take 4.5 GB.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class GridSurvey:
-    """A survey of points in rows.
+    """A survey whose points lie in rows, as from a scanner.
 
     points : (H, W, 3) m, map frame, H, W >= 2; NaN where there is a hole
     """
@@ -22,7 +25,7 @@ class GridSurvey:
 
 @dataclass(frozen=True, eq=False)
 class MeshSurvey:
-    """A survey of triangles over points.
+    """A survey that is a mesh: points, and triangles between them.
 
     vertices : (V, 3) m, map frame; triangles : (F, 3) indices into vertices
     """
@@ -33,7 +36,7 @@ class MeshSurvey:
 
 @dataclass(frozen=True, eq=False)
 class CloudSurvey:
-    """A survey of scattered points.
+    """A survey of scattered points, between which rpf3d makes the triangles itself.
 
     points : (N, 3) m, map frame, in no order; a point with a NaN is ignored
     """
@@ -45,7 +48,10 @@ Survey = GridSurvey | MeshSurvey | CloudSurvey
 
 
 def points_of(survey: Survey) -> int:
-    """Return the number of points in a survey; for a mesh its vertices, or half its triangles if that is more."""
+    """Return the number of points in a survey, to compare it with a limit.
+
+    For a mesh, these are the vertices, or half of the triangles if that is more.
+    """
     if isinstance(survey, MeshSurvey):
         return max(len(survey.vertices), len(survey.triangles) // 2)
     if isinstance(survey, GridSurvey):
@@ -54,7 +60,9 @@ def points_of(survey: Survey) -> int:
 
 
 def check_points(points: int, most: int = MOST_POINTS) -> None:
-    """Refuse a survey of too many points, given the number that a message announces, before memory is used.
+    """Refuse a survey with too many points, before memory is used for it.
+
+    points : number that the message announces
 
     Raises TerrainError, naming the limit.
     """

@@ -1,4 +1,4 @@
-"""Triggers: the sources of one message, which cause an answer."""
+"""Triggers: the sources that one message of the monitoring reports, to which the simulator gives an answer."""
 
 import hashlib
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Trigger:
-    """The S sources of one message; S = 0 means that the walls were watched and nothing was seen.
+    """The S sources of one message; S = 0 means that the walls were watched and no source was seen.
 
     positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
     stamp_ns : stamp of the message
@@ -28,13 +28,19 @@ class Trigger:
 def trigger_of(
     positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int, topic: str = ""
 ) -> Trigger:
-    """Return a trigger of positions (S, 3) m, velocities (S, 3) m/s and diameters (S,) m or None, with its digest."""
+    """Return the sources of one message as a trigger, with a digest that identifies them in logs.
+
+    positions : (S, 3) m; velocities : (S, 3) m/s; diameters : (S,) m or None; stamp_ns : stamp of the message, ns
+    """
     digest = digest_of(positions, velocities, diameters, stamp_ns)
     return Trigger(positions, velocities, diameters, stamp_ns, digest, topic)
 
 
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
-    """Return the SHA-256 (hex) of sources (see `trigger_of`); the same for equal numbers of any data type."""
+    """Return a digest (SHA-256, hex) that identifies sources; equal numbers of any data type give the same digest.
+
+    Parameters as in `trigger_of`.
+    """
     found = hashlib.sha256(f"sources {len(positions)} {stamp_ns}".encode())
     for column in (positions, velocities, diameters):
         found.update(b"-" if column is None else np.ascontiguousarray(column, dtype="<f8").tobytes())

@@ -1,4 +1,4 @@
-"""Hazard zones for display: the facets of each level of reach probability, and the outlines of the zones."""
+"""Hazard zones for display: where reach probability is above each of the user's levels, with outlines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class ShownZone:
-    """A hazard zone, map frame.
+    """A hazard zone for display: the facets within one range of reach probability, map frame.
 
     name : of the level; corners : (F, 3, 3) m, of the zone's facets; outline : (E, 2, 3) m, ends of its edges
     """
@@ -23,7 +23,9 @@ class ShownZone:
 
 
 def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> list[ShownZone]:
-    """Return a zone for each level (-, ascending) of reach probability.
+    """Return a hazard zone for each level of reach probability, for display.
+
+    levels : (-), ascending
 
     The facets of a zone have at least its level and less than the next level, so no two zones overlap. The outline of a
     zone encloses all facets of at least its level.
@@ -40,7 +42,7 @@ def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> 
 
 
 def outer_edges(triangles: IntArray) -> IntArray:
-    """Return the edges (E, 2), as pairs of vertex numbers, that belong to only one of the triangles (F, 3)."""
+    """Return the edges (E, 2) around a set of triangles (F, 3): pairs of vertices that only one triangle has."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     one, other = sides.T
     edges = np.sort(np.minimum(one, other) << 32 | np.maximum(one, other))

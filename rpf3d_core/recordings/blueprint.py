@@ -1,4 +1,4 @@
-"""Layout of a recording in the viewer: 3D views on the left; series, log and document on the right."""
+"""Arrange the views of a recording in the viewer: 3D views on the left; plots, log and document on the right."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,20 +13,22 @@ from rpf3d_core.terrain.facets import Terrain
 TIMELINE = "sim_time"
 
 COVERING = ("world/trajectories", "world/ends")
-"""Entities that would cover the hazard layers, hidden in their views."""
+"""Parts of the recording that would cover the hazard maps, and are hidden in their views."""
 LAYERS = {REACH: "Reach probability", ENERGY: "Energy, p95"}
-"""Entities of the hazard layers, with the titles of their views."""
+"""Parts of the recording with a hazard map each, and the titles of their views."""
 
 EYE_DISTANCE, EYE_HEIGHT = 1.1, 0.7
-"""Horizontal distance and height of the eye from its target, as shares of the extent of the paths (-). All paths are in
-view, seen from the side towards which the rocks travel."""
+"""Horizontal distance and height of the viewer's eye from its target (-), as shares of the extent of the paths.
+
+From there, all paths are in view, seen from the side towards which the rocks travel.
+"""
 
 HEADROOM = 1.05
-"""Ratio (-) of the top of a series' axis to its largest value."""
+"""Top of the axis of a plot over its largest value (-), so that the line does not touch the frame."""
 
 
 def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energy: float, hazard: bool = False) -> Any:
-    """Return the layout of a recording; the eye looks at the slope from ahead of the sampled rocks.
+    """Return the layout of a run's recording; the eye of the 3D views looks at the slope from ahead of the rocks.
 
     fastest, most_energy : largest values of the series, m/s and J
     hazard : True to add a view for each hazard layer, and a page for the bench table
@@ -53,7 +55,10 @@ def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energ
 
 
 def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
-    """Return tabs: a view of the paths, and a view for each hazard layer. Hidden entities can be shown by the user."""
+    """Return the 3D views as tabs: one of the paths, and one of each hazard map.
+
+    Each view hides what would cover it; users can show hidden parts again.
+    """
     import rerun.blueprint as rrb
 
     return rrb.Tabs(
@@ -64,7 +69,7 @@ def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
 
 
 def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] = ()) -> Any:
-    """Return a 3D view of the world from an eye, with some entities hidden.
+    """Return a 3D view, looking from a given eye, with some parts of the recording hidden.
 
     eye : target and position, (3,) m each
     """
@@ -77,7 +82,10 @@ def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] =
 
 
 def _series(origin: str, name: str, largest: float) -> Any:
-    """Return a view of series, from 0 to their largest value, without a legend: 20 names would cover the lines."""
+    """Return a view of the plots of several rocks, from 0 to their largest value.
+
+    The view has no legend, because 20 names would cover the lines.
+    """
     import rerun.blueprint as rrb
 
     axis = rrb.ScalarAxis(range=(0.0, HEADROOM * largest)) if largest > 0.0 else None
@@ -85,7 +93,7 @@ def _series(origin: str, name: str, largest: float) -> Any:
 
 
 def point_of_view(terrain: Terrain, samples: PathSamples) -> tuple[FloatArray, FloatArray]:
-    """Return the target and the position of the eye, (3,) m each, local frame.
+    """Return where the eye of the 3D views looks and where it is: target and position, (3,) m each, local frame.
 
     The target is the middle of the paths; the eye is ahead of the rocks and above. Without paths, the eye looks at the
     terrain from the south.
@@ -99,7 +107,7 @@ def point_of_view(terrain: Terrain, samples: PathSamples) -> tuple[FloatArray, F
 
 
 def _ahead(samples: PathSamples) -> FloatArray:
-    """Return the unit vector (2,) in plan of the rocks' mean travel; south without paths."""
+    """Return the unit vector (2,) of the rocks' mean direction of travel in plan; south if there are no paths."""
     south = np.array([0.0, -1.0])
     if len(samples.x) == 0:
         return south

@@ -12,17 +12,20 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.log import import_rerun
 
 LONGEST = 600.0
-"""Longest time (s) that a tool of rerun may take; a recording of 1 GB takes about 10 s."""
+"""Longest time (s) that a tool of rerun may take before it counts as failed; a recording of 1 GB takes about 10 s."""
 
 IN_FLIGHT = "/trajectories/rocks"
-"""Last part of the path of an entity that shows where rocks will be: its times lie after the moment of recording."""
+"""Ending of the names of entities with predicted times, which lie after the moment of recording.
+
+These times are ignored when the last moment of a recording is determined.
+"""
 
 TIMELINES = ("ros_time", "sim_time")
 """Timelines in order of preference: the last moment of a recording is given on the first of them that it has."""
 
 
 class RecordingContent(NamedTuple):
-    """The content of a recording.
+    """What a recording contains, for the report after a repair: rows of each entity, and the last moment.
 
     rows : number of rows by entity, over all chunks
     until : timeline and last moment as text, "" for a recording without times
@@ -33,17 +36,20 @@ class RecordingContent(NamedTuple):
 
 
 def verify(recording: Path) -> None:
-    """Check a recording with `rerun rrd verify`; raise InputError with rerun's message if the recording is damaged."""
+    """Check with rerun's own tool that a recording is undamaged.
+
+    Raise InputError with rerun's message if it is damaged.
+    """
     _rerun(recording, "refuses it", "verify", str(recording))
 
 
 def rows_by_entity(recording: Path) -> dict[str, int]:
-    """Return the number of rows of each entity, over all its chunks; InputError for a file that is not a recording."""
+    """Return the number of rows of each entity in a recording; InputError for a file that is not a recording."""
     return content_of(recording).rows
 
 
 def content_of(recording: Path) -> RecordingContent:
-    """Return rows by entity and the last moment of a recording; InputError for a file that is not a recording."""
+    """Return the rows of each entity and the last moment of a recording; InputError for other files."""
     rows: Counter[str] = Counter()
     last: dict[str, Any] = {}
     for chunk in _chunks(recording):
@@ -57,7 +63,7 @@ def content_of(recording: Path) -> RecordingContent:
 
 
 def repair(broken: Path, repaired: Path) -> RecordingContent:
-    """Write the readable part of a recording that was cut off, with a footer; return the content that was saved.
+    """Repair a recording that was cut off: write its readable part to another file, and return what was saved.
 
     Raises InputError if `broken` does not exist, `repaired` exists already, no row can be read, or the repaired
     recording does not verify. In these cases no file is written.
@@ -91,7 +97,7 @@ def _chunks(recording: Path) -> Iterator[Any]:
     reader = import_rerun().chunk.RrdReader
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about a missing footer: `verify` reports it
+            warnings.simplefilter("ignore")  # the warning is about a missing footer, which `verify` reports
             yield from reader(str(recording)).stream().to_chunks()
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{recording}: cannot be read back: {error}") from error

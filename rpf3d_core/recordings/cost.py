@@ -1,4 +1,4 @@
-"""Write the price list of accuracy as a recording (.rrd): its series in logarithms, its picture and its document."""
+"""Write the price list of accuracy as a recording (.rrd), to inspect each setting in the viewer."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,11 +11,14 @@ from rpf3d_core.recordings.log import APPLICATION, close_recording, import_rerun
 from rpf3d_core.results.series import Series
 
 LINE, POINT = 1.5, 4.0
-"""Radii of lines and points on the screen (pixels)."""
+"""Widths of lines and points in the viewer (pixels)."""
 
 
 def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, document: str) -> None:
-    """Write cost.rrd: series over (log10 seconds, log10 error), the picture (a PNG file) and a document (Markdown).
+    """Write cost.rrd: the points of error over time, the picture cost.png and a document (Markdown).
+
+    path : of the recording; picture : path of the PNG file
+    The points are at (log10 seconds, -log10 error).
 
     Raises
     ------
@@ -35,7 +38,7 @@ def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, do
 
 
 def _log_series(recording: Any, one: Series) -> None:
-    """Log a line through the points of a series, and the points with their labels."""
+    """Write one series of the price list to the recording: a line, and points with labels."""
     rr = import_rerun()
     places = places_of(one)
     line, dots = (rr.new_entity_path(["cost", one.name, part]) for part in ("line", "points"))
@@ -46,7 +49,7 @@ def _log_series(recording: Any, one: Series) -> None:
 
 
 def places_of(one: Series) -> FloatArray:
-    """Return the positions (S, 2) of the points of a series: log10 of the seconds and -log10 of the errors (-).
+    """Return where the points of a series lie in the viewer (S, 2): log10 of the seconds, -log10 of the errors (-).
 
     The viewer's y axis points down, so the minus sign puts smaller errors lower.
     """
@@ -54,7 +57,7 @@ def places_of(one: Series) -> FloatArray:
 
 
 def _layout() -> Any:
-    """Return the layout: picture and series as tabs on the left, the document on the right."""
+    """Return the layout of the price list in the viewer: picture and series on the left, document on the right."""
     import rerun.blueprint as rrb
 
     views = rrb.Tabs(

@@ -1,4 +1,4 @@
-"""Log the hazard of the terrain's facets to a recording: coloured meshes that can be hidden, and the bench table.
+"""Write the hazard maps of the terrain's facets to a recording, as coloured meshes, with the bench table.
 
 rerun colours vertices, not facets. A layer is therefore a mesh of its own, slightly above the terrain, with duplicated
 vertices where the colour changes, so that each facet has exactly its own colour. A mesh has only the facets that rocks
@@ -20,26 +20,28 @@ from rpf3d_core.terrain.facets import Terrain
 
 HAZARD, BENCHES = "world/hazard", "benches"
 REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
-"""Entities of the layers."""
+"""Names of the meshes of the hazard maps in the recording."""
 
 STEPS = 24
-"""Number of colours of a scale: neighbouring colours look the same, and most facets can share their vertices."""
+"""Number of colours of a hazard map: neighbouring colours look the same, and most facets can share vertices."""
 
 FEW_COLOUR = (125, 143, 179)
-"""Colour of facets reached by too few rocks for a percentile."""
+"""Colour of facets that too few rocks reached for a percentile."""
 
 LIFT = 2e-4
-"""Height of a layer above the terrain, as a share of the terrain's diagonal (-): 0.4 m on a pit of 2 km. It is enough
-for the viewer's depth buffer when the whole terrain is in view."""
+"""Height of a hazard map above the terrain (-), as a share of the terrain's diagonal: 0.4 m on a pit of 2 km.
+
+The height is enough for the viewer's depth buffer when the whole terrain is in view.
+"""
 
 LEGEND_STEPS = 5
-"""Number of values of a scale for which the document names the colour."""
+"""Number of values for which the legend in the document names the colour."""
 
 JOULE_PER_KJ = 1000.0
 
 
 class Layer(NamedTuple):
-    """One hazard quantity of the S facets that rocks reached.
+    """One hazard map of the S facets that rocks reached: its values, colour scale and unit.
 
     values : (S,) in their own unit; scale : of the values; unit : the unit shown
     per_unit : one unit shown, expressed in the values' own unit, such as 1000 for kJ if the values are in J
@@ -54,7 +56,7 @@ class Layer(NamedTuple):
 
 
 def hazard_layers(maps: HazardMaps) -> list[Layer]:
-    """Return the layers of a recording, from the lowest above the terrain to the highest."""
+    """Return the hazard maps of a recording, in the order of their heights above the terrain, lowest first."""
     share, energy = reach_probability(maps.facets, maps.flown), maps.facets.energy.p95
     return [
         Layer(
@@ -77,7 +79,7 @@ def hazard_layers(maps: HazardMaps) -> list[Layer]:
 
 
 def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
-    """Log each layer as a mesh under `world/hazard`, and the bench table with the legend of colours as `benches`."""
+    """Write each hazard map as a mesh under `world/hazard`, and the bench table with the colour legend as `benches`."""
     import rerun as rr
 
     layers = hazard_layers(maps)
@@ -97,7 +99,7 @@ def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
 
 
 def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -> ColouredMesh:
-    """Return the facets that rocks reached in the colours of a layer, lifted so that no layer hides another.
+    """Return the mesh of one hazard map: the reached facets in its colours, lifted above the terrain and other maps.
 
     number : of the layer, from 1; it is lifted by `number` times LIFT
     """
@@ -110,7 +112,7 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 
 
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
-    """Return the printed bench table and the legend of colours in Markdown."""
+    """Return the bench table and the colour legend as a Markdown document for the viewer."""
     benches = bench_table(terrain, maps)
     parts = [
         f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson); {OPEN}. p95 energy is {maps.energy_kind}, of each "
@@ -129,22 +131,22 @@ def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> s
 
 
 def _palette() -> NDArray[np.uint8]:
-    """Return the colours (STEPS + 1, 3) of the steps of a scale, and last the colour for too few rocks."""
+    """Return the colours (STEPS + 1, 3) of a hazard map, from low to high values; the last is for too few rocks."""
     return np.vstack([colours_at((np.arange(STEPS) + 0.5) / STEPS), np.array([FEW_COLOUR], dtype=np.uint8)])
 
 
 def _ordinals() -> list[str]:
-    """Return the names of the legend's colours, because Markdown in the viewer has no colours."""
+    """Return the names of the legend's colours in words, because Markdown in the viewer has no colours."""
     return ["pale yellow", "orange", "orange red", "crimson", "dark purple"]
 
 
 def _legend(layer: Layer) -> tuple[str, ...]:
-    """Return a row of the legend: the layer's title and its values at evenly spaced colours."""
+    """Return a row of the colour legend: the title of a hazard map, and its values at evenly spaced colours."""
     values = (value_at(layer.scale, step / (LEGEND_STEPS - 1)) / layer.per_unit for step in range(LEGEND_STEPS))
     return (layer.title, *(f"{three_figures(value)} {layer.unit}" for value in values))
 
 
 def _table(rows: list[tuple[str, ...]]) -> str:
-    """Return rows as a Markdown table; the first row is the header."""
+    """Return rows of text as a Markdown table; the first row is the header."""
     lines = [f"| {' | '.join(row)} |" for row in rows]
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])

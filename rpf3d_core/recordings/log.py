@@ -1,4 +1,4 @@
-"""Write a recording (.rrd) of a run for the rerun viewer.
+"""Write a recording (.rrd) of a run, to replay the run in the rerun viewer.
 
 All positions are in the terrain's local frame, z up, because rerun stores float32. In float32 a survey coordinate of
 4,500,000 m has steps of 0.5 m; a coordinate in a local frame of 10 km has steps of 1 mm. The origin to add is in the
@@ -28,18 +28,20 @@ from rpf3d_core.values import DEPOSITED, Outcome
 
 APPLICATION = "rpf3d"
 FRAMES = 500
-"""Number of moments at which moving rocks are recorded, evenly spaced until the last rock ends."""
+"""Number of moments for which the positions of moving rocks are recorded, evenly spaced until the last rock ends."""
 
 SERIES_ROCKS = 20
-"""Most rocks with series of speed and energy: more lines cannot be distinguished."""
+"""Largest number of rocks with plots of speed and energy: more lines cannot be distinguished."""
 
 LOGGED_ROCKS = 10_000
-"""Most rocks with a line of the log for their outcome; a last line gives the number of rocks left out."""
+"""Largest number of rocks with a log line on their outcome; a last line states how many rocks are left out."""
 
 ROCK_COLOUR = (255, 140, 0)
 ROCK_PIXELS, DEPOSIT_PIXELS = 4.0, 3.0
-"""Radii on the screen (pixels), because a rock of 1 m cannot be seen in a pit of 1 km. rerun takes negative radii as
-sizes on the screen."""
+"""Sizes of rocks in the viewer (pixels), because a rock of 1 m cannot be seen in a pit of 1 km.
+
+rerun takes negative radii as sizes on the screen.
+"""
 
 
 def write_recording(
@@ -51,7 +53,7 @@ def write_recording(
     maps: HazardMaps | None = None,
     obstacles: Obstacles = NO_OBSTACLES,
 ) -> None:
-    """Write run.rrd: terrain, trajectories, moving rocks, series, log, documents and a blueprint (the views' layout).
+    """Write run.rrd, the recording of a run: terrain, trajectories, moving rocks, plots, log, documents, view layout.
 
     Parameters
     ----------
@@ -94,7 +96,7 @@ def write_recording(
 
 
 def close_recording(recording: Any, path: Path) -> None:
-    """Write the rest of a recording to its file and close it; OSError if the file cannot be written."""
+    """Complete the file of a recording and close it; OSError if the file cannot be written."""
     try:
         recording.flush()
     except RuntimeError as fault:  # rerun's only error if its file cannot be written, for example on a full disk
@@ -103,7 +105,7 @@ def close_recording(recording: Any, path: Path) -> None:
 
 
 def import_rerun() -> Any:
-    """Return the rerun package; an `InputError` says how to install it if it is missing."""
+    """Return the package rerun; if it is missing, an `InputError` says how to install it."""
     try:
         import rerun
     except ImportError as fault:
@@ -112,7 +114,7 @@ def import_rerun() -> Any:
 
 
 def log_terrain(recording: Any, terrain: Terrain) -> None:
-    """Log the terrain as `world/terrain`, coloured by zone."""
+    """Write the terrain to a recording as `world/terrain`, coloured by zone."""
     rr = import_rerun()
     mesh = coloured_mesh(terrain)
     recording.log(
@@ -128,7 +130,7 @@ def log_terrain(recording: Any, terrain: Terrain) -> None:
 
 
 def log_trajectories(recording: Any, samples: PathSamples) -> None:
-    """Log all trajectories as `world/trajectories`, cut into strips of one colour by speed."""
+    """Write all trajectories to a recording as `world/trajectories`, coloured by speed."""
     rr = import_rerun()
     fastest = float(samples.speed.max(initial=0.0))
     strips, speed = strips_by_speed(samples, fastest)
@@ -137,7 +139,7 @@ def log_trajectories(recording: Any, samples: PathSamples) -> None:
 
 
 def log_ends(recording: Any, deposits: Deposits) -> None:
-    """Log releases as `world/releases`, and ends of paths as `world/ends`, coloured by outcome."""
+    """Write release points as `world/releases`, and end points as `world/ends`, coloured by outcome."""
     rr = import_rerun()
     colours = np.array([OUTCOME_COLOURS[outcome] for outcome in Outcome], dtype=np.uint8)[deposits.outcome]
     recording.log("world/ends", rr.Points3D(deposits.x, colors=colours, radii=[-DEPOSIT_PIXELS]), static=True)
@@ -146,9 +148,9 @@ def log_ends(recording: Any, deposits: Deposits) -> None:
 
 
 def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: float) -> None:
-    """Log the rocks of rows (N,) as `world/rocks`, at FRAMES moments of simulated time.
+    """Write the positions of moving rocks as `world/rocks`, at FRAMES moments, so that the viewer can play the run.
 
-    rows : index in `Deposits`; gravity : m/s^2
+    rows : (N,) rows of the rocks in `Deposits`; gravity : m/s^2
     """
     if len(rows) == 0:
         return
@@ -161,7 +163,10 @@ def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: 
 
 
 def log_series(recording: Any, names: Sequence[str], flights: Flights, gravity: float) -> None:
-    """Log speed (m/s) and translational kinetic energy (J) of at most SERIES_ROCKS rocks: `speed/...`, `energy/...`."""
+    """Write plots over time of speed (m/s) and translational kinetic energy (J), as `speed/...` and `energy/...`.
+
+    Plots are written for at most SERIES_ROCKS rocks; gravity : m/s^2
+    """
     rr = import_rerun()
     deposits = flights.deposits
     for row in displayed_rows(flights.paths, SERIES_ROCKS):
@@ -174,7 +179,7 @@ def log_series(recording: Any, names: Sequence[str], flights: Flights, gravity: 
 
 
 def log_scene(recording: Any, scene: RecordedScene, terrain: Terrain, summary: Mapping[str, Any]) -> None:
-    """Log the scene as lines at time 0, and the scene file and the summary as a document."""
+    """Write facts about the scene as log lines at time 0, and the scene file and summary as a document."""
     rr = import_rerun()
     lines = scene_lines(scene, terrain, summary)
     levels = [rr.TextLogLevel.INFO] * len(lines)
@@ -186,7 +191,7 @@ def log_scene(recording: Any, scene: RecordedScene, terrain: Terrain, summary: M
 def log_outcomes(
     recording: Any, names: Sequence[str], terrain: Terrain, deposits: Deposits, sentences: Mapping[Outcome, str]
 ) -> None:
-    """Log a line for each of at most LOGGED_ROCKS rocks at the time of its end: outcome, sentence, zone and figures."""
+    """Write a log line about the end of each rock: outcome, sentence, zone and figures; at most LOGGED_ROCKS lines."""
     rr = import_rerun()
     order = np.argsort(deposits.t[:LOGGED_ROCKS], kind="stable")
     lines = [outcome_line(names, terrain, deposits, int(row), sentences) for row in order]
@@ -199,5 +204,5 @@ def log_outcomes(
 
 
 def _send(recording: Any, entity: str, seconds: FloatArray, columns: Any) -> None:
-    """Send all rows of an entity at once, at simulated times (N,) s."""
+    """Write all values of an entity at once; seconds : (N,) s, simulated time of each value."""
     recording.send_columns(entity, [import_rerun().TimeColumn(TIMELINE, duration=seconds)], columns)

@@ -1,4 +1,4 @@
-"""Compose the text of a recording: the lines of its log, and its document."""
+"""Compose the texts of a recording: the log lines on scene and rocks, and the document."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 
 class RecordedSource(Protocol):
-    """Attributes of a source that a recording needs."""
+    """The attributes that a source must have for a recording."""
 
     @property
     def name(self) -> str:
@@ -20,22 +20,22 @@ class RecordedSource(Protocol):
 
 
 class RecordedOutputs(Protocol):
-    """Attributes of a scene's output settings that a recording needs."""
+    """The attributes that the output settings of a scene must have for a recording."""
 
     @property
     def trajectories(self) -> int:
-        """Number of rocks to show."""
+        """Number of rocks whose trajectories are shown."""
 
 
 class RecordedMethod(Protocol):
-    """Attributes that a recording needs of the method that finds contacts."""
+    """The attributes that the contact method of a scene must have for a recording."""
 
     def describe(self) -> str:
-        """Return the method in words."""
+        """Return a description of the contact method for the log."""
 
 
 class RecordedScene(Protocol):
-    """Attributes of a scene that a recording needs; `scene.model.Scene` has them."""
+    """The attributes that a scene must have for a recording; `scene.model.Scene` has them."""
 
     @property
     def path(self) -> Path:
@@ -55,11 +55,11 @@ class RecordedScene(Protocol):
 
     @property
     def materials(self) -> Mapping[str, Any]:
-        """Materials by zone or pattern of zones."""
+        """Materials by name of a zone, or by pattern of zone names."""
 
     @property
     def method(self) -> RecordedMethod:
-        """Method that finds contacts."""
+        """The method that finds contacts of rocks with the ground."""
 
     @property
     def outputs(self) -> RecordedOutputs:
@@ -67,13 +67,13 @@ class RecordedScene(Protocol):
 
 
 def sentences_of(summary: Mapping[str, Any]) -> dict[Outcome, str]:
-    """Return the sentence of each outcome: the summary's, or the default sentence if the summary has none."""
+    """Return the sentence that explains each outcome: from the summary if it has one, else the default sentence."""
     known = {name: entry["sentence"] for name, entry in summary.get("outcomes", {}).items() if "sentence" in entry}
     return OUTCOME_SENTENCES | {Outcome[name.upper()]: sentence for name, sentence in known.items()}
 
 
 def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, Any]) -> list[str]:
-    """Return the log's lines about a scene: name, seed, method, terrain, frame, mesh faults, materials, outcomes."""
+    """Return the log lines about a scene: name, seed, method, terrain, frame, mesh faults, materials, outcomes."""
     faults = summary.get("terrain", {}).get("faults", {})
     counted = ", ".join(f"{name} {value}" for name, value in faults.items() if isinstance(value, int) and value)
     outcomes = ", ".join(f"{name} {share['rocks']}" for name, share in summary.get("outcomes", {}).items())
@@ -88,7 +88,7 @@ def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, An
 
 
 def frame_line(frame: Frame) -> str:
-    """Return the sentence that explains how to convert positions in the recording to the input's coordinates."""
+    """Return a log line that explains how to convert positions of the recording to the input's coordinates."""
     east, north, up = frame.origin
     turned = "" if frame.up == "z" else "; the input's y points up: its (x, y, z) is (x, z, -y) of the sum"
     return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"
@@ -97,7 +97,7 @@ def frame_line(frame: Frame) -> str:
 def outcome_line(
     names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int, sentences: Mapping[Outcome, str]
 ) -> str:
-    """Return the log's line about a rock: outcome, sentence, last zone, time, length of path, impacts, top speed."""
+    """Return the log line about the end of one rock: outcome, sentence, zone, time, path, impacts, top speed."""
     outcome, facet = Outcome(deposits.outcome[row]), int(deposits.facet[row])
     where = f", last on {terrain.zones[terrain.zone[facet]]}" if facet >= 0 else ", never on the ground"
     return (
@@ -108,12 +108,12 @@ def outcome_line(
 
 
 def rock_name(names: Sequence[str], deposits: Deposits, row: int) -> str:
-    """Return the name of a rock: its source and its number in the source."""
+    """Return the name of a rock in log and plots: its source, and its number in the source."""
     return f"{names[deposits.source[row]]} {deposits.rock[row]}"
 
 
 def document(scene: RecordedScene, lines: Sequence[str], summary: Mapping[str, Any]) -> str:
-    """Return the recording's document in Markdown: the lines of the log, the scene file unchanged, the summary."""
+    """Return the document of a recording in Markdown: log lines about the scene, scene file, summary."""
     parts = [f"# {scene.path.stem}", "\n".join(f"- {line}" for line in lines)]
     if scene.path.is_file():
         parts.append(f"## Scene\n```yaml\n{scene.path.read_text(encoding='utf-8')}\n```")

@@ -11,14 +11,16 @@ from rpf3d_core.errors import InputError
 
 RECORDING = "run.rrd"
 LOOPBACK = "127.0.0.1"
-"""Address at which the viewer listens for live data: only this machine can reach it."""
+"""Address at which the viewer listens for live data: only programs on this machine can reach it."""
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 SETTLED = 4.0
-"""Seconds after which a viewer that still runs counts as open; a viewer without a screen ends after 1.6 s."""
+"""Seconds after which a viewer that still runs counts as open; without a screen, the viewer ends after 1.6 s."""
 
 
 def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
-    """Open the viewer on the recording of a result folder; return its process after SETTLED seconds, or when it ends.
+    """Open the viewer with the recording of a result folder; return the viewer's process.
+
+    Returns after SETTLED seconds, or when the viewer ends.
 
     Raises
     ------
@@ -42,7 +44,7 @@ def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
 
 
 def _check_display(recording: Path) -> None:
-    """Refuse to open the viewer without a display; the viewer's own message is long."""
+    """Raise an error if there is no display, because the viewer's own message is long."""
     if sys.platform.startswith("linux") and not any(map(os.environ.get, DISPLAYS)):
         raise InputError(
             f"{recording}: there is no display to show it on (neither {' nor '.join(DISPLAYS)} is set); open the file "
@@ -61,7 +63,7 @@ def recording_of(folder: str | Path) -> Path:
 
 
 def viewer_command(recording: Path) -> list[str]:
-    """Return the command that shows a recording; `InputError` if rerun is not installed."""
+    """Return the command line that opens the viewer with a recording; `InputError` if rerun is not installed."""
     if importlib.util.find_spec("rerun") is None:
         raise InputError("replay needs rerun: pip install 'rerun-sdk>=0.41,<0.42'")
     return [sys.executable, "-m", "rerun", "--bind", LOOPBACK, str(recording)]

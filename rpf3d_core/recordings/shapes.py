@@ -1,4 +1,4 @@
-"""Arrays for the viewer: the terrain with one colour for each zone, and paths cut into strips of one colour."""
+"""Prepare meshes and lines for the viewer, which gives one colour to a vertex and one colour to a line."""
 
 from typing import NamedTuple
 
@@ -11,12 +11,14 @@ from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.terrain.facets import Terrain
 
 SPEED_STEPS = 16
-"""Number of speed colours from 0 to the highest speed. rerun gives a strip one colour, so paths are cut where the
-colour changes."""
+"""Number of colours from speed 0 to the highest speed; a path is cut where its colour changes.
+
+rerun gives a line one colour.
+"""
 
 
 class ColouredMesh(NamedTuple):
-    """A mesh with a colour at each vertex.
+    """A mesh with a colour at each vertex, as the viewer draws it.
 
     vertices : (N, 3) m and normals : (N, 3) unit vectors, both float32; triangles : (F, 3); colours : (N, 3) sRGB
     """
@@ -28,14 +30,17 @@ class ColouredMesh(NamedTuple):
 
 
 def coloured_mesh(terrain: Terrain) -> ColouredMesh:
-    """Return the terrain as a coloured mesh. Vertices at zone borders are duplicated, so colours change sharply."""
+    """Return the terrain as a mesh for the viewer, with one colour for each zone and sharp borders between zones.
+
+    Vertices at zone borders are duplicated.
+    """
     return parted_mesh(terrain.vertices, terrain.triangles, terrain.zone, zone_colours(terrain.zones))
 
 
 def parted_mesh(
     vertices: FloatArray, triangles: NDArray[np.integer], kind: NDArray[np.integer], colours: Colours
 ) -> ColouredMesh:
-    """Return facets as a mesh in which each facet has exactly the colour of its kind.
+    """Return facets as a mesh for the viewer, in which each facet has exactly the colour of its kind.
 
     vertices : (V, 3) m; triangles : (F, 3); kind : (F,) index into colours (K, 3) sRGB
 
@@ -53,7 +58,9 @@ def parted_mesh(
 
 
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
-    """Cut paths into strips (N, 3) m of nearly one speed each, end to end; return the strips and their speeds (m/s).
+    """Cut paths into lines of nearly constant speed, so that each line can have one colour.
+
+    Return the lines (N, 3) m, end to end, and the speed (m/s) of each line.
 
     fastest : highest speed of the colour scale (m/s)
     """
@@ -64,7 +71,7 @@ def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArr
     cut[1:] |= step[1:] != step[:-1]
     begins = np.flatnonzero(cut)
     ends = np.append(begins, len(step))[1:] if len(step) else begins
-    # A strip continues to the first point of the next strip, unless that point belongs to another rock.
+    # A line continues to the first point of the next line, unless that point belongs to another rock.
     reach = np.where(ends < len(step), ends + ~np.append(new, True)[ends], ends)
     strips = [samples.x[begin:end] for begin, end in zip(begins, reach, strict=True) if end - begin > 1]
     speed = (step[begins] + 0.5) / SPEED_STEPS * fastest
@@ -72,7 +79,7 @@ def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArr
 
 
 def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
-    """Return unit normals (N, 3) at vertices (N, 3): means of the normals of adjacent facets, weighted by area."""
+    """Return unit normals (N, 3) at vertices (N, 3), for shading: the area-weighted mean of adjacent facets."""
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     area = np.cross(b - a, c - a)
     corner = triangles.ravel()

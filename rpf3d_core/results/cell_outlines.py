@@ -1,4 +1,4 @@
-"""Find the outlines of grid cells that have the same number, along the borders of the cells."""
+"""Find the outlines of areas of a grid in which all cells have the same number, to write them as polygons."""
 
 import json
 from collections import defaultdict
@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from rasterio.features import shapes
 
 CELLS_THAT_TOUCH = 4
-"""Connectivity of polygons: cells that share a border are one polygon. Cells that share only a corner are two, because
-their outlines would cross there."""
+"""Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
 CELLS_AROUND = 8
-"""Connectivity of holes: cells of a hole that share only a corner are one hole, because no square there has ground."""
+"""Cells of a hole may also share only a corner (rasterio's connectivity 8), because no square there has ground."""
 
 
 def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:
-    """Return the rings (plan coordinates, m) of the polygons around the cells (H, W) of each number except 0."""
+    """Return the polygons around the cells (H, W) of each number except 0, as rings in plan coordinates (m)."""
     rings: dict[int, list[Any]] = defaultdict(list)
     there = numbers != 0
     for geometry, number in shapes(numbers, mask=there, connectivity=CELLS_THAT_TOUCH, transform=transform):
@@ -27,13 +26,15 @@ def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, li
 
 
 def write_outlines(path: Path, rings: list[Any]) -> None:
-    """Write rings as one GeoJSON MultiPolygon, the format in which a scene's zones are read."""
+    """Write rings as a GeoJSON file of polygons, from which a scene can read a zone."""
     geometry = {"type": "MultiPolygon", "coordinates": rings}
     path.write_text(json.dumps(geometry, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return row and column of a cell in an enclosed hole of a grid; None if all holes reach the grid's edge.
+    """Return row and column of a cell without value inside a grid, so that messages can name a gap; None without gaps.
+
+    Cells without value that reach the boundary of the grid are not a gap.
 
     missing : (H, W) True where a cell has no value
     """

@@ -1,4 +1,4 @@
-"""Read results of earlier runs: summary.json and deposits.csv."""
+"""Read the results of earlier runs, to compare them: summary.json and deposits.csv."""
 
 import csv
 import json
@@ -13,11 +13,11 @@ from rpf3d_core.values import DEPOSITED
 DEPOSITS = "deposits.csv"
 AT_REST = {outcome.name.lower() for outcome in DEPOSITED}
 PARTS = ("scene", "rocks", "rocks_planned", "partial", "benches", "areas_of_interest", "hazard")
-"""Keys of a summary that a comparison reads."""
+"""Keys that a summary must have for a comparison."""
 
 
 def read_summary(folder: str | Path) -> dict[str, Any]:
-    """Return the content of summary.json in a result folder.
+    """Return the content of summary.json in a result folder, for example to compare two runs.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
 
 
 def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
-    """Yield zone and z (m, the input's coordinates) of each rock of a run that stopped.
+    """Yield the zone and the altitude z (m, the input's coordinates) of each rock of a run that stopped.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A run: a prepared scene and the results of its rocks."""
+"""The result of a run: the prepared scene and what its rocks did, from which all files are written."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 
 class RunCounts(NamedTuple):
-    """Numbers of rocks, for the titles and legends of pictures.
+    """How many rocks a picture is based on, for its title and legend.
 
     rocks : rocks flown, fragments included; planned : rocks that should fly, more than `rocks` if interrupted
     outcomes : number of rocks by outcome; pieces : how many of the rocks are fragments of others
@@ -29,7 +29,7 @@ class RunCounts(NamedTuple):
     pieces: int = 0
 
     def describe(self) -> str:
-        """Return the number of rocks in words, for titles."""
+        """Return the number of rocks in words for a title, such as "100 of 1,000 rocks, partial"."""
         if self.rocks < self.planned:
             return f"{self.rocks:,} of {self.planned:,} rocks{' and pieces' if self.pieces else ''}, partial"
         whole = self.rocks - self.pieces
@@ -37,18 +37,21 @@ class RunCounts(NamedTuple):
         return f"{whole:,} {'rock' if whole == 1 else 'rocks'}{broken}"
 
     def describe_some(self, number: int) -> str:
-        """Return the number of rocks shown, and of all rocks if these are more, for titles."""
+        """Return the number of rocks that a picture shows in words, for its title.
+
+        And of all rocks if these are more.
+        """
         if number >= self.rocks:
             return self.describe()
         return f"{number:,} of {self.rocks:,} rocks{', partial' if self.rocks < self.planned else ''}"
 
     def drawn(self, number: int) -> str:
-        """Return the suffix of a legend entry that is drawn for `number` of the rocks; empty if drawn for all."""
+        """Return the end of a legend entry that says how many of the rocks are drawn; empty if all are drawn."""
         return "" if number >= self.rocks else f" ({number:,} of {self.rocks:,} drawn)"
 
 
 class MapContent(NamedTuple):
-    """What all maps of a run show: the terrain, the areas of interest, and a title with the number of rocks.
+    """The content that all maps of a run share: terrain, areas of interest, scene name and number of rocks.
 
     name : of the scene; flown : the number of rocks behind the maps
     areas : name -> rings (N, 2) m, outlines of areas of interest, local frame, as `areas.local_outlines`
@@ -62,7 +65,7 @@ class MapContent(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A prepared scene and the results of its rocks, from which the files of a result are written.
+    """The result of a run: the prepared scene, and what its rocks did; from it, the result folder is written.
 
     flights : of all rocks or, if the run was written to disk, of the rocks that are drawn, an even selection
     totals, maps : of all rocks flown
@@ -81,7 +84,7 @@ class Run:
 
     @property
     def scene(self) -> Scene:
-        """The scene."""
+        """The scene that was run."""
         return self.prepared.scene
 
     @property
@@ -101,19 +104,19 @@ class Run:
 
     @property
     def timings(self) -> dict[str, float]:
-        """Wall seconds by name: `read_s`, `index_s` (see `Prepared`) and `wall_s`."""
+        """Wall-clock seconds by name: `read_s`, `index_s` (see `Prepared`) and `wall_s`."""
         return {"read_s": self.prepared.read_s, "index_s": self.prepared.index_s, "wall_s": self.wall_s}
 
     @property
     def flown(self) -> RunCounts:
-        """Numbers of rocks behind the results."""
+        """The numbers of rocks that the results are based on."""
         return RunCounts(
             rocks=self.totals.rocks, planned=self.planned, outcomes=self.totals.outcomes, pieces=self.totals.pieces
         )
 
 
 def sentence_of(outcome: Outcome, scene: Scene) -> str:
-    """Return the sentence that tables and files show for an outcome.
+    """Return the sentence that explains an outcome in tables and files.
 
     A ground model may have its own sentence for STOPPED, for example if it ignores friction.
     """

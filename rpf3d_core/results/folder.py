@@ -1,4 +1,4 @@
-"""Write the result folder of a run: complete, or not at all."""
+"""Write the result folder of a run completely, or not at all after an error."""
 
 import json
 import os
@@ -18,28 +18,27 @@ from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.results.summary import summary
 
 Record = Callable[[Path, dict[str, Any]], None]
-"""Function of (path, summary) that writes a recording to the path."""
+"""A function that writes a recording, given its path and the summary of the run."""
 
 SUMMARY = "summary.json"
 MEGABYTE = 1_000_000
 LEAST_ROOM = 20 * MEGABYTE
-"""Free bytes that the disk must have: the size of a result of a few rocks over a small terrain, with pictures."""
+"""Free space (bytes) that the disk must have before a run: the size of a small result with pictures."""
 
 PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
-"""Files of the price list of accuracy. They belong to the scene: a run that replaces an earlier result keeps them."""
+"""Files of the price list of accuracy, which are kept when a run replaces an earlier result in the same folder."""
 RESULT_NAMES = {
     SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     "profiles", "map.png", "hazard", "convergence.png", "run.rrd", *PRICE_LIST,
 }  # fmt: skip
-"""Names that a result folder may hold; a folder with any other file in it is never replaced."""
+"""Names of files that a result folder may hold; a folder with any other file is never replaced."""
 
 
 @contextmanager
 def result_folder(folder: str | Path) -> Iterator[Path]:
-    """Yield a hidden folder to write into; at the end it replaces `folder`.
+    """Yield a hidden folder to write a result into; at the end it is renamed to `folder`, after an error deleted.
 
-    A half-written folder never looks like a result: if anything fails, the hidden folder is removed and an earlier
-    result stays.
+    So a half-written folder never looks like a result, and after an error an earlier result in `folder` stays.
 
     Raises
     ------
@@ -64,14 +63,14 @@ def result_folder(folder: str | Path) -> Iterator[Path]:
 
 
 def _check_room(folder: str | Path, part: Path) -> None:
-    """Refuse a disk with fewer than LEAST_ROOM bytes free; called before the rocks fly."""
+    """Refuse to start a run if the disk has fewer than LEAST_ROOM bytes free."""
     if (free := shutil.disk_usage(part).free) < LEAST_ROOM:
         needed = f"{free / MEGABYTE:.1f} MB are free, and at least {LEAST_ROOM // MEGABYTE} MB are needed"
         raise InputError(f"{folder}: the disk has no room: {needed}")
 
 
 def check_folder(folder: str | Path) -> Path:
-    """Return the absolute path of a folder that results may be written to; call it before a long run.
+    """Return the absolute path of a folder after a check that results may be written there; call it before a long run.
 
     Raises
     ------
@@ -111,7 +110,10 @@ def _is_ours(path: Path) -> bool:
 
 
 def _replace(target: Path, part: Path) -> None:
-    """Replace the folder `target` by `part`; if that fails, the old folder stays."""
+    """Replace a result folder by a new one; if that fails, the old folder stays.
+
+    target : path of the folder; part : the new folder
+    """
     old = target.with_name(f".{target.name}.{os.getpid()}.old")
     if target.exists():
         target.rename(old)
@@ -125,7 +127,7 @@ def _replace(target: Path, part: Path) -> None:
 
 
 def write_all_tables(folder: Path, findings: Run) -> None:
-    """Write deposits.csv and impacts.parquet of a run whose rocks are all in memory."""
+    """Write deposits.csv and impacts.parquet of a run that kept all rocks in memory."""
     scene, sources = findings.scene, [source.name for source in findings.scene.sources]
     place = (folder, sources, findings.terrain, scene.rock.density)
     with tables.open_tables(*place, scene.outputs.impacts, findings.obstacles, findings.maps.spins) as sink:
@@ -133,7 +135,7 @@ def write_all_tables(folder: Path, findings: Run) -> None:
 
 
 def write_findings(folder: Path, findings: Run, record: Record | None = None) -> None:
-    """Write every file of a result, except the tables of all rocks, into an existing folder.
+    """Write all files of a result into an existing folder, except the tables of all rocks.
 
     The summary is written last because it states how long the other files took.
 
@@ -178,7 +180,7 @@ def _write_hazard(folder: Path, findings: Run, content: MapContent) -> None:
 
 
 def _write_pictures(folder: Path, findings: Run, samples: PathSamples, content: MapContent) -> None:
-    # Imported here because matplotlib takes most of a second to import: only a run with pictures needs it.
+    # Imported here, because the import of matplotlib takes most of a second, and only a run with pictures needs it.
     from rpf3d_core.results.plots_convergence import write_convergence
     from rpf3d_core.results.plots_map import write_map
     from rpf3d_core.results.plots_profiles import write_profile_plots

@@ -1,4 +1,4 @@
-"""Results at barriers (rocks caught, broken through, flown over): for summary.json, barriers.csv and the screen."""
+"""Report what rocks did at barriers (caught, broken through, flown over): summary.json, barriers.csv, screen."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +14,7 @@ FIRST = ("first_caught", "first_broken_through", "first_flown_over")
 ROCKS = (*FIRST, "caught")
 EVENTS = ("caught_events", "broken_through_events", "flown_over_events")
 P95 = 95
-"""The percentile that is given with an interval: nets are designed for it."""
+"""The percentile for which an interval is stated, because nets are designed for it."""
 HEADER = [
     "name", "height_m", "capacity_j", "came_rocks",
     *(f"{did}_{part}" for did in ROCKS for part in ("rocks", "share", "low", "high")),
@@ -23,13 +23,16 @@ HEADER = [
       for part in ("p95", "p95_low", "p95_high", "max")),
     "first_over_panel_m_max",
 ]  # fmt: skip
-"""Columns of barriers.csv. Shares are of the rocks that reached the barrier; `low` and `high` are the ends of 95 %
-intervals: Wilson's for shares, and the interval of p95."""
+"""Columns of barriers.csv.
+
+Shares are of the rocks that reached the barrier; `low` and `high` are the ends of 95 % intervals: Wilson's for shares,
+and the interval of p95.
+"""
 
 TEXT_HEADER = (
     "barrier", "came", "first caught", "first broken", "first over", "caught in the end", "p95 (kJ)", "p95 (m)",
 )  # fmt: skip
-"""Header of the printed table; `text_rows` returns its rows."""
+"""Header of the table of barriers on the screen; `text_rows` returns its rows."""
 TEXT_NOTE = (
     "rocks that came to each barrier, by what they did when they first came; p95 of their energies then, and of how "
     "high over the ground they crossed it"
@@ -43,17 +46,20 @@ MEANING = (
 
 
 def barriers_section(barriers: Sequence[BarrierFigures]) -> dict[str, Any]:
-    """Return the section of summary.json: name -> counts, shares with intervals, energies (J) and heights (m)."""
+    """Return the section of summary.json on barriers: for each name counts, shares, energies (J) and heights (m)."""
     return {figures.name: _facts(figures) for figures in barriers}
 
 
 def write_barriers(path: Path, barriers: Sequence[BarrierFigures]) -> None:
-    """Write a line for each barrier; values that are unknown because no rock reached the barrier are left empty."""
+    """Write barriers.csv, with a line for each barrier; unknown values are left empty.
+
+    A value is unknown if no rock reached the barrier.
+    """
     write_csv(path, HEADER, map(_line, barriers))
 
 
 def text_rows(barriers: Sequence[BarrierFigures]) -> list[tuple[str, ...]]:
-    """Return the rows of the printed table under `TEXT_HEADER`, in the scene's order."""
+    """Return the rows of the table of barriers on the screen, in the scene's order."""
     return [_text_row(figures) for figures in barriers]
 
 
@@ -72,7 +78,10 @@ def _facts(figures: BarrierFigures) -> dict[str, Any]:
 
 
 def _distribution(sample: Sample) -> dict[str, Any]:
-    """Return the percentiles and the 95 % interval of p95; an end is None if too few rocks determine it."""
+    """Return the percentiles of a quantity at a barrier, and the 95 % interval of p95.
+
+    An end of the interval is None if there are too few rocks to determine it.
+    """
     return {**sample.summary(PERCENTILES), "p95_interval_95": list(sample.interval(P95))}
 
 

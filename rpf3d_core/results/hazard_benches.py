@@ -1,4 +1,4 @@
-"""Write the tables of hazard/: benches.csv has a line for each zone of the terrain and each area of interest."""
+"""Write hazard/benches.csv: shares of rocks for each zone of the terrain and each area of interest."""
 
 import csv
 from collections.abc import Iterable, Sequence
@@ -16,12 +16,15 @@ HEADER = [
     "lost_to_holes_rocks",
     "reached_at_most_share",
 ]
-"""Columns of benches.csv. `low` and `high` are the ends of the share's 95 % Wilson interval. `reached_at_most_share`
-counts every rock lost to a hole of the terrain as a rock that reached the place; it is empty if no rock was lost."""
+"""Columns of benches.csv.
+
+`low` and `high` are the ends of the share's 95 % Wilson interval. `reached_at_most_share` counts every rock lost to a
+hole of the terrain as a rock that reached the place; it is empty if no rock was lost.
+"""
 
 
 def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]]) -> None:
-    """Write a table as a CSV file; None is left empty."""
+    """Write a table as a CSV file; a value of None becomes an empty cell."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
@@ -29,12 +32,12 @@ def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]])
 
 
 def share_columns(share: dict[str, Any]) -> list[Any]:
-    """Return a share as columns: rocks, share, and the two ends of its 95 % interval."""
+    """Return a share as the columns of a CSV file: rocks, share, and the two ends of its 95 % interval."""
     return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]
 
 
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
-    """Write the table; a share of no rocks and a percentile of fewer than 20 rocks are left empty."""
+    """Write benches.csv; a share of no rocks, and a percentile of fewer than 20 rocks, are left empty."""
     write_csv(path, HEADER, map(_line, benches))
 
 

@@ -21,7 +21,7 @@ def write_hazard(
     releases: FloatArray,
     pictures: bool = True,
 ) -> None:
-    """Make a folder and write the files of the hazard maps into it.
+    """Create the folder hazard/ of a result, and write all files of the hazard maps into it.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def write_hazard(
 
         write_barriers(folder / "barriers.csv", maps.barriers)
     if pictures:
-        # Imported here because matplotlib takes most of a second to import: only a run with pictures needs it.
+        # Imported here, because the import of matplotlib takes most of a second, and only a run with pictures needs it.
         from rpf3d_core.results.plots_hazard import write_hazard_pictures
 
         write_hazard_pictures(folder, content, maps, releases)

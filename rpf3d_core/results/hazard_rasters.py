@@ -1,4 +1,4 @@
-"""Write hazard/*.tif: the hazard map as GeoTIFFs, one file for each quantity.
+"""Write the hazard maps as GeoTIFFs (hazard/*.tif), one file for each quantity, for GIS programs.
 
 Plan axes are the input's, as in polygons of zones and areas: x and y, or x and z if y is up. In that case the second
 axis of the file is z, and the tag AXES says so. The first row has the largest second coordinate.
@@ -38,16 +38,16 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
 COUNT_NODATA = 2**32 - 1
-"""Nodata value declared for counts. No cell has it, because 0 is a valid count."""
+"""Value that marks missing counts in a file; no cell has it, because 0 is a valid count."""
 
 TILE, LARGE = 256, 1024
-"""Files with at least LARGE cells along a side are written in tiles of TILE cells, so that viewers can read parts."""
+"""Smallest side (cells) of a file that is written in tiles, and side of a tile, so that viewers can read parts."""
 
 SPREAD_OF = "of each rock's maximum in the cell, over the distinct rocks that came there"
 
 
 def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: str | None = None) -> None:
-    """Write a GeoTIFF for each quantity into an existing folder.
+    """Write the hazard maps as GeoTIFFs into an existing folder, one file for each quantity.
 
     `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band. `energy_j`, `speed_m_s`
     and `height_m` have the bands max, mean, p50, p90, p95 and p99, in this order. `passage_per_metre`, if the maps
@@ -64,7 +64,7 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
     """
     system = reference_system(crs, terrain.frame.up)
     with warnings.catch_warnings():
-        # rasterio warns of cells of 1 m with a corner at (0, 0), but the driver stores this transform correctly.
+        # rasterio warns of cells of 1 m with a corner at (0, 0), but the file is correct.
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         _write_all(folder, terrain, maps, system)
 
@@ -84,9 +84,9 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | N
 
 
 def transform_of(raster: Raster, frame: Frame) -> Affine:
-    """Return the transform from column and row of an `upright` image to plan coordinates (m).
+    """Return how columns and rows of a GeoTIFF map to plan coordinates (m).
 
-    Columns and rows count from the outer corner of the first cell.
+    The image is as from `upright`. Columns and rows count from the outer corner of the first cell.
     """
     east, north, _ = frame.origin
     top = -(raster.y + north) if frame.up == "y" else raster.y + raster.ny * raster.cell + north
@@ -94,16 +94,16 @@ def transform_of(raster: Raster, frame: Frame) -> Affine:
 
 
 def upright(values: NDArray[Any], raster: Raster, frame: Frame) -> NDArray[Any]:
-    """Return values (C,) of all cells, in their own unit, as an image (ny, nx) for a GeoTIFF.
+    """Return the values (C,) of all map cells as the image (ny, nx) of a GeoTIFF, whose first row is the northernmost.
 
-    The first row has the largest y; if y is up, the largest z, which lies in the south.
+    So the first row has the largest y; if y is up, the largest z, which lies in the south.
     """
     image = values.reshape(raster.ny, raster.nx)
     return image if frame.up == "y" else image[::-1]
 
 
 class RasterPart(NamedTuple):
-    """A window of an image, and the N reached cells that lie in it.
+    """A part of a GeoTIFF that is written at once, with the N reached cells in it.
 
     cells : (N,) index among the S cells that rocks reached; row, column : (N,) position of each cell in the window
     """
@@ -115,7 +115,7 @@ class RasterPart(NamedTuple):
 
 
 def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
-    """Return the tiles of the image that rocks reached; without `tiles`, the whole image as one part."""
+    """Return the parts of a GeoTIFF to write: the tiles that rocks reached, or the whole image as one part."""
     raster = maps.raster
     row, column = np.divmod(maps.cells.cell, raster.nx)
     row = row if frame.up == "y" else raster.ny - 1 - row
@@ -136,7 +136,10 @@ def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
 def _write(
     folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: CRS | None, bands: Sequence[NDArray[Any]]
 ) -> None:
-    """Write bands of values (S,) of the reached cells; the library fills tiles that no rock reached with nodata."""
+    """Write one GeoTIFF from the values (S,) of the reached cells, one list for each band.
+
+    rasterio fills tiles that no rock reached with the value for missing data.
+    """
     raster, kind = maps.raster, bands[0].dtype
     profile = {
         "driver": "GTiff", "width": raster.nx, "height": raster.ny, "count": len(bands), "dtype": kind, "crs": crs,
@@ -159,14 +162,14 @@ def _write(
 
 
 def _band_name(quantity: Quantity, number: int, bands: int) -> str:
-    """Return the name of band `number`, from 1, of a file with `bands` bands."""
+    """Return the name of a band of a GeoTIFF, such as p95; number : from 1; bands : number of bands of the file."""
     if bands == 1:
         return quantity.name
     return (Passage._fields if quantity is PER_METRE else STATISTICS)[number - 1]
 
 
 def _tags(quantity: Quantity, frame: Frame, maps: HazardMaps, bands: int) -> dict[str, str]:
-    """Return the tags of a file: quantity, unit, meaning, number of rocks, cell size (m) and axes."""
+    """Return the metadata tags of a GeoTIFF: quantity, unit, meaning, number of rocks, cell size (m) and axes."""
     meaning = f"{maps.energy_kind} kinetic energy" if quantity is ENERGY else quantity.meaning
     return {
         "QUANTITY": quantity.name,

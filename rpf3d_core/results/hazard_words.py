@@ -1,4 +1,4 @@
-"""Sentences on hazard maps: their cells, their largest values, and which values depend on the cell size."""
+"""Sentences on hazard maps for the user: cell size, largest values, and which values depend on the cell size."""
 
 import math
 
@@ -9,7 +9,7 @@ from rpf3d_core.hazard.raster import round_cells
 
 
 def words_on_maps(maps: HazardMaps) -> str:
-    """Return one line on the cells of the maps and the largest share of a cell, for the end of a run."""
+    """Return one line on the hazard maps for the end of a run: their cells, and the largest share of a cell."""
     cell, share = maps.raster.cell, reach_probability(maps.cells, maps.flown)
     cells = f"hazard maps: cells of {cell:g} m, of which {len(maps.cells.cell):,} were reached"
     if not len(share):
@@ -24,7 +24,7 @@ def words_on_maps(maps: HazardMaps) -> str:
 
 
 def words_on_empty(maps: HazardMaps) -> str:
-    """Return the reason why a picture of percentiles has no values, and the number of rocks or cell size for some."""
+    """Return why a picture of percentiles is empty, and how many rocks or which cell size would fill some cells."""
     if not len(maps.cells.cell):
         return "No values: no rock came anywhere."
     most, cell = int(maps.cells.rocks.max()), maps.raster.cell

@@ -27,14 +27,15 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
 CELLS_THAT_TOUCH = 4
-"""Connectivity of polygons: cells that share a border are one polygon. Cells that share only a corner are two, because
-their outlines would cross there."""
+"""Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
 
 
 def write_hazard_zones(
     path: Path, terrain: Terrain, maps: HazardMaps, spec: HazardSpec, crs: str | None = None
 ) -> None:
-    """Write a feature for each hazard zone with cells: zones of reach probability, lowest level first, then the matrix.
+    """Write zones.geojson: a polygon feature for each hazard zone that has cells.
+
+    Zones of reach probability are first, lowest level first; then the zones of the matrix.
 
     Parameters
     ----------
@@ -62,13 +63,13 @@ def write_hazard_zones(
 
 
 def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
-    """Return the hazard zones that a scene asks for, including zones without cells."""
+    """Return the hazard zones that a scene asks for (levels of reach probability, matrix), even those without cells."""
     matrix = matrix_of(spec)
     return [*reach_zones(maps, spec.reach_levels), *([] if matrix is None else matrix_zones(maps, matrix))]
 
 
 def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
-    """Return sentences on requested zones without cells, for which the file has no feature."""
+    """Return sentences for the user on requested hazard zones without cells, which zones.geojson leaves out."""
     missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any()]
     levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
     classes = [repr(zone.name) for zone in missing if zone.name is not None]
@@ -86,7 +87,7 @@ def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
 
 
 def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
-    """Return the requested zones for summary.json; zones with 0 cells have no feature in the file."""
+    """Return the requested hazard zones for summary.json; zones with 0 cells have no feature in zones.geojson."""
     return [
         {
             "kind": zone.kind,
@@ -101,7 +102,7 @@ def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
 
 
 def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
-    """Return a zone as a GeoJSON feature: one MultiPolygon with the zone's kind, level or class, and size."""
+    """Return a hazard zone as a GeoJSON feature: its polygons, kind, level or class, and size."""
     cells = int(zone.cells.sum())
     properties = {
         "kind": zone.kind, "level": zone.level, "class": zone.name, "area_m2": cells * maps.raster.cell**2,
@@ -113,7 +114,7 @@ def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
 
 
 def _polygons(zone: Zone, maps: HazardMaps, frame: Frame) -> list[Any]:
-    """Return the rings of the polygons around the cells of a zone, in plan coordinates (m)."""
+    """Return the polygons around the cells of a hazard zone, as rings in plan coordinates (m)."""
     image = np.ascontiguousarray(upright(zone.cells, maps.raster, frame))
     transform = transform_of(maps.raster, frame)
     found = shapes(image.view(np.uint8), mask=image, connectivity=CELLS_THAT_TOUCH, transform=transform)
@@ -121,6 +122,6 @@ def _polygons(zone: Zone, maps: HazardMaps, frame: Frame) -> list[Any]:
 
 
 def _member(system: CRS, name: str) -> dict[str, Any]:
-    """Return the `crs` member: an EPSG code as GeoJSON 2008 spells it, any other system as the scene spells it."""
+    """Return the reference system as GeoJSON 2008 states it: by EPSG code, or else as the scene spells it."""
     code = system.to_epsg()
     return {"type": "name", "properties": {"name": name if code is None else f"urn:ogc:def:crs:EPSG::{code}"}}

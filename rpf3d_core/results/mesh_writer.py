@@ -1,4 +1,4 @@
-"""Write a terrain as a mesh file, in the input's own coordinates.
+"""Write a terrain as a mesh file (.vtp, .stl, .ply, .obj), in the input's own coordinates.
 
 STL, PLY and OBJ are written here, not by VTK. VTK's PLY and OBJ writers report no error if the disk is full, write no
 file if the extension is in capitals, and keep only six figures (OBJ) or float32 (PLY) of a survey coordinate.
@@ -18,11 +18,11 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-"""A triangle of a PLY file."""
+"""The bytes of one triangle in a binary PLY file."""
 
 
 def write_mesh(path: Path, terrain: Terrain) -> None:
-    """Write the facets of a terrain to a file; the extension chooses the format. If writing fails, no file is left.
+    """Write a terrain to a mesh file; the extension chooses the format. If writing fails, no file is left.
 
     Raises
     ------
@@ -42,7 +42,9 @@ def write_mesh(path: Path, terrain: Terrain) -> None:
 
 
 def check_mesh_path(path: Path) -> str:
-    """Return the extension, in lower case, of a path that a mesh may be written to; call it before long work.
+    """Return the extension, in lower case, of a path after a check that a mesh may be written there.
+
+    Call it before long work.
 
     Raises
     ------
@@ -60,18 +62,18 @@ def check_mesh_path(path: Path) -> str:
 
 
 def _points(terrain: Terrain) -> FloatArray:
-    """Return the vertices (V, 3) m in the input's coordinates."""
+    """Return the vertices (V, 3) m of a terrain in the input's coordinates, as mesh files have them."""
     return np.ascontiguousarray(terrain.frame.points_to_input(terrain.vertices))
 
 
 def _write_vtp(path: Path, terrain: Terrain) -> None:
-    """Write VTP: the facets with their zones, as a trace map without impacts."""
+    """Write a terrain as .vtp: the facets with their zones, like a trace map without impacts."""
     none, at = np.empty(0, dtype=np.int64), np.empty((0, 3))
     write_terrain(path, terrain, Impacts(none, at[:, 0], at, none, at, at[:, 0], at[:, 0]))
 
 
 def _write_stl(path: Path, terrain: Terrain) -> None:
-    """Write binary STL (`formats/stl.py`): float32, no zones.
+    """Write a terrain as binary STL (`formats/stl.py`): float32, without zones.
 
     Normals are zero; readers then take them from the winding of the vertices.
     """
@@ -83,7 +85,7 @@ def _write_stl(path: Path, terrain: Terrain) -> None:
 
 
 def _write_ply(path: Path, terrain: Terrain) -> None:
-    """Write binary PLY (Turk 1994): float64, no zones."""
+    """Write a terrain as binary PLY (Turk 1994): float64, without zones."""
     faces = np.empty(len(terrain.triangles), FACE)
     faces["count"], faces["corners"] = 3, terrain.triangles
     header = (
@@ -98,7 +100,7 @@ def _write_ply(path: Path, terrain: Terrain) -> None:
 
 
 def _write_obj(path: Path, terrain: Terrain) -> None:
-    """Write Wavefront OBJ: text with all figures of float64, no zones; vertices count from 1."""
+    """Write a terrain as Wavefront OBJ: text with all digits of float64, without zones; vertices count from 1."""
     with path.open("w", encoding="ascii") as file:
         np.savetxt(file, _points(terrain), fmt="v %.17g %.17g %.17g")
         np.savetxt(file, terrain.triangles + 1, fmt="f %d %d %d")
@@ -110,4 +112,4 @@ WRITERS: dict[str, Callable[[Path, Terrain], None]] = {
     ".ply": _write_ply,
     ".obj": _write_obj,
 }
-"""Functions that write a mesh, by extension. Only .vtp keeps the zones; STL rounds to float32."""
+"""The function that writes each mesh format, by extension. Only .vtp keeps the zones; STL rounds to float32."""

@@ -20,7 +20,7 @@ FINE_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
 
 
 def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, Any]:
-    """Return the distributions of field and simulated end points along a horizontal direction of the input.
+    """Compare simulated with observed end points along a horizontal direction; return both distributions.
 
     Positions are in m, in the input's coordinates.
 
@@ -47,12 +47,12 @@ def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, An
 
 
 def _origin(frame: Frame) -> FloatArray:
-    """Return the local origin (3,) m in the input's axes."""
+    """Return the origin (3,) m of the local frame, in the axes of the input."""
     return frame.directions_to_input(np.array(frame.origin))
 
 
 def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dict[str, Any]:
-    """Return percentiles, least and mean position, standard deviation and the share of each section.
+    """Return the distribution of end points along a direction: percentiles, mean, deviation, share of each section.
 
     Positions are in the input's coordinates (m).
     """
@@ -74,6 +74,6 @@ def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dic
 
 
 def _number_between(position: FloatArray, counts: IntArray, low: float | None, high: float | None) -> int:
-    """Return the number of rocks in [low, high) (m), from counts (N,) at positions (N,) m."""
+    """Return the number of rocks that ended in a section [low, high) (m), from counts (N,) at positions (N,) m."""
     above = position >= (-np.inf if low is None else low)
     return int(counts[above & (position < (np.inf if high is None else high))].sum())

@@ -1,4 +1,4 @@
-"""Draw convergence.png: intervals of shares and 95th percentiles of energy against the number of rocks flown."""
+"""Draw convergence.png: how far the uncertainty of shares and energies has shrunk with the number of rocks."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,12 +12,12 @@ from rpf3d_core.results.plots_profiles import label, save
 from rpf3d_core.scene.model import TargetSpec
 
 SHOWN = 8
-"""Number of places drawn: those with the widest intervals in the last step."""
+"""Number of places drawn: the zones or areas with the widest intervals in the last step."""
 JOULE_PER_KJ = 1000.0
 
 
 def write_convergence(path: Path, name: str, steps: Sequence[Step], target: TargetSpec) -> None:
-    """Write the picture.
+    """Write convergence.png: widths of intervals, and 95th percentiles of energy, against the number of rocks.
 
     name : of the scene, with its number of rocks, for the title; steps : at least one
     """

@@ -11,11 +11,11 @@ from rpf3d_core.results.series import Series
 
 MARKERS = {"numerical": "^", "geometric": "s", "statistical": "o"}
 MARGIN = 0.08
-"""Margin on each side of the points, as a share of the width (-): room for their labels."""
+"""Free space on each side of the points (-), as a share of the width, for their labels."""
 
 
 def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -> None:
-    """Write the picture.
+    """Write cost.png, from which users choose a setting: error against computing time, with the target as a line.
 
     name : of the scene, for the title; target : error (-), drawn as a line
     """
@@ -34,13 +34,13 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -
     )
     axes.set_ylabel("error of the map of reach probability (-)")
     axes.grid(which="major", color="0.9")
-    figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside the axes the legend would hide points
+    figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside the axes, the legend would hide points
     axes.set_title(f"{name}: what accuracy costs", loc="left")
     save(figure, path)
 
 
 def _draw(axes: Axes, one: Series) -> None:
-    """Draw a series with labels next to its points; hollow markers show the times with the compiled engine."""
+    """Draw one series of the price list with labels; hollow markers show times with the compiled engine."""
     red, green, blue = one.colour
     colour = (red / 255.0, green / 255.0, blue / 255.0)
     marker, size = ("*", 14) if one.name == "events" else (MARKERS[one.kind], 5)

@@ -52,32 +52,32 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.plan_view import Window, seen_from_above
 
 OPACITY = 0.82
-"""Opacity (-) of the hazard colours: the relief shows through, and colours can still be compared with the scale."""
+"""Opacity (-) of the hazard colours: the terrain shows through, and colours can still be compared with the scale."""
 
 FEW = "#7d8fb3"
-"""Colour of cells reached by too few rocks for a value: a blue that the scale does not have."""
+"""Colour of cells that too few rocks reached for a value: a blue that the scale does not have."""
 
 RELEASE: dict[str, Any] = {"marker": "o", "color": "#1450d2", "markersize": 4.5, "markeredgecolor": "white"}
 MANY_RELEASES = 100
-"""Above this number, releases are drawn as dots, so that they hide little of the map."""
+"""Largest number of releases that are drawn as large markers; more are drawn as dots, to hide little of the map."""
 DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "markeredgewidth": 0.0}
-"""Marker of a release among many. The marker is not blue, because it would be hard to see on cells of colour FEW."""
+"""Marker of a release if there are many. It is not blue, because blue would be hard to see on cells of colour FEW."""
 
 TITLE_PAD = 26.0
-"""Distance of the title from the map (points): a long title stands above the scale bar, not in it."""
+"""Distance of the title from the map (points), so that a long title does not cover the scale bar."""
 
 BAR_HEIGHT = 0.17
 """Height of the colour bar (inches)."""
 
 FEW_DECADES = 1.7
-"""A colour bar of at most this many powers of ten has room for tick labels between them."""
+"""Largest range (powers of ten) of a colour bar that also has tick labels between the powers."""
 
 JOULE_PER_KJ = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
 class Theme:
-    """The quantity that one picture shows.
+    """The quantity that one hazard picture shows: values, title, unit and colour scale.
 
     title : part of the picture's title between the scene and the number of rocks; unit : label of the colour bar
     values : (C,) of all cells of the raster, NaN where unknown, in their own unit; scale : of the values
@@ -93,7 +93,7 @@ class Theme:
 
 @dataclass(frozen=True, eq=False)
 class MapBackground:
-    """The background that all hazard pictures of a run share.
+    """The shaded terrain behind all hazard pictures of a run, drawn only once.
 
     window : the part of the terrain that is shown; picture : its hillshade
     whole : hillshade of the whole terrain for the overview, None if the window shows all of it
@@ -106,7 +106,7 @@ class MapBackground:
 
 
 def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray) -> None:
-    """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
+    """Write the hazard pictures into an existing folder: reach_probability.png, energy_p95.png and height_p95.png.
 
     If the maps have passages per metre, passage_per_metre.png is written as well.
     releases : (N, 2 or 3) m, release points of the rocks, local frame
@@ -119,7 +119,7 @@ def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, r
 
 
 def themes(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the quantity that each picture shows, by the name of its file."""
+    """Return the quantity that each hazard picture shows, by the name of its file."""
     cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
     share = reach_probability(cells, maps.flown)
     p95 = "95th percentile of the rocks' largest"
@@ -141,7 +141,7 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
 
 
 def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the theme of passages per metre; empty if the maps have none."""
+    """Return the picture of passages per metre as an entry of `themes`; empty if the maps do not have this quantity."""
     if not maps.cells.has_ways:
         return {}
     value = passage_per_metre(maps).value
@@ -159,7 +159,10 @@ def hazard_figure(
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
 ) -> Figure:
-    """Draw one picture; releases : (N, 2 or 3) m, and areas : rings (N, 2) m, both in the local frame."""
+    """Draw one hazard picture: map, colour bar, legend and overview.
+
+    releases : (N, 2 or 3) m; areas : rings (N, 2) m; both in the local frame
+    """
     terrain, window = ground.terrain, ground.window
     figure, main, side = sheet(window)
     draw_ground(main, terrain, window, ground.picture)
@@ -183,7 +186,7 @@ def hazard_figure(
 def _ground(
     terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
 ) -> MapBackground:
-    """Return the background: the part of the terrain that rocks reached, with the areas close to it, from above."""
+    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas close to it."""
     whole = whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
@@ -192,19 +195,19 @@ def _ground(
 
 
 def _reached(maps: HazardMaps) -> FloatArray:
-    """Return the centres (N, 2) m of the cells that rocks reached, local frame."""
+    """Return the centres (N, 2) m of the map cells that rocks reached, local frame."""
     raster = maps.raster
     row, column = np.divmod(maps.cells.cell, raster.nx)
     return np.stack([column + 0.5, row + 0.5], axis=1) * raster.cell + (raster.x, raster.y)
 
 
 def _release(count: int) -> dict[str, Any]:
-    """Return the marker style for a number of releases."""
+    """Return the marker style of release points: large markers, or dots if there are many."""
     return RELEASE if count <= MANY_RELEASES else DOT
 
 
 def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> bool:
-    """Draw the cells in the window in the colours of the scale.
+    """Draw the map cells in the window, in the colours of the scale.
 
     Returns True if some cells were reached by too few rocks for a value.
     """
@@ -226,7 +229,10 @@ def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps
 
 
 def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Window]:
-    """Return the rows and columns of the cells that a window touches, and the window they cover, local frame."""
+    """Return the rows and columns of the map cells that a window touches, and the window that these cells cover.
+
+    Both windows are in the local frame.
+    """
     first = np.floor((np.array([window.left, window.bottom]) - (raster.x, raster.y)) / raster.cell).astype(int)
     last = np.ceil((np.array([window.right, window.top]) - (raster.x, raster.y)) / raster.cell).astype(int)
     (left, bottom), (right, top) = np.maximum(first, 0), np.minimum(last, (raster.nx, raster.ny))
@@ -236,18 +242,18 @@ def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Wind
 
 
 def colour_map() -> Colormap:
-    """Return the hazard colours as a colour map of 256 steps."""
+    """Return the hazard colours as a matplotlib colour map of 256 steps."""
     return ListedColormap(colours_at(np.linspace(0.0, 1.0, 256)) / 255.0)
 
 
 def norm_of(scale: Scale) -> Normalize:
-    """Return a scale as matplotlib's normalisation, linear or logarithmic."""
+    """Return a colour scale as matplotlib needs it, linear or logarithmic."""
     kind = LogNorm if scale.logarithmic else Normalize
     return kind(scale.low, scale.high)
 
 
 def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
-    """Draw the colour bar in the column next to the map, with round numbers in the theme's unit."""
+    """Draw the colour bar next to the map, with round numbers in the unit of the picture."""
     box = side.get_position()
     height = BAR_HEIGHT / figure.get_size_inches()[1]
     bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
@@ -273,12 +279,12 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
 
 
 def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
-    """Write the reason why no cell has a value in place of the colour bar."""
+    """Write in place of the colour bar why no cell has a value."""
     side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
 
 
 def _beyond(scale: Scale, known: Values) -> str:
-    """Return which ends of the colour bar are drawn as arrows, because some values (N,) lie beyond that end."""
+    """Return which ends of the colour bar become arrows, because some values (N,) lie beyond that end."""
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 

@@ -1,4 +1,4 @@
-"""Draw map.png: the terrain from above, coloured by zone under slanting light, with paths, releases and deposits."""
+"""Draw map.png: the terrain from above, coloured by zone, with paths, releases and end points of rocks."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -38,7 +38,7 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.values import Outcome
 
 MARKERS = "o^sDvPX*h"
-"""Marker of each outcome, in order of value."""
+"""Marker of each outcome, in the order of the outcomes' numbers."""
 
 PATH = "#10203a"
 BARRIER = "#b3007a"
@@ -48,7 +48,7 @@ TREE: dict[str, Any] = {"marker": ".", "color": "#1e6b2e", "markersize": 2.5}
 def write_map(
     path: Path, content: MapContent, deposits: Deposits, samples: PathSamples, obstacles: Obstacles = NO_OBSTACLES
 ) -> None:
-    """Write the map as a PNG file, in z-up input coordinates, so that its ticks are round numbers of the survey.
+    """Write map.png in z-up input coordinates, so that its axes have the numbers of the survey.
 
     deposits, samples : of the rocks that are drawn, all or some of the rocks flown
     obstacles : barriers and trees of the scene
@@ -75,7 +75,9 @@ def write_map(
 def rocks_window(
     whole: Window, deposits: Deposits, samples: PathSamples, areas: Mapping[str, Sequence[FloatArray]]
 ) -> Window:
-    """Return the part of the terrain with rocks, a margin and areas close by; the whole terrain if that is most of it.
+    """Return the part of the terrain that map.png shows: all rocks, a margin, and areas close to them.
+
+    The result is the whole terrain if that part would be most of it.
 
     areas : name -> rings (N, 2) m, local frame
     """
@@ -84,7 +86,10 @@ def rocks_window(
 
 
 def _draw_obstacles(axes: Axes, terrain: Terrain, obstacles: Obstacles) -> list[Any]:
-    """Draw barriers as lines and trees as dots (a selection if there are very many); return their legend entries."""
+    """Draw barriers as lines and trees as dots; return their legend entries.
+
+    Of very many trees, a selection is drawn.
+    """
     entries: list[Any] = []
     if obstacles.lines:
         lines = [plan_of(terrain, points) for _, points in obstacles.lines]
@@ -117,7 +122,7 @@ def _marker(outcome: Outcome) -> dict[str, Any]:
 def _legend_entries(
     terrain: Terrain, deposits: Deposits, paths: int, areas: Mapping[str, Any], flown: RunCounts
 ) -> list[Any]:
-    """Return the legend entries of markers, paths, areas and zones, with the numbers of all and of drawn rocks."""
+    """Return the legend entries of outcomes, paths, areas and zones, with the numbers of all and of drawn rocks."""
     entries: list[Any] = [Line2D([], [], linestyle="none", label="release", **RELEASE)]
     for outcome in Outcome:
         if count := flown.outcomes.get(outcome, 0):
@@ -131,7 +136,7 @@ def _legend_entries(
 
 
 def _zone_entries(terrain: Terrain) -> list[Patch]:
-    """Return one legend entry for each group of zones, with the number of zones in the group."""
+    """Return a legend entry for each group of similar zones, with the number of zones in the group."""
     groups, group = zone_groups(terrain.zones)
     colours = zone_colours(terrain.zones)
     entries = []

@@ -1,4 +1,4 @@
-"""Draw profiles: height and speed against horizontal distance, as in figure 3-3 b, c of the thesis (Peik).
+"""Draw profiles of paths: height and speed against horizontal distance, as in figure 3-3 b, c of the thesis (Peik).
 
 `overview.png` shows all sampled rocks. `sections.png` shows a few, each with the terrain under its path. The CSV files
 of the same names hold the points drawn.
@@ -30,7 +30,7 @@ RESOLUTION = 120
 """Resolution of the pictures (dots per inch)."""
 
 FINER = 4
-"""Factor (-) by which the points of a section are closer together than those of the overview."""
+"""How many times closer the points of a section are than the points of the overview."""
 
 GROUND, PATH = "#8a7a5c", "#1f4e9c"
 
@@ -44,7 +44,7 @@ def write_profile_plots(
     gravity: float,
     flown: RunCounts,
 ) -> None:
-    """Write overview.png, overview.csv, sections.png and sections.csv into an existing folder.
+    """Write the profile pictures and their points: overview.png, overview.csv, sections.png and sections.csv.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def write_profile_plots(
 
 
 def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
-    """Draw elevation and speed of rocks against distance, coloured by outcome.
+    """Draw the profiles of many rocks in one picture: elevation and speed against distance, coloured by outcome.
 
     outcome : (R,) index of `values.Outcome`, by row in `Deposits`
     """
@@ -98,7 +98,9 @@ def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
 
 
 def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], which: str) -> Figure:
-    """Draw a column for each rock in `titles`: elevation with the terrain under the path above, speed below.
+    """Draw the profiles of a few rocks side by side: elevation above the terrain under the path, and speed below it.
+
+    The picture has a column for each rock in `titles`.
 
     ground : (S,) m, elevation of the terrain under the path; titles : row of the rock in `Deposits` -> title
     which : text below the columns that explains the choice of the rocks
@@ -120,9 +122,9 @@ def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], wh
 
 
 def _panels(columns: int, size: tuple[float, float]) -> tuple[Figure, NDArray[Any]]:
-    """Return a figure with axes (2, columns), height above speed; `size` in inches.
+    """Return a figure of profiles with axes (2, columns): height above, speed below.
 
-    Margins are fixed in inches, because a layout engine takes longer than the drawing.
+    size : width and height, inches. Margins are fixed in inches, because a layout engine takes longer than the drawing.
     """
     figure = Figure(figsize=size)
     axes = figure.subplots(2, columns, sharex="col", squeeze=False, height_ratios=(3, 2))
@@ -134,13 +136,13 @@ def _panels(columns: int, size: tuple[float, float]) -> tuple[Figure, NDArray[An
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG without a window system."""
+    """Write a figure as a PNG file; no display is needed."""
     FigureCanvasAgg(figure)
     figure.savefig(path, dpi=RESOLUTION, pil_kwargs={"compress_level": 3})
 
 
 def label(axes: Axes, x: str, y: str) -> None:
-    """Set axis labels, a light grid and plain numbers (survey coordinates are never written as an offset)."""
+    """Set axis labels and a light grid; survey coordinates are written in full, never as an offset."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
@@ -164,12 +166,12 @@ def _height_panel(axes: Axes, profile: Profile, ground: FloatArray, one: NDArray
 
 
 def _lines(row: IntArray, x: FloatArray, y: FloatArray) -> list[NDArray[np.float64]]:
-    """Return a polyline (N, 2) for each rock."""
+    """Return the points of each rock as a line (N, 2), as matplotlib draws them."""
     return np.split(np.stack([x, y], axis=1), run_starts(row)[1:])
 
 
 def _outcome_lines(outcome: IntArray) -> list[Line2D]:
-    """Return legend entries of the outcomes that occur, with their counts."""
+    """Return legend entries for the outcomes that occur, with their numbers of rocks."""
     values, counts = np.unique(outcome, return_counts=True)
     return [
         Line2D([], [], color=hex_colour(OUTCOME_COLOURS[Outcome(value)]), label=f"{_words(Outcome(value))} ({count:,})")

@@ -1,4 +1,4 @@
-"""Draw the parts that all maps share: the plan in the survey's coordinates, scale bar, north, areas, overview."""
+"""Draw the parts that all map pictures share: shaded terrain, axes, scale bar, north arrow, areas, overview."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,37 +18,43 @@ from rpf3d_core.terrain.plan_view import Window
 Picture = NDArray[np.uint8]
 
 PIXELS, OVERVIEW_PIXELS = 1000, 320
-"""Pixels along the longer side of the map, and of the overview."""
+"""Number of pixels along the longer side of the map, and of the small overview."""
 
 MARGIN = 0.12
-"""Margin around the rocks, as a share of their extent (-)."""
+"""Margin around the rocks on a map (-), as a share of the rocks' extent."""
 
 LEAST_SHAPE = 0.7
-"""Least ratio (-) of the map's sides, so that rocks on a straight line do not make a sliver of a map."""
+"""Smallest ratio (-) of a map's sides, so that rocks on a straight line do not give a very narrow map."""
 
 WHOLE_SHARE = 0.6
-"""Above this share (-) of the terrain's width and height, the map shows the whole terrain and needs no overview."""
+"""Share (-) of the terrain's width and height above which a map shows the whole terrain, without an overview."""
 
 LEAST_COLUMN = 7.0
-"""Least height (inches) of the column next to the map: the legend and the overview need it."""
+"""Smallest height (inches) of the column next to the map, which holds legend and overview."""
 
 MOST_POINTS = 20_000
-"""Most points drawn. More would cover each other: an even selection is drawn, and the legend says so."""
+"""Largest number of points drawn, because more would cover each other.
+
+If there are more, an even selection is drawn, and the legend says so.
+"""
 
 MOST_RELEASES = 250
-"""Most releases drawn. More would cover the map: an even selection is drawn."""
+"""Largest number of releases drawn, because more would cover the map; of more, an even selection is drawn."""
 
 RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
 
 
 def whole_window(terrain: Terrain) -> Window:
-    """Return the terrain's extent in plan."""
+    """Return the rectangle around the whole terrain in plan."""
     x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]  # column by column takes a tenth of the time of `min(axis=0)`
     return Window(left=float(x.min()), right=float(x.max()), bottom=float(y.min()), top=float(y.max()))
 
 
 def window_around(whole: Window, places: FloatArray) -> Window:
-    """Return the part of the terrain around places (N, 2) m, with a margin; the whole terrain if that is most of it."""
+    """Return the part of the terrain that a map of some places (N, 2) m shows, with a margin.
+
+    The result is the whole terrain if that part would be most of it.
+    """
     if len(places) == 0:
         return whole
     low, high = places.min(axis=0), places.max(axis=0)
@@ -66,10 +72,10 @@ def window_around(whole: Window, places: FloatArray) -> Window:
 
 
 def window_with_areas(whole: Window, places: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> Window:
-    """Return `window_around` of the places (N, 2) m and of each area that this window would cut, rings (N, 2) m.
+    """Return the part of the terrain that a map of places (N, 2) m shows, widened to areas that it would cut.
 
-    Areas outside the window are not included: an area far from all rocks would make the rocks too small to see. The
-    overview shows it.
+    areas : rings (N, 2) m. Areas outside the window are not included: an area far from all rocks would make the rocks
+    too small to see. The overview shows such an area.
     """
     window = window_around(whole, places)
     cut = [ring for rings in areas.values() for ring in rings if _touches(window, ring)]
@@ -82,7 +88,7 @@ def _touches(window: Window, ring: FloatArray) -> bool:
 
 
 def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
-    """Return a figure, axes for the map on the left, shaped like its window, and axes for the legend's column."""
+    """Return an empty picture: figure, axes of the map in the shape of its window, and axes of the legend's column."""
     shape = float(np.clip(window.width / window.height, 0.5, 2.0))
     width, height = (8.4 * shape, 8.4) if shape < 1.0 else (8.4, 8.4 / shape)
     column = max(height, LEAST_COLUMN)
@@ -95,7 +101,7 @@ def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
 
 
 def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -> None:
-    """Draw the picture (H, W, 4) RGBA of the terrain in a window; row 0 is at the bottom."""
+    """Draw the shaded terrain as the background of a map; ground : (H, W, 4) RGBA, row 0 is at the bottom."""
     extent = placed(terrain, window)
     axes.imshow(ground, extent=extent, origin="lower", interpolation="nearest", aspect="equal")
     axes.set_xlim(extent.left, extent.right)
@@ -103,7 +109,7 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 
 
 def placed(terrain: Terrain, window: Window) -> Window:
-    """Return a window of the local frame in z-up input coordinates."""
+    """Return a rectangle of the local frame in the z-up coordinates of the input, as map axes need it."""
     east, north, _ = terrain.frame.origin
     return Window(
         left=window.left + east, right=window.right + east, bottom=window.bottom + north, top=window.top + north
@@ -111,24 +117,27 @@ def placed(terrain: Terrain, window: Window) -> Window:
 
 
 def plan_of(terrain: Terrain, points: FloatArray) -> FloatArray:
-    """Return the plan (N, 2) m, in z-up input coordinates, of points (N, 2 or 3) m of the local frame."""
+    """Return the plan coordinates (N, 2) m that a map shows for points (N, 2 or 3) m of the local frame.
+
+    These are z-up input coordinates.
+    """
     return np.asarray(points[:, :2] + np.array(terrain.frame.origin[:2]))
 
 
 def draw_areas(axes: Axes, terrain: Terrain, areas: Mapping[str, Sequence[FloatArray]]) -> None:
-    """Draw the outlines of areas of interest, rings (N, 2) m in the local frame."""
+    """Draw the outlines of areas of interest on a map; areas : rings (N, 2) m in the local frame."""
     for rings in areas.values():
         moved = [plan_of(terrain, ring) for ring in rings]
         axes.add_collection(PolyCollection(moved, facecolors="none", edgecolors="black", linestyles="--"))
 
 
 def selection(count: int) -> Any:
-    """Return the rows (N,) of at most MOST_POINTS of `count` points, evenly spread."""
+    """Return which points to draw if there are too many: rows (N,), evenly spread, at most MOST_POINTS."""
     return np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(np.int64)
 
 
 def starts_of(releases: FloatArray) -> FloatArray:
-    """Return at most MOST_RELEASES release points (N, 2) m in plan, local frame, of R rocks.
+    """Return the release points (N, 2) m to draw on a map, local frame, at most MOST_RELEASES.
 
     Each distinct point is returned once. If there are more than MOST_RELEASES, the result is an even selection of the
     rocks' points.
@@ -142,7 +151,7 @@ def starts_of(releases: FloatArray) -> FloatArray:
 
 
 def measure(axes: Axes, terrain: Terrain, window: Window) -> None:
-    """Draw axes in the input's coordinates and a scale bar outside the map."""
+    """Draw the axes of a map in the input's coordinates, and a scale bar outside the map."""
     upright = terrain.frame.up == "z"
     label(axes, "x (m)", "y (m)" if upright else "z (m)")
     axes.grid(visible=False)
@@ -152,7 +161,7 @@ def measure(axes: Axes, terrain: Terrain, window: Window) -> None:
 
 
 def draw_north(axes: Axes, terrain: Terrain) -> None:
-    """Draw the north arrow at the top of the legend's column; if y is up, the arrow shows the axis -z instead.
+    """Draw the north arrow next to a map; if y is up, the arrow shows the axis -z instead.
 
     An input with y up does not define north.
     """
@@ -172,7 +181,7 @@ def _scale_bar(axes: Axes, window: Window) -> None:
 
 
 def round_length(length: float) -> float:
-    """Return the largest length of 1, 2 or 5 times a power of ten that does not exceed `length` > 0 (m)."""
+    """Return a round length for a scale bar: 1, 2 or 5 times a power of ten, at most `length` > 0 (m)."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-12)) * power)
 
@@ -185,7 +194,7 @@ def draw_overview(
     ground: Picture,
     areas: Mapping[str, Sequence[FloatArray]],
 ) -> None:
-    """Draw the overview: the whole terrain, all areas, and a frame around the part that the map shows.
+    """Draw the small overview of a map: the whole terrain, all areas, and a frame around the part that the map shows.
 
     ground : picture (H, W, 4) RGBA of the whole terrain; areas : name -> rings (N, 2) m, local frame
     """

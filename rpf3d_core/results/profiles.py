@@ -1,4 +1,4 @@
-"""Profiles of paths: height and speed against the horizontal distance travelled, with the terrain under the path."""
+"""Compute profiles of paths: height and speed against the horizontal distance travelled, with the terrain below."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,13 +14,15 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import DEPOSITED
 
 ABOVE_CONTACT = 0.05
-"""Height above a path point (m) where the search downwards starts, because rounding may put a contact just below the
-terrain."""
+"""Height (m) above a path point from which the terrain below is searched.
+
+Rounding may put a contact point just below the terrain.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """S points along the paths of some rocks, grouped by rock in order of time.
+    """The profiles of some rocks as S points, grouped by rock in order of time.
 
     row : (S,) row of the rock in `Deposits`; t : (S,) s; distance : (S,) m, travelled in plan since the release
     elevation : (S,) m, in the input's vertical coordinate; speed : (S,) m/s
@@ -34,7 +36,7 @@ class Profile:
 
 
 def profile_of(terrain: Terrain, samples: PathSamples) -> Profile:
-    """Return the profile of sampled paths."""
+    """Return the profiles of sampled paths, to be drawn or written."""
     return Profile(
         row=samples.row,
         t=samples.t,
@@ -75,9 +77,10 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 
 
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
-    """Return at most three of the rows (N,): the rocks with the shortest, median and longest runout.
+    """Return which rocks to draw as examples: those with the shortest, median and longest runout, at most three rows.
 
-    The rocks are chosen among the deposited rocks, or among all rocks if none is deposited; runout : (R,) m
+    rows : (N,) rows to choose from. The rocks are chosen among the deposited rocks, or among all rocks if none is
+    deposited; runout : (R,) m
     """
     at_rest = rows[np.isin(deposits.outcome[rows], DEPOSITED)]
     some = at_rest if len(at_rest) else rows
@@ -87,7 +90,7 @@ def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntA
 
 
 def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
-    """Return the ids (F,) of the facets whose bounding box in plan meets the bounding box of points (N, 3) m."""
+    """Return the facets (F,) that may lie below points (N, 3) m: their boxes in plan meet the box of the points."""
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
@@ -98,6 +101,6 @@ def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
 
 
 def _mesh(terrain: Terrain, facets: IntArray) -> vtkPolyData:
-    """Return some facets as a VTK mesh in the local frame, without unused vertices."""
+    """Return some facets as a VTK mesh in the local frame, to search the terrain below points."""
     used, corners = np.unique(terrain.triangles[facets], return_inverse=True)
     return triangle_mesh(terrain.vertices[used], corners.reshape(-1, 3))

@@ -1,4 +1,4 @@
-"""Series of points of the price list of accuracy, for pictures and recordings."""
+"""Series of points of the price list of accuracy, as pictures and recordings draw them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,7 +7,7 @@ Colour = tuple[int, int, int]
 
 
 class Series(NamedTuple):
-    """A series of S points: error against computing time.
+    """One series of S points in the plot of error against computing time, such as one method with several time steps.
 
     kind : numerical, geometric or statistical; colour : red, green, blue, each up to 255
     seconds : (S,) s; errors : (S,) (-), above 0; words : (S,) labels next to the points

@@ -1,4 +1,4 @@
-"""Draw the terrain from above as a picture under slanting light."""
+"""Make pictures of the terrain from above under slanting light, as backgrounds of maps."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,28 +8,39 @@ from rpf3d_core.terrain.facets import Terrain, unit_normals
 from rpf3d_core.terrain.plan_view import PlanView
 
 LIGHT = np.array([-0.5, 0.5, 0.7071])
-"""Direction (3,) towards the light: the north-west, 45 degrees high, as in hill-shaded maps."""
+"""Direction (3,) towards the light: from the north-west, 45 degrees high, as in hill-shaded maps."""
 
 AMBIENT = 0.6
 """Brightness (-) of a facet in full shade."""
 
 GREY, GREY_AMBIENT = 218, 0.68
-"""Grey (0 to 255) of level terrain under hazard colours, and brightness (-) of a facet in full shade. The grey is
-light, so that the colours on it stay true, but darker than white paper."""
+"""Grey (0 to 255) of level terrain under hazard colours, and brightness (-) of a facet in full shade.
+
+The grey is light, so that the colours on it stay true, but darker than white paper.
+"""
 
 
 def shaded(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
-    """Return a picture (H, W, 4) RGBA: zone colours under slanting light; transparent where there is no terrain."""
+    """Return the terrain from above in zone colours under slanting light: (H, W, 4) RGBA.
+
+    Pixels without terrain are transparent.
+    """
     return _lit(terrain, view, zone_colours(terrain.zones), AMBIENT)
 
 
 def hillshade(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
-    """Return a picture (H, W, 4) RGBA: grey terrain under slanting light; transparent where there is no terrain."""
+    """Return the terrain from above in grey under slanting light: (H, W, 4) RGBA, as a background of hazard colours.
+
+    Pixels without terrain are transparent.
+    """
     return _lit(terrain, view, np.full((len(terrain.zones), 3), GREY, dtype=np.uint8), GREY_AMBIENT)
 
 
 def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8], ambient: float) -> NDArray[np.uint8]:
-    """Return a picture (H, W, 4) RGBA of zones in colours (Z, 3); `ambient` is the brightness (-) in full shade."""
+    """Return the terrain from above under slanting light, in the given zone colours (Z, 3): (H, W, 4) RGBA.
+
+    ambient : brightness (-) of a facet in full shade
+    """
     shown = view.facet >= 0
     facets, place = np.unique(view.facet[shown], return_inverse=True)
     normals = unit_normals(terrain.vertices, terrain.triangles[facets])

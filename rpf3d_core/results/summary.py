@@ -81,12 +81,15 @@ def summary(findings: Run) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str | None]:
-    """Return the versions of Python and of each package in PACKAGES; None for a package that is not installed."""
+    """Return the versions of Python and of the packages that affect a result.
+
+    None for a package that is not installed.
+    """
     return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
 
 
 def plain(value: Any) -> Any:
-    """Return a value that JSON can hold: Python numbers, lists for tuples and arrays, None for NaN and infinity."""
+    """Return a value in a form that JSON can hold: Python numbers, lists for arrays, None for NaN and infinity."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
@@ -103,12 +106,12 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return the digest of the scene, and the digest of its releases; scenes with equal releases share the latter."""
+    """Return digests that show whether two results have the same scene, or at least the same releases of rocks."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
 def _settings(scene: Scene) -> dict[str, Any]:
-    """Return the scene's settings that affect the result, without the materials."""
+    """Return the settings of the scene that affect the result, without the materials, for summary.json."""
     names = ("stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
     return {
         "seed": scene.seed,
@@ -153,20 +156,20 @@ def _counts(findings: Run) -> dict[str, Any]:
 
 
 def _lost(findings: Run) -> dict[str, Any]:
-    """Return the share of rocks lost to holes of the terrain, and a sentence on its effect on other shares."""
+    """Return the share of rocks lost to holes of the terrain, and a sentence on its effect on the other shares."""
     lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
     return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
 
 
 def _pieces(findings: Run) -> dict[str, Any]:
-    """Return the number of fragments and the mass of fragments too small to fly; empty if rocks cannot break."""
+    """Return the number of fragments, and the mass of fragments too small to fly; empty if rocks cannot break."""
     if findings.scene.effects.fragmentation is None:
         return {}
     return {"pieces": findings.totals.pieces, "mass_lost_kg": findings.totals.mass_lost_kg}
 
 
 def _speed(findings: Run) -> dict[str, Any]:
-    """Return the wall times; rocks_per_s covers flying only, without reading, compiling and writing."""
+    """Return how long the run took, for summary.json; rocks_per_s is about flying only."""
     flights = findings.flights
     rate = findings.totals.rocks / flights.fly_s if flights.fly_s > 0.0 else None
     return {**findings.timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}
@@ -190,7 +193,7 @@ def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
 
 
 def _energies_of_spin(totals: Totals) -> dict[str, Any]:
-    """Return the distributions of rotational and total energy; empty if rocks do not spin."""
+    """Return the distributions of rotational and total energy for summary.json; empty if rocks do not spin."""
     if not totals.spins:
         return {}
     of = "all rocks but failed ones, each one's largest,"
@@ -204,7 +207,7 @@ def _energies_of_spin(totals: Totals) -> dict[str, Any]:
 
 
 def _hazard(maps: HazardMaps) -> dict[str, Any]:
-    """Return the size of the maps' raster, how much of it rocks reached, and the error bound of percentiles (-)."""
+    """Return the size of the hazard maps, how much of them rocks reached, and the error bound of percentiles (-)."""
     return {
         "cell_m": maps.raster.cell,
         "energy": maps.energy_kind,
@@ -217,7 +220,7 @@ def _hazard(maps: HazardMaps) -> dict[str, Any]:
 
 
 def _reach(maps: HazardMaps) -> dict[str, Any]:
-    """Return the largest reach probability of a cell and, if mapped, the largest number of passages per metre.
+    """Return the largest reach probability of a cell, and the largest number of passages per metre if it is mapped.
 
     Reach probability grows with the cell size; passages per metre do not.
     """

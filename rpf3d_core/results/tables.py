@@ -27,7 +27,7 @@ from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Mode, Outcome
 
 GROUND = "ground"
-"""Value of the column `struck` for an impact on the ground."""
+"""Value of the column `struck` in impacts.parquet for an impact on the ground."""
 
 UNITS = {
     "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
@@ -43,9 +43,9 @@ def open_tables(
     folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True,
     obstacles: Obstacles = NO_OBSTACLES, spins: bool = False,
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
-    """Open deposits.csv (one line a rock) and impacts.parquet (one row an impact) to be written block by block.
+    """Open deposits.csv (a line for each rock) and impacts.parquet (a row for each impact), to write them in parts.
 
-    Yields a function that writes one block; its arguments are the block's deposits and impacts.
+    Yields a function that writes the deposits and impacts of the next rocks.
 
     density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : the scene's
     spins : True if rocks spin; both tables then have rotational and total energies as well
@@ -80,7 +80,7 @@ def write_trajectories(
 
 
 def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profiles: Mapping[str, Any]) -> None:
-    """Write points along profiles as CSV, one line for each point.
+    """Write the points of profiles as a CSV file, one line for each point.
 
     profiles : column name -> values (S,); `row` holds the row of the rock in `deposits`, further columns are in m, s
         and m/s
@@ -90,7 +90,7 @@ def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profi
 
 
 def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, density: float) -> pa.Table:
-    """Return the deposits of R rocks as a table of R rows.
+    """Return the ends of R rocks as a table with R rows, the content of deposits.csv.
 
     `runout_m` is the horizontal distance from release to end. `zone` is the zone of the last facet touched.
     `max_height` is vertical, above the terrain. `diameter_m` is the diameter of a sphere of the rock's mass and
@@ -122,9 +122,10 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
 def impacts_table(
     sources: Sequence[str], terrain: Terrain, deposits: Deposits, impacts: Impacts, obstacles: Obstacles = NO_OBSTACLES
 ) -> pa.Table:
-    """Return the impacts as a table of I rows; `index` counts the impacts of a rock from 0.
+    """Return the impacts as a table with I rows, the content of impacts.parquet.
 
-    `struck` is GROUND or the name of an obstacle. At an obstacle `facet` and `zone` are empty.
+    `index` counts the impacts of a rock from 0. `struck` is GROUND or the name of an obstacle. At an obstacle `facet`
+    and `zone` are empty.
     """
     first = np.searchsorted(impacts.row, impacts.row, side="left")
     normals = terrain.frame.directions_to_input(impacts.normal)
@@ -146,7 +147,7 @@ def impacts_table(
 
 
 def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
-    """Return a table of R deposits with rotational and total energies (J) added as last columns."""
+    """Return the table of R deposits with columns for rotational and total energies (J), for rocks that spin."""
     return _extended(
         table,
         {
@@ -157,7 +158,7 @@ def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
 
 
 def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: float) -> pa.Table:
-    """Return a table of I impacts with spins (rad/s), rotational and total energies (J) added as last columns.
+    """Return the table of I impacts with columns for spin (rad/s), rotational and total energies (J).
 
     density : of the rocks, kg/m^3
     """
@@ -175,7 +176,10 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
 
 
 def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples) -> pa.Table:
-    """Return the points of paths as a table of S rows; `mode` is the rock's motion from this point on."""
+    """Return the points of paths as a table with S rows, the content of trajectories.parquet.
+
+    `mode` is the rock's motion from this point on.
+    """
     return _table(
         {
             **_rock_names(sources, deposits, samples.row),
@@ -188,12 +192,15 @@ def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Depos
 
 
 def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Return the zone index (N,) of facets (N,); -1 for a negative facet: the rock did not touch the ground."""
+    """Return the zone (N,) of each facet (N,) that a rock touched, as index.
+
+    -1 for a negative facet: none was touched.
+    """
     return np.where(facet < 0, -1, terrain.zone[np.maximum(facet, 0)])
 
 
 def _struck(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """Return an index (I,) of what each impact struck: 0 for the ground, 1 for the first obstacle, and so on."""
+    """Return what each impact struck (I,), as index: 0 for the ground, 1 for the first obstacle, and so on."""
     struck = np.zeros(len(facet), dtype=np.int64)
     met = facet < 0
     struck[met] = obstacles.owner[FIRST_OBSTACLE - facet[met]] + 1
@@ -201,30 +208,33 @@ def _struck(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.inte
 
 
 def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
-    """Return the names of an enumeration in order of value, in lower case, as the files spell them."""
+    """Return the names of outcomes or modes as the files spell them, in lower case, in the order of their numbers."""
     return [member.name.lower() for member in names]
 
 
 def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.integer]) -> dict[str, Any]:
-    """Return the columns that identify the rocks of rows (N,): source, rock number and fragment number."""
+    """Return the columns that identify rocks in every table: source, rock number and fragment number.
+
+    rows : (N,) rows of the rocks in `deposits`
+    """
     names = _names(sources, deposits.source[rows])
     return {"source": names, "rock": deposits.rock[rows], "piece": deposits.piece[rows]}
 
 
 def _xyz(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
-    """Return points (N, 3) as three columns (N,), one for each axis."""
+    """Return points (N, 3) as three columns of a table, one for each axis; prefix : put before the axis' name."""
     return {f"{prefix}{axis}": points[:, i] for i, axis in enumerate("xyz")}
 
 
 def _names(names: Sequence[str], index: ArrayLike) -> pa.Array:
-    """Return names picked by index (N,) as a dictionary array; empty where the index is negative."""
+    """Return a table column of names, given as an index (N,) into `names`; empty where the index is negative."""
     positions = np.asarray(index, dtype=np.int32)
     indices = pa.array(positions, mask=positions < 0)
     return pa.DictionaryArray.from_arrays(indices, pa.array(names, pa.string()))
 
 
 def _or_null(values: NDArray[np.float64]) -> pa.Array:
-    """Return values (N,) as an array that is empty (null) where a value is NaN."""
+    """Return a table column of values (N,) that is empty where a value is NaN."""
     return pa.array(values, from_pandas=True)
 
 
@@ -245,21 +255,21 @@ def _write_lines(file: BinaryIO, table: pa.Table, header: bool) -> None:
 
 
 def _table(columns: dict[str, Any]) -> pa.Table:
-    """Return columns as a table whose schema states the units."""
+    """Return columns as a table that states the unit of each column."""
     table = pa.table(columns)
     fields = [field.with_metadata({"unit": UNITS[field.name]} if field.name in UNITS else {}) for field in table.schema]
     return pa.Table.from_arrays(table.columns, schema=pa.schema(fields))
 
 
 def _extended(table: pa.Table, more: dict[str, Any]) -> pa.Table:
-    """Return a table with more columns; the schema states their units."""
+    """Return a table with additional columns that state their units."""
     added = _table(more)
     schema = pa.schema([*table.schema, *added.schema])
     return pa.Table.from_arrays([*table.columns, *added.columns], schema=schema)
 
 
 def _repeated(schema: pa.Schema) -> list[str]:
-    """Return the names of the columns that are worth a dictionary because their values repeat.
+    """Return the columns that are stored as a dictionary of values, because their values repeat.
 
     With a dictionary for every column, a table takes 4 times as long to write and needs a seventh more disk space.
     """

@@ -1,4 +1,4 @@
-"""Write terrain.vtp (the trace map) and trajectories.vtp, to be opened together in ParaView.
+"""Write terrain.vtp (the trace map: impacts on each facet) and trajectories.vtp, to be opened in ParaView.
 
 Points are float64 in the input's own coordinates, because survey coordinates do not fit float32.
 The trace map is the thesis' record of impacts on the terrain (Peik, chapter 3.3 and figure 3-3 a).
@@ -22,7 +22,9 @@ from rpf3d_core.values import Mode, Outcome
 
 
 def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMaps | None = None) -> None:
-    """Write the trace map: every facet with its id, zone, number of impacts and hit flag; zone names as field data.
+    """Write terrain.vtp: every facet with its id, zone, number of impacts, and whether a rock hit it.
+
+    The names of zones are field data.
 
     Parameters
     ----------
@@ -62,11 +64,11 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
 
 
 def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
-    """Return the layers of the facets by name; counts as whole numbers, other values in single precision.
+    """Return the hazard values of the facets as arrays for terrain.vtp, by name.
 
-    A quantity with a spread has one array for each statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s),
-    `height_m_mean` (m). A value is NaN for a facet that no rock reached, a percentile for fewer than 20 rocks. Double
-    precision would double the file.
+    Counts are whole numbers, other values are in single precision. A quantity with a spread has one array for each
+    statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s), `height_m_mean` (m). A value is NaN for a facet that
+    no rock reached, a percentile for fewer than 20 rocks. In double precision the file would be twice as large.
     """
     facets = maps.facets
 
@@ -84,7 +86,7 @@ def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
 def write_trajectories(
     path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
 ) -> None:
-    """Write one polyline for each rock.
+    """Write trajectories.vtp: the path of each rock as one line.
 
     Points carry speed (m/s), time (s), rock, row and mode; polylines carry source, rock, row and outcome. `row` counts
     rocks over all sources, `rock` within one source. The names of sources, modes and outcomes are field data.

@@ -1,1 +1,1 @@
-"""Run, check and compare scenes, in one process or over many."""
+"""Run, check and compare scenes, in one process or in several processes."""

@@ -1,4 +1,4 @@
-"""The report of `rpf3d check`: faults of the mesh, heights of the sources, warnings, and time and memory of a run.
+"""Make the report of `rpf3d check`: mesh faults, source heights, warnings, and time and memory of a run.
 
 The check refuses every scene that `rpf3d run` refuses, with one exception: rocks that do not start above the terrain
 are reported for each source.
@@ -36,19 +36,21 @@ from rpf3d_core.values import Outcome
 PILOT_ROCKS = 20
 """Number of rocks that the reference engine flies to measure the time of one rock."""
 WHOLE = 0.99
-"""An outline with at least this share (-) of its area on the terrain counts as inside: users draw rims roughly."""
+"""Share (-) of an outline's area from which it counts as being on the terrain: users draw outlines roughly."""
 MOST_CHECKED = 50_000
 """Largest number of rocks whose start is checked, evenly spread over each source; the check takes some seconds."""
 COMPILED_GAIN = 300.0
-"""Speed-up (-) of the compiled engine over the reference engine, rounded down from the demo scene in
-docs/explanation/performance.md."""
+"""Speed-up (-) of the compiled engine over the reference engine, used to estimate the time of a run.
+
+The value is rounded down from the demo scene in docs/explanation/performance.md.
+"""
 COMPILE_S = 12.0
 """Seconds to compile a combination of models for the first time; later runs load it in well under 1 s."""
 
 
 @dataclass(frozen=True)
 class SourceHeight:
-    """Start heights of the rocks of one source above the terrain.
+    """How high the rocks of one source start above the terrain, to show sources that are placed wrongly.
 
     rocks : number of rocks; checked : number of checked rocks, to which all further values apply
     lowest, highest : m above the terrain; under_ground : number of rocks below the terrain
@@ -64,7 +66,7 @@ class SourceHeight:
     off_terrain: int
 
     def describe(self) -> str:
-        """Return the report on this source as one line of text."""
+        """Return the report on the start heights of this source as one line of text."""
         found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
         if self.checked < self.rocks:
             found += f" ({self.checked:,} looked at)"
@@ -80,7 +82,7 @@ class SourceHeight:
 
 @dataclass(frozen=True)
 class Cost:
-    """The estimated cost of a run, from a pilot run of a few rocks.
+    """The estimated time of a run, from a pilot run of a few rocks.
 
     rocks : number of rocks of the run; auto : True if the scene states `rocks: auto`; `rocks` is then the maximum
     engine : name of the engine of the run; fly_s : time (s) to fly all rocks
@@ -101,7 +103,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Maps:
-    """Size and memory of the hazard maps.
+    """The size and memory of the hazard maps that a run of the scene will make.
 
     raster : the cells of the maps; facets : number of facets; allowed : largest memory (GB) of the maps
     least : memory (GB) of cells and facets without percentiles; percentiles become coarser to stay within `allowed`
@@ -113,18 +115,18 @@ class Maps:
 
     @property
     def least(self) -> float:
-        """Least memory (GB), as in `hazard.raster.check_memory`."""
+        """Smallest memory (GB) of the hazard maps, as in `hazard.raster.check_memory`."""
         return (self.raster.nx * self.raster.ny + self.facets) * BYTES_PER_CELL / GIGABYTE
 
     def describe(self) -> str:
-        """Return size and memory of the maps as one line of text."""
+        """Return size and memory of the hazard maps as one line of text."""
         cells = f"{self.raster.nx:,} x {self.raster.ny:,} cells of {self.raster.cell:g} m and {self.facets:,} facets"
         return f"{cells}: {max(self.least, 0.001):.3f} GB, and percentiles in what is left of {self.allowed:g} GB"
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Range of mass (kg) and of diameter (m) of the rocks.
+    """The range of mass (kg) and diameter (m) of the rocks of a scene, to show wrong units.
 
     lightest, heaviest : kg; smallest, largest : m
     """
@@ -159,12 +161,12 @@ class Check:
 
     @property
     def fit(self) -> bool:
-        """True if every checked rock starts above the terrain."""
+        """True if every checked rock starts above the terrain, so that the scene can be run."""
         return not any(source.under_ground or source.off_terrain for source in self.sources)
 
 
 def check_scene(scene: Scene) -> Check:
-    """Inspect a scene and its terrain, and fly a few rocks to estimate the cost of the run.
+    """Check a scene and its terrain without a full run, and estimate the time of the run from a few rocks.
 
     Raises
     ------
@@ -172,7 +174,7 @@ def check_scene(scene: Scene) -> Check:
         The scene or one of its files is refused.
     """
     check_engine(scene)
-    prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # the pilot then needs no compiling
+    prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # the reference engine needs no compiling
     engine, sources = prepared.engine, prepared.sources
     rocks = rounds_of(scene, places_of(prepared))[0].last
     every = -(-sum(rocks) // MOST_CHECKED)
@@ -198,7 +200,10 @@ def check_scene(scene: Scene) -> Check:
 
 
 def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
-    """Return the report with the results of a pilot run: cost, warnings of missing effects and of idle effects."""
+    """Return the report with the results of a pilot run: time of a run, and warnings on effects.
+
+    The warnings are about missing effects, and about effects that change nothing.
+    """
     chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
     few = taken(releases, chosen)
     began = time.perf_counter()
@@ -209,26 +214,29 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: in
 
 
 def _sizes(prepared: Prepared) -> Sizes:
-    """Return the range of the masses, and the range of the diameters of spheres with these masses."""
+    """Return the range of the rocks' masses, and the range of diameters of spheres with these masses."""
     lightest, heaviest = mass_range(prepared.rock)
     smallest, largest = (diameter_of(mass, prepared.scene.rock.density) for mass in (lightest, heaviest))
     return Sizes(lightest=lightest, heaviest=heaviest, smallest=smallest, largest=largest)
 
 
 def _span(low: float, high: float) -> str:
-    """Format an interval; a single number if both ends are equal."""
+    """Return the interval between two numbers as text; a single number if both ends are equal."""
     return three_figures(low) if low == high else f"{three_figures(low)}-{three_figures(high)}"
 
 
 def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
-    """Yield a sentence for each source with fewer rocks than points."""
+    """Yield a warning for each source that has fewer rocks than points, so that some points are not used."""
     for source, places, its in zip(prepared.sources, places_of(prepared), rocks, strict=True):
         if 0 < its < places:
             yield f"source {source.name!r} uses {its:,} of its {places:,} points, for it has no more rocks"
 
 
 def _partly_off(prepared: Prepared) -> Iterator[str]:
-    """Yield a sentence for each outline (source or area of interest) that reaches beyond the terrain or over a hole."""
+    """Yield a warning for each outline of a source or an area of interest that reaches beyond the terrain.
+
+    A part over a hole counts as beyond the terrain.
+    """
     outlines = {f"the area of interest {name!r}": area for name, area in prepared.polygons.items()}
     for number, source in enumerate(prepared.scene.sources):
         if source.polygon is not None:
@@ -240,7 +248,9 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
 
 
 def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
-    """Return the start heights of one source; `under_ground` includes rocks off the terrain (see `_told_apart`).
+    """Return how high the rocks of one source start above the terrain, before rocks off the terrain are separated.
+
+    Here, `under_ground` includes rocks off the terrain (see `_told_apart`).
 
     below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
     """
@@ -261,7 +271,7 @@ def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
 def _told_apart(
     found: SourceHeight, number: int, releases: Releases, below: NDArray[np.float64], engine: Engine
 ) -> SourceHeight:
-    """Return the start heights of one source with separate counts for `off_terrain` and `under_ground`.
+    """Return the start heights of one source, with rocks off the terrain and rocks under the ground counted separately.
 
     A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain.
     found : from `_heights`; number : index of the source; below : (R, 3) of all sources, as in `_heights`
@@ -274,7 +284,7 @@ def _told_apart(
 
 
 def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
-    """Return the cost of all rocks, from the flights of the pilot rocks and their time (s) per rock."""
+    """Return the estimated time of the run, from the flights of the pilot rocks and their time (s) per rock."""
     deposits, auto = flown.deposits, scene.rocks == "auto"
     rocks = scene.target.most_rocks if auto else rocks
     fly_s = seconds * rocks
@@ -294,5 +304,5 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
 
 
 def _compile_s(models: Models) -> float:
-    """Return the time (s) to compile; 0 if the loop is in the cache."""
+    """Return the time (s) to compile the models of a scene; 0 if they are already compiled."""
     return 0.0 if is_precompiled(models) else COMPILE_S

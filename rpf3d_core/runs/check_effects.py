@@ -18,11 +18,14 @@ from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.values import Outcome
 
 TREES = ("nrtrees", "dbhmean", "dbhstd", "conif_percent", "treefile")
-"""Names of the rasters and files of trees in an input folder of Rockyfor3D (physics reference 1.9)."""
+"""Names of files about trees in an input folder of Rockyfor3D, which suggest that the scene needs a forest.
+
+Source: physics reference 1.9.
+"""
 
 
 def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
-    """Yield a sentence for each effect that a scene seems to need but does not name.
+    """Yield a warning for each effect that a scene seems to need but does not name, such as a forest.
 
     flown : flights of a few rocks of the scene
     """
@@ -39,13 +42,13 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
 
 
 def _carrying_on(scene: Scene) -> str:
-    """Return the ground model to suggest: `sliding`, or the first model that the rebound model may be combined with."""
+    """Return the ground model to suggest: `sliding`, or the first model that the scene's rebound model allows."""
     grounds = scene.rebound.model_spec.GROUNDS
     return "sliding" if grounds is None else next(name for name in grounds if name != "none")
 
 
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
-    """Yield a sentence for each effect that changes no path of a few rocks.
+    """Yield a warning for each effect of a scene that changes no path of a few rocks.
 
     releases : releases of these rocks; flown : flights of these rocks with all effects
     """
@@ -57,11 +60,11 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
 
 
 def _without(flight: Flight, effects: list[object]) -> Flight:
-    """Return the flight settings with the given effects in place of the former effects."""
+    """Return the flight settings with other effects, to fly without one of them."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 
 
 def _same(one: Flights, other: Flights) -> bool:
-    """True if the positions of deposits and impacts of two ensembles are equal, bit for bit."""
+    """True if two flights of the same rocks have equal impacts and ends, bit for bit."""
     pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
     return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

@@ -1,4 +1,4 @@
-"""Compare two runs: shares of each zone and area of interest, their differences, and which differences are significant.
+"""Compare two runs: shares of rocks in each zone and area of interest, and which differences are significant.
 
 A difference is significant if its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal runs,
 about 5 % are significant by chance; `p_holm` is corrected for the number of comparisons. Interval and p assume that the
@@ -17,7 +17,10 @@ from rpf3d_core.hazard.benches import AREA, ZONE
 from rpf3d_core.results.earlier_results import read_summary
 
 MEASURES = ("reached", "stopped", "retained")
-"""Shares that are compared: `reached` and `stopped` of all rocks, `retained` of the rocks that reached the place."""
+"""The shares that are compared: rocks that reached, stopped in, or were retained in a place.
+
+`reached` and `stopped` are shares of all rocks, `retained` is a share of the rocks that reached the place.
+"""
 SECTIONS = {ZONE: "benches", AREA: "areas_of_interest"}
 LEVEL = 0.05
 
@@ -25,19 +28,19 @@ Facts = Mapping[str, Any]
 
 
 class Counted(NamedTuple):
-    """A number of rocks, and the total number of rocks (`of`)."""
+    """A share as two counts: a number of rocks, and the number of all rocks that could be counted (`of`)."""
 
     rocks: int
     of: int
 
     @property
     def share(self) -> float:
-        """Share (-); the total must be at least 1."""
+        """The share (-); `of` must be at least 1."""
         return self.rocks / self.of
 
 
 class ShareDifference(NamedTuple):
-    """One share of rocks in a place (zone or area of interest), in two runs A and B.
+    """One share of rocks in a zone or area of interest, in two runs A and B, with the test of the difference.
 
     kind : ZONE or AREA; place : name of the zone or area; measure : one of MEASURES
     interval : 95 % interval of share B - share A (-); p : two-sided p value
@@ -60,12 +63,15 @@ class ShareDifference(NamedTuple):
 
     @property
     def significant(self) -> bool:
-        """True if the interval excludes 0."""
+        """True if the difference is significant: its 95 % interval excludes 0."""
         return not self.interval[0] <= 0.0 <= self.interval[1]
 
 
 class Energies(NamedTuple):
-    """The 95th percentile (J) of the largest energy of each rock in a place, in runs A and B; None below 20 rocks."""
+    """The p95 energy (J) of a zone or area of interest in two runs A and B; None for fewer than 20 rocks.
+
+    It is the 95th percentile of the largest energy of each rock there.
+    """
 
     kind: str
     place: str
@@ -74,7 +80,7 @@ class Energies(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """The comparison of two runs, for each place (zone or area of interest).
+    """The comparison of two runs: differences of shares and energies in each zone and area of interest.
 
     a, b : summaries of the runs; differences, energies : for the places that exist in both runs and that rocks reached
     only : for "a" and for "b", the places (kind, name) that exist only in this run
@@ -88,12 +94,12 @@ class Comparison(NamedTuple):
 
     @property
     def notes(self) -> list[str]:
-        """Sentences to read before the figures: on partial runs, equal rocks, chance and percentiles."""
+        """Sentences that a reader of the comparison must know: on partial runs, equal rocks, chance and percentiles."""
         return list(_notes(self))
 
 
 def compare_runs(folder_a: str | Path, folder_b: str | Path) -> Comparison:
-    """Compare two result folders.
+    """Compare the results in two folders: shares of rocks, energies, and which differences are significant.
 
     Raises
     ------
@@ -108,7 +114,7 @@ def compare_runs(folder_a: str | Path, folder_b: str | Path) -> Comparison:
 
 
 def compare_summaries(a: Facts, b: Facts) -> Comparison:
-    """Compare the summaries of two runs of at least one rock each."""
+    """Compare two runs, given the content of their summaries; each run has at least one rock."""
     both = [(kind, name) for kind, name in _places(a) if (kind, name) in _places(b)]
     counts = [
         (kind, name, measure, *counted)
@@ -141,7 +147,7 @@ def compare_summaries(a: Facts, b: Facts) -> Comparison:
 
 
 def comparison_section(comparison: Comparison) -> dict[str, Any]:
-    """Return a comparison as plain values for JSON; shares and differences (-), energies (J)."""
+    """Return a comparison as plain values for JSON; shares and differences are in (-), energies in J."""
     return {
         "a": run_section(comparison.a),
         "b": run_section(comparison.b),
@@ -156,7 +162,7 @@ def comparison_section(comparison: Comparison) -> dict[str, Any]:
 
 
 def run_section(facts: Facts) -> dict[str, Any]:
-    """Return scene, digest, seed and numbers of rocks and triangles of a run, for JSON."""
+    """Return the facts that identify a run, for JSON: scene, digest, seed, numbers of rocks and triangles."""
     scene = facts["scene"]
     run = {name: facts[name] for name in ("rocks", "rocks_planned", "partial")}
     triangles = facts.get("terrain", {}).get("triangles")
@@ -200,9 +206,10 @@ def _energy_p95(facts: Facts, kind: str, name: str) -> float | None:
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:
-    """Return the counts of a measure in both runs; None if no rock reached the place in either run.
+    """Return the two counts of a share in both runs, to compare them; None if no rock reached the place in any run.
 
-    For `retained`, None if no rock reached the place in one of the runs.
+    `measure` is one of MEASURES. For `retained`, the result is also None if no rock reached the place in one of the
+    runs.
     """
     reached = [_place(facts, kind, name)["reached"]["rocks"] for facts in (a, b)]
     if not any(reached) or (measure == "retained" and not all(reached)):
@@ -240,7 +247,7 @@ def _notes(comparison: Comparison) -> Iterator[str]:
 
 
 def _alike(a: Facts, b: Facts) -> str | None:
-    """Return a phrase on why two runs release the same rocks; None if the rocks differ, or this is unknown."""
+    """Return why two runs release the same rocks, as a phrase; None if the rocks differ, or this is unknown."""
     if a.get("digest") == b.get("digest"):
         return "the same scene"
     known = a.get("releases_digest")

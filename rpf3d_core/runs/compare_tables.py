@@ -1,4 +1,4 @@
-"""Format a comparison of two runs as tables of text, for the screen and in Markdown."""
+"""Show a comparison of two runs as tables of text, on the screen or in Markdown."""
 
 import math
 from collections.abc import Sequence
@@ -10,13 +10,13 @@ from rpf3d_core.runs.compare import LEVEL, Comparison, Counted, Energies, ShareD
 SHARES_HEADER = ("place", "share", "A", "B", "B - A in points", "p", "p (Holm)", "significant")
 ENERGIES_HEADER = ("place", "p95 energy A (kJ)", "B (kJ)", "B / A")
 SMALLEST_P = 1e-4
-"""Smaller p values are printed as "< 0.0001", because their digits have no meaning."""
+"""Smallest p value that is printed in digits; smaller values are printed as "< 0.0001"."""
 
 Rows = list[tuple[str, ...]]
 
 
 def share_rows(comparison: Comparison) -> Rows:
-    """Return the rows under SHARES_HEADER.
+    """Return the rows of the table of shares in two runs, under SHARES_HEADER.
 
     "alone" marks a difference that is significant alone, but not after Holm's correction.
     """
@@ -24,13 +24,16 @@ def share_rows(comparison: Comparison) -> Rows:
 
 
 def energy_rows(comparison: Comparison) -> Rows:
-    """Return the rows under ENERGIES_HEADER: places with a percentile in at least one run."""
+    """Return the rows of the table of energies in two runs, under ENERGIES_HEADER.
+
+    It has the places with a percentile in at least one run.
+    """
     known = [row for row in comparison.energies if row.a is not None or row.b is not None]
     return [(_name(row.kind, row.place), _kilojoule(row.a), _kilojoule(row.b), _ratio(row)) for row in known]
 
 
 def lines_of(comparison: Comparison) -> list[str]:
-    """Return the lines printed above the tables: the two runs, places that only one run has, and the notes."""
+    """Return the lines above the tables of a comparison: the two runs, places in one run only, and notes."""
     lines = [
         f"{name}: {facts['scene'].get('file')}, seed {facts['scene'].get('seed')}, {facts['rocks']:,} rocks"
         for name, facts in (("A", comparison.a), ("B", comparison.b))
@@ -42,38 +45,38 @@ def lines_of(comparison: Comparison) -> list[str]:
 
 
 def markdown_of(comparison: Comparison) -> str:
-    """Return a comparison as a section of Markdown."""
+    """Return a comparison as a section of Markdown, for a report."""
     head = "\n".join(f"- {line}" for line in lines_of(comparison))
     shares = markdown_table(SHARES_HEADER, share_rows(comparison))
     return f"{head}\n\n{shares}\n\n{markdown_table(ENERGIES_HEADER, energy_rows(comparison))}\n"
 
 
 def markdown_table(header: Sequence[str], rows: Rows) -> str:
-    """Return a table in Markdown."""
+    """Return a header and rows as a table in Markdown."""
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (header, ["---"] * len(header), *rows))
 
 
 def percent(counted: Counted) -> str:
-    """Return a share in per cent with its 95 % interval, as text."""
+    """Return a share in per cent with its 95 % interval as text for a table."""
     low, high = wilson_interval(*counted)
     decimals = decimals_for(high - low)
     return f"{100 * counted.share:.{decimals}f} % ({100 * low:.{decimals}f} to {100 * high:.{decimals}f})"
 
 
 def points(change: float, interval: tuple[float, float]) -> str:
-    """Return a difference of shares (-) with its interval in percentage points, as text."""
+    """Return a difference of two shares (-) with its interval as text for a table, in percentage points."""
     decimals = decimals_for(interval[1] - interval[0])
     middle, low, high = (f"{100 * value:+.{decimals}f}" for value in (change, *interval))
     return f"{middle} ({low} to {high})"
 
 
 def decimals_for(width: float) -> int:
-    """Return the number of decimals of a share in per cent that still shows an interval of a width (-): one to four."""
+    """Return how many decimals (1 to 4) a share in per cent needs, so that an interval of a width (-) still shows."""
     return 4 if width <= 0.0 else min(max(1, math.ceil(-math.log10(100.0 * width))), 4)
 
 
 def p_text(p: float) -> str:
-    """Return a p value as text."""
+    """Return a p value as text for a table."""
     return f"< {SMALLEST_P:g}" if p < SMALLEST_P else f"{p:.2g}"
 
 

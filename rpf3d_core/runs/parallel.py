@@ -1,8 +1,8 @@
-"""Fly the parts of one scene, or many scenes and seeds, in several processes or on several machines, by an executor.
+"""Fly the parts of one scene, or many scenes and seeds, in several processes or on several machines.
 
-Any `concurrent.futures.Executor` works: a process pool on one machine, `distributed.Client.get_executor()` or
-`mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker must see the scene's files at the same paths. A worker
-receives the scene only, reads its files, and returns its counts.
+The work is given to an executor. Any `concurrent.futures.Executor` works: a process pool on one machine,
+`distributed.Client.get_executor()` or `mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker must see the scene's
+files at the same paths. A worker receives the scene only, reads its files, and returns its counts.
 """
 
 import threading
@@ -44,7 +44,7 @@ Flown = TypeVar("Flown")
 
 @dataclass(frozen=True, eq=False)
 class RunPart:
-    """The results of a part of a scene's rocks, in a form that can be sent between processes.
+    """The results of a part of a scene's rocks, from one worker, to be merged with the other parts.
 
     digest : digest of the scene and of its files, as read by the worker
     totals, tallies, barriers : results of all rocks of the part; flights : flights of the shown rocks only
@@ -58,7 +58,7 @@ class RunPart:
 
 
 class Finished(NamedTuple):
-    """A finished run of a study.
+    """A finished run of `study`, with its summary.
 
     number : number of the run, counted from 0 over all pairs of scene and seed
     scene : file of the scene; summary : as in summary.json
@@ -82,7 +82,7 @@ class Resources(NamedTuple):
 
 
 ONE_THREAD = Resources()
-"""The default resources: the same number of rocks in memory as in a run on disk, and one thread for each part."""
+"""The default memory and threads: as many rocks in memory as in a run on disk, and one thread for each part."""
 
 
 def fly_parts(
@@ -123,7 +123,7 @@ def fly_parts(
 
 
 def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of a scene's rocks in this process.
+    """Fly a part of a scene's rocks in this process, as a worker of `fly_parts` does.
 
     Parameters
     ----------
@@ -138,13 +138,13 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
     """
     digest = scene_digest(scene)
     prepared = _prepared(scene, digest)
-    # VTK's locator works in one thread only. The lock loses no time, because plain Python uses one thread at a time.
+    # VTK's search works in one thread only. The lock loses no time, because plain Python uses one thread at a time.
     with nullcontext() if isinstance(prepared.engine, Compiled) else _REFERENCE:
         return _flown(prepared, digest, part, shown, paths, threads)
 
 
 def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of the rocks of a prepared scene, and return the results of the part."""
+    """Fly a part of the rocks of a prepared scene, and return the counts and shown rocks of the part."""
     for ranges in blocks_of(*part):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
     totals, tallies = empty_totals(prepared), empty_tallies(prepared)
@@ -165,7 +165,7 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
 
 
 def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
-    """Merge the parts of a scene's rocks, in any order, into one run.
+    """Merge the results of all parts of a scene's rocks, in any order, into one run.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def study(
     rocks: int | None = None,
     out: str | Path | None = None,
 ) -> Iterator[Finished]:
-    """Fly many scenes, each with many seeds; one free worker of the executor flies one whole run.
+    """Fly many scenes, each with many seeds, on the workers of an executor; each worker flies one whole run at a time.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
 
 @contextmanager
 def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]"]:
-    """At the end of the `with` block, cancel all work that has not begun, also after an error of a worker."""
+    """When the `with` block ends, also after an error, cancel all work that has not begun."""
     try:
         yield flying
     finally:
@@ -250,10 +250,10 @@ def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]
 
 
 def _prepared(scene: Scene, digest: str) -> Prepared:
-    """Return the prepared scene, and keep the prepared scene for the next part of the same scene in this process."""
+    """Return the prepared scene, and keep it in memory for the next part of the same scene in this process."""
     with _PREPARING:
         if (scene.path, digest) not in _READY:
-            _READY.clear()  # first, because the terrain of another scene may fill the memory
+            _READY.clear()  # The memory is freed first, because the terrain of another scene may fill it.
             _READY[scene.path, digest] = prepare(scene)
         return _READY[scene.path, digest]
 

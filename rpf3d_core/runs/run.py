@@ -1,4 +1,4 @@
-"""Run a scene: read the scene, fly its rocks, count the rocks and write the result; as `rpf3d run` does."""
+"""Run a scene: read it, fly its rocks, count them, and write the result; `rpf3d run` does the same."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -35,12 +35,12 @@ from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.values import Outcome
 
 SHOWN = 10_000
-"""Number of rocks that a run on disk keeps in memory for the pictures. The tables on disk contain all rocks."""
+"""Number of rocks that a run on disk keeps in memory for the pictures; the tables on disk contain all rocks."""
 
 
 @dataclass(frozen=True)
 class RunControl:
-    """Functions that report the progress of a run or stop the run, and the number of threads.
+    """How a caller controls a run: functions that report its progress or stop it, and the number of threads.
 
     progress : called before the rocks of a round fly; see `ensemble.fly.Progress`
     stop : called while rocks fly; after a return value of True no further rock flies
@@ -55,7 +55,7 @@ class RunControl:
 
 
 UNCONTROLLED = RunControl()
-"""A run without progress reports and without a way to stop the run."""
+"""The default: a run without progress reports and without a way to stop it."""
 
 
 def simulate(
@@ -128,7 +128,7 @@ def run_scene(
 def replay(
     scene: Scene | str | Path, source: str | int, rock: int, engine: str = "reference", seed: int | None = None
 ) -> Run:
-    """Fly one rock of a scene again; its path is bit for bit the same as in a run of all rocks.
+    """Fly one rock of a scene again, for example to inspect it; its path is bit for bit the same as in the whole run.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def replay(
 
 
 def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
-    """Write all files of a result (docs/reference/outputs.md) and return the absolute path of the folder.
+    """Write all files of a run (docs/reference/outputs.md) into a folder, and return its absolute path.
 
     recording : False to write no run.rrd, whatever the scene says
 
@@ -177,15 +177,19 @@ def _fly(
     control: RunControl = UNCONTROLLED,
     rounds: Sequence[Round] | None = None,
 ) -> Run:
-    """Fly a prepared scene round by round until all rocks have flown, the target is met, or the run is stopped.
+    """Fly the rocks of a prepared scene, round by round, and return the finished run.
 
-    shown : number of rocks to keep in memory, None for all; sink : takes the deposits and impacts of each block
+    A round is a number of rocks after which results are checked; with `rocks: auto` there are several. The run ends
+    when all rocks have flown, the target is met, or it is stopped.
+
+    shown : number of rocks to keep in memory, None for all; sink : a function that takes the deposits and impacts of
+    each group of rocks
     rounds : rocks to fly instead of the scene's own
     """
     scene, tallies, totals = prepared.scene, empty_tallies(prepared), empty_totals(prepared)
     plan = rounds or rounds_of(scene, places_of(prepared))
     compile_s = precompiler.compile(prepared, tallies, lambda: _check_all(prepared, plan[0]))
-    # All kept rocks are rocks of the first round, because with `rocks: auto` the number of later rocks is unknown.
+    # All kept rocks belong to the first round, because with `rocks: auto` the number of later rocks is unknown.
     kept = shown_of(plan[0].rocks, shown, scene.outputs.trajectories)
     stream = Stream(
         engine=prepared.engine, flight=prepared.flight, shown=kept, watch=tallies, sink=_both(totals, sink),
@@ -205,9 +209,10 @@ def _fly(
 def _fly_rounds(
     prepared: Prepared, stream: Stream, plan: Sequence[Round], control: RunControl, places: Callable[[], HazardMaps]
 ) -> tuple[int, list[Step]]:
-    """Fly rounds until the last round, the target or a stop; return the number of planned rocks and the convergence.
+    """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
 
-    The releases of the first round are already checked.
+    Return the number of planned rocks, and the convergence after each round. The releases of the first round are
+    already checked.
     places : function that returns the shares of zones and areas of all rocks flown so far
     """
     scene, steps, planned = prepared.scene, list[Step](), 0
@@ -228,7 +233,7 @@ def _fly_rounds(
 def finished_run(
     prepared: Prepared, tallies: Tallies, totals: Totals, flights: Flights, planned: int, steps: Sequence[Step] = ()
 ) -> Run:
-    """Return the finished run of a prepared scene; the wall time of the run ends at this call.
+    """Return the finished run of a prepared scene, with its maps; the wall time of the run ends at this call.
 
     planned : number of rocks that the run should fly, without fragments
     """
@@ -240,7 +245,7 @@ def finished_run(
 
 
 def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
-    """Return the open tables of all rocks, which are written while the rocks fly."""
+    """Return the open tables of all rocks (deposits and impacts), which are written while the rocks fly."""
     scene = prepared.scene
     sources, density = [source.name for source in scene.sources], scene.rock.density
     return open_tables(
@@ -250,13 +255,16 @@ def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
 
 
 def _check_all(prepared: Prepared, rocks: Round) -> None:
-    """Refuse sources with a rock under the ground or off the terrain; called before the first rock of a round flies."""
+    """Refuse sources with a rock under the ground or off the terrain, before any rock of the round flies."""
     for ranges in blocks_of(*rocks):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
 
 
 def _both(totals: Totals, sink: Sink | None) -> Sink:
-    """Return a sink that adds each block to the totals and passes the block on to another sink."""
+    """Return a function that counts the deposits and impacts of each group of rocks, and passes them on.
+
+    sink : the function that receives them next, or None
+    """
 
     def take(deposits: Deposits, impacts: Impacts) -> None:
         totals.add(deposits)
@@ -267,7 +275,7 @@ def _both(totals: Totals, sink: Sink | None) -> Sink:
 
 
 def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
-    """Return a function of (path, summary) that writes the recording of a run."""
+    """Return the function that writes the recording of a run, given its path and the summary."""
     from rpf3d_core.recordings.log import write_recording  # imported here, because only recordings need rerun
 
     return lambda path, facts: write_recording(

@@ -12,7 +12,7 @@ from rpf3d_core.results.folder import check_folder
 
 
 class Printed(NamedTuple):
-    """A column of the thesis' tables.
+    """A column of a table in the thesis: its printed shares, and the zones of the pit that correspond to it.
 
     area : name of the area as printed; zones : zones of the synthetic pit that correspond to the area
     a, b : printed shares (%) in run A and run B
@@ -25,7 +25,7 @@ class Printed(NamedTuple):
 
 
 class Study(NamedTuple):
-    """A study of the thesis.
+    """A study of the thesis: the printed table, and the scenes that repeat the study with rpf3d.
 
     table : number of the table in the thesis; a, b : names of the scene files of run A and run B, without extension
     part : name of a third scene file, with only a part of the changes from A to B; None without such a file
@@ -66,12 +66,12 @@ LOCALISED = Study(
     ),
 )  # fmt: skip
 REPORTS = ("comparison.json", "comparison.md")
-"""Files that a study writes next to the folders of its runs."""
+"""Names of the files that a study writes next to the result folders of its runs."""
 STUDIES = {study.name: study for study in (RESOLUTION, LOCALISED)}
 
 
 def scene_files(study: Study) -> list[Path]:
-    """Return the scene files of a study: A, B and, if the study has a third run, the part. They are installed files.
+    """Return the scene files of a study, as installed: A, B and, if there is a third run, the part.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def scene_files(study: Study) -> list[Path]:
 
 
 def study_named(name: str) -> Study:
-    """Return the study with the given name.
+    """Return the study with a name, as given to `rpf3d study`.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def study_named(name: str) -> Study:
 
 
 def runs_of(study: Study, out: Path) -> list[tuple[Path, Path]]:
-    """Return each scene file of a study with the folder for its result, and check these folders.
+    """Return each scene file of a study with the folder for its result, after a check of these folders.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Report on a study of the thesis: its printed differences, their uncertainty with 21 rocks, and the results of rpf3d.
+"""Report on a study of the thesis: do the runs of rpf3d confirm its differences, which rest on 21 rocks?
 
 The percentages of the thesis are k / 21. The mesh of the thesis is not public, so the study is repeated on the
 synthetic pit. Therefore signs and sizes of the differences can be compared, but not the shares.
@@ -22,17 +22,21 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.pit.parameters import Pit
 
 ROCKS_OF_THESIS = 21
-"""Number of rocks in a run of the thesis. The thesis states 20, but its printed 4, 19, 23, 28, 38, 43 and 57 % are all
-k / 21 (reference, validation 6)."""
+"""Number of rocks in a run of the thesis.
+
+The thesis states 20, but its printed 4, 19, 23, 28, 38, 43 and 57 % are all k / 21 (reference, validation 6).
+"""
 ON_A_BENCH = 1.0
-"""Largest depth (m) of a rock below the level of a bench at which the rock still counts as on the bench. The relief of
-a bench is a few decimetres."""
+"""Depth (m) below the altitude of a bench down to which a rock still counts as on the bench.
+
+The relief of a bench is a few decimetres.
+"""
 SPILL = "spill"
 NOT_SEEN = "no rock stops there"
 
 
 class ThesisColumn(NamedTuple):
-    """One column of the thesis' table, with the counts of the thesis and the counts of rpf3d.
+    """One column of the thesis' table: the counts of the thesis, and the counts of rpf3d for comparison.
 
     printed : the printed column; thesis_a, thesis_b : counts of the thesis, out of 21 rocks
     a, b, part : rocks of the rpf3d runs that stopped in the column's zones; a spill counts with the bench below
@@ -47,27 +51,30 @@ class ThesisColumn(NamedTuple):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval (-) of B - A in the study's runs."""
+        """The 95 % interval (-) of the difference B - A in the runs of rpf3d."""
         return newcombe_interval(*self.b, *self.a)
 
     @property
     def thesis_interval(self) -> tuple[float, float]:
-        """95 % interval (-) of B - A in the thesis, with its number of rocks."""
+        """The 95 % interval (-) of the difference B - A in the thesis, with its number of rocks."""
         return newcombe_interval(*self.thesis_b, *self.thesis_a)
 
     @property
     def change(self) -> float:
-        """B - A (-) in the study's runs."""
+        """The difference B - A (-) of the shares in the runs of rpf3d."""
         return self.b.share - self.a.share
 
     @property
     def thesis_change(self) -> float:
-        """B - A (-) in the thesis."""
+        """The difference B - A (-) of the shares in the thesis."""
         return self.thesis_b.share - self.thesis_a.share
 
     @property
     def half_width_of_21(self) -> float:
-        """Half-width (-) of the normal 95 % interval of B - A for the shares of rpf3d, if each run had 21 rocks."""
+        """The uncertainty (-) that the difference B - A of rpf3d would have if each run had only 21 rocks.
+
+        It is the half-width of the normal 95 % interval.
+        """
         variance = sum(one.share * (1.0 - one.share) / ROCKS_OF_THESIS for one in (self.a, self.b))
         return NORMAL_QUANTILE_95 * math.sqrt(variance)
 
@@ -84,7 +91,7 @@ class ThesisColumn(NamedTuple):
 
 
 class Report(NamedTuple):
-    """The results of a study.
+    """The report on a study: the thesis' table with the counts of rpf3d, and the comparisons of the runs.
 
     findings : the columns of the thesis' table; comparison : comparison of run A and run B
     part : comparison of run A and the run that changes only the coefficients of the spills; None without such a run
@@ -97,7 +104,7 @@ class Report(NamedTuple):
 
 
 def report_of(study: Study, folders: Sequence[Path]) -> Report:
-    """Return the report on a study from the result folders of its runs, in the order of `runs_of`.
+    """Return the report on a study, from the result folders of its runs in the order of `runs_of`.
 
     Raises
     ------
@@ -123,7 +130,7 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 
 
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
-    """Count the rocks that stopped in each zone of the synthetic pit; a rock on a spill counts for the bench below.
+    """Count the rocks that stopped in each zone of the pit; a rock on a spill counts for the bench below it.
 
     The thesis counts in the same way: 14 % of its rocks stopped on spills, but its areas without spills sum to 98 %.
 
@@ -142,7 +149,7 @@ def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
 
 
 def _bench_below(pit: Pit, altitude: float) -> str:
-    """Return the highest bench that is not above an altitude (m); bench_1 is the first bench below the crest."""
+    """Return the name of the highest bench that is not above an altitude (m); bench_1 is the first below the crest."""
     depths = pit.levels[-1] - pit.levels[-2:0:-1]
     return f"bench_{1 + int((depths < pit.crest_altitude - altitude - ON_A_BENCH).sum())}"
 
@@ -168,7 +175,7 @@ def write_report(report: Report, out: Path) -> None:
 
 
 def verdict_of(report: Report) -> str:
-    """Return a few sentences on whether the runs of rpf3d confirm the conclusion of the thesis."""
+    """Return the conclusion of a study in a few sentences: do the runs of rpf3d confirm the thesis?"""
     known = [found.printed.area for found in report.findings if _excludes_0(found.thesis_interval)]
     widest = max(half_width(found.thesis_a) for found in report.findings)
     rocks = " and ".join(sorted({f"{facts['rocks']:,}" for facts in (report.comparison.a, report.comparison.b)}))
@@ -182,7 +189,7 @@ def verdict_of(report: Report) -> str:
 
 
 def half_width(counted: Counted) -> float:
-    """Return the half-width (-) of the normal 95 % interval of a share, as usually quoted for 21 rocks."""
+    """Return the uncertainty (-) of a share as usually quoted: the half-width of its normal 95 % interval."""
     return NORMAL_QUANTILE_95 * math.sqrt(counted.share * (1.0 - counted.share) / counted.of)
 
 
@@ -193,17 +200,17 @@ FINDINGS_HEADER = (
 
 
 def finding_header(report: Report) -> tuple[str, ...]:
-    """Return the header of `finding_rows`; the last column is only for a study with a part."""
+    """Return the header of the report's table; the last column is only for a study with a third run."""
     return FINDINGS_HEADER if report.part else FINDINGS_HEADER[:-1]
 
 
 def finding_rows(report: Report) -> list[tuple[str, ...]]:
-    """Return the rows of the report's table under `finding_header`."""
+    """Return the rows of the report's table, under `finding_header`."""
     return [tuple(_finding_row(found)) for found in report.findings]
 
 
 def report_markdown(report: Report) -> str:
-    """Return the report as Markdown: the thesis' table, the verdict, then every zone."""
+    """Return the report on a study as Markdown: the thesis' table, the conclusion, then every zone."""
     sections = [
         f"# {report.study.title}",
         f"The thesis' table {report.study.table}, read as counts of {ROCKS_OF_THESIS}, and the same here. "
@@ -219,7 +226,7 @@ def report_markdown(report: Report) -> str:
 
 
 def report_section(report: Report) -> dict[str, Any]:
-    """Return the report as plain values for JSON; shares and differences (-)."""
+    """Return the report on a study as plain values for JSON; shares and differences are in (-)."""
     return {
         "program": "rpf3d",
         "study": report.study.name,
@@ -233,7 +240,10 @@ def report_section(report: Report) -> dict[str, Any]:
 
 
 def _of_21(percentage: float) -> Counted:
-    """Return a printed percentage as a count of 21 rocks (27 % fits no count exactly; 6 is the nearest)."""
+    """Return a printed percentage of the thesis as a count out of 21 rocks.
+
+    27 % fits no count exactly; 6 is the nearest.
+    """
     return Counted(round(percentage / 100.0 * ROCKS_OF_THESIS), ROCKS_OF_THESIS)
 
 

@@ -1,1 +1,1 @@
-"""The scene file: its sections, its models and effects, and its faults."""
+"""The scene file: its keys, the models and effects that it may name, and the messages about its errors."""

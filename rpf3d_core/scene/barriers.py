@@ -8,9 +8,9 @@ from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Along, Name, Number, StrictModel, no_two_alike
 
 HIGHEST = 100.0
-"""Largest allowed height (m) of a barrier; the highest nets are 10 m high."""
+"""Largest height (m) of a barrier that a scene may have; the highest nets are 10 m high."""
 STRONGEST = 1e6
-"""Largest allowed energy (kJ) of a barrier; the strongest nets are tested with 10,000 kJ."""
+"""Largest energy (kJ) that a barrier of a scene may have; the strongest nets are tested with 10,000 kJ."""
 BALANCE = "energy balance, physics reference 5.1"
 
 

@@ -16,14 +16,17 @@ from rpf3d_core.scene.own import OWN
 
 KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "effects": EffectsSpec}
 COSTS = "measured_costs.json"
-"""File with the measured cost of each model and effect on the wall of a synthetic pit; `make effects` writes it."""
+"""File with the measured cost of each model and effect; `make effects` writes it.
+
+The cost was measured on the wall of a synthetic pit.
+"""
 WORDS = {"gt": "above {:g}", "ge": "at least {:g}", "lt": "below {:g}", "le": "at most {:g}"}
-"""The words for each bound of a number, by pydantic's name of the bound."""
+"""Words for each kind of bound of a number, by pydantic's name of the bound, to describe parameters."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of a model or effect.
+    """A parameter of a model or effect, as `rpf3d effects` and the reference describe it.
 
     default : None if the parameter is required or has no default (see `required`)
     bounds : in words, "" for none; unit : "" if the parameter is not a number
@@ -41,7 +44,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class CatalogueEntry:
-    """A model or effect that a scene may name.
+    """A model or effect that a scene may name, as `rpf3d effects` and the reference describe it.
 
     kind : the scene's key; summary : description of the model or effect
     cost : two numbers, measured on the wall of a synthetic pit; None if not measured. "time" is the time per rock
@@ -58,7 +61,7 @@ class CatalogueEntry:
 
 
 def entries() -> list[CatalogueEntry]:
-    """Return all models and effects in the order of the scene's keys, without importing their physics."""
+    """Return all models and effects that a scene may name, in the order of its keys; their physics is not imported."""
     costs = _costs()
     return [
         _entry(kind, name, model_spec, costs.get(f"{kind}.{name}"))
@@ -68,7 +71,7 @@ def entries() -> list[CatalogueEntry]:
 
 
 def _specs_of(spec: type) -> Iterator[tuple[str, type[ModelSpec]]]:
-    """Yield the name and the class of each model or effect under a key of the scene, except user-defined classes."""
+    """Yield name and class of each model or effect under a key of the scene, except classes of users."""
     for name, field in spec.model_fields.items():  # type: ignore[attr-defined]
         if field.alias != OWN:
             yield name, next(kind for kind in get_args(field.annotation) if kind is not NoneType)
@@ -89,7 +92,7 @@ def _entry(kind: str, name: str, model_spec: type[ModelSpec], cost: dict[str, fl
 
 
 def _parameter(name: str, field: FieldInfo, model_spec: type[ModelSpec]) -> Parameter:
-    """Return the parameter for a field of a model; a field without its own source takes the source of the model."""
+    """Return the description of a parameter from its field in a model; a missing source is taken from the model."""
     facts: Any = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     default = field.get_default(call_default_factory=True)
     return Parameter(
@@ -112,6 +115,6 @@ def _bounds(field: FieldInfo) -> Iterator[str]:
 
 
 def _costs() -> dict[str, dict[str, float]]:
-    """Return the measured costs that come with the package; {} if the file is missing."""
+    """Return the measured cost of each model and effect, as shipped with the package; {} if the file is missing."""
     file = resources.files("rpf3d_core").joinpath(COSTS)
     return json.loads(file.read_text()) if file.is_file() else {}

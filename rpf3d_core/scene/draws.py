@@ -46,7 +46,7 @@ class Normal(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form that kernels draw from."""
+        """The distribution in the form from which the flight loops draw."""
         return truncated_normal(self.mean, self.sd, self.min, self.max)
 
 
@@ -66,7 +66,7 @@ class LognormalSpec(Normal):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form that kernels draw from."""
+        """The distribution in the form from which the flight loops draw."""
         return truncated_lognormal(self.mean, self.sd, self.min, self.max)
 
 
@@ -87,7 +87,7 @@ class PowerLawSpec(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form that kernels draw from."""
+        """The distribution in the form from which the flight loops draw."""
         return truncated_power_law(self.exponent, self.min, self.max)
 
 
@@ -98,12 +98,12 @@ class Lognormal(StrictModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The smallest and the largest number."""
+        """The smallest and the largest number that can be drawn."""
         return self.lognormal.min, self.lognormal.max
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form that kernels draw from."""
+        """The distribution in the form from which the flight loops draw."""
         return self.lognormal.prepared
 
 
@@ -114,12 +114,12 @@ class PowerLaw(StrictModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The smallest and the largest number."""
+        """The smallest and the largest number that can be drawn."""
         return self.power_law.min, self.power_law.max
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form that kernels draw from."""
+        """The distribution in the form from which the flight loops draw."""
         return self.power_law.prepared
 
 
@@ -137,12 +137,12 @@ class Uniform(StrictModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The smallest and the largest number."""
+        """The smallest and the largest number that can be drawn."""
         return self.uniform
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form that kernels draw from."""
+        """The distribution in the form from which the flight loops draw."""
         return uniform_between(*self.uniform)
 
 
@@ -151,18 +151,18 @@ Draw = Normal | Lognormal | PowerLaw | Uniform
 KINDS: dict[str, type[StrictModel]] = {
     "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform,
 }  # fmt: skip
-"""The distributions, by the mark with which pydantic names a distribution in a key path."""
+"""The distributions that a scene may use, by the mark that names each in key paths of pydantic."""
 NUMBER = "[number]"
 MARKS = (*KINDS, NUMBER)
 
 
 def distribution_of(value: float | Draw) -> Distribution:
-    """Return the distribution for a value of a scene (a number or a distribution), in the form for kernels."""
+    """Return the distribution for a value of a scene (number or distribution), from which the flight loops draw."""
     return fixed(float(value)) if isinstance(value, int | float) else value.prepared
 
 
 def drawn(unit: str, **limits: float) -> Any:
-    """Return the type of a field that takes a number or a distribution within limits (ge, gt, le, lt)."""
+    """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt)."""
     number = Annotated[Number, Field(**limits)]
     kinds = [Annotated[kind, Tag(mark)] for mark, kind in KINDS.items()]
     union = reduce(or_, kinds, Annotated[number, Tag(NUMBER)])
@@ -170,14 +170,14 @@ def drawn(unit: str, **limits: float) -> Any:
 
 
 def _kind_of(value: Any) -> str:
-    """Return the mark of the type of a value: a named distribution, normal (any other mapping), or a number."""
+    """Return the mark of a value's type: a named distribution, normal (any other mapping), or a number."""
     if isinstance(value, Mapping):
         return next((f"[{name}]" for name in value if f"[{name}]" in KINDS and name != "normal"), "[normal]")
     return next((mark for mark, kind in KINDS.items() if type(value) is kind), NUMBER)
 
 
 def _within(limits: Mapping[str, float], unit: str, value: float | Draw) -> float | Draw:
-    """Return the value unchanged; refuse a distribution that may give a number outside the limits."""
+    """Return the value unchanged, after a check that a distribution cannot give a number outside the limits."""
     if isinstance(value, float):
         return value
     low, high = (value.min, value.max) if isinstance(value, Normal) else value.bounds
@@ -191,11 +191,11 @@ def _within(limits: Mapping[str, float], unit: str, value: float | Draw) -> floa
 
 
 WORDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
-"""Names of limits in words."""
+"""Words for the limits of a number, for messages."""
 
 
 def _rising(low: float, high: float) -> None:
-    """Raise an error unless the lower bound is below the upper bound."""
+    """Raise an error unless the lower bound of a distribution is below its upper bound."""
     if low >= high:
         raise refuse(f"is {low:g}, but must be a number below max {high:g}", "min")
 

@@ -1,6 +1,7 @@
-"""Describe the faults of a scene file as sentences: pydantic's errors with line, key, value and the valid values.
+"""Describe the errors of a scene file as sentences: line, key, wrong value and valid values.
 
-For other kinds of files, `root` is the pydantic model that checks the file. Without `root`, the file is a scene.
+The errors are found by pydantic. For other kinds of files, `root` is the pydantic model that checks the file. Without
+`root`, the file is a scene.
 """
 
 import difflib
@@ -21,15 +22,18 @@ from rpf3d_core.scene.own import OWN
 from rpf3d_core.scene.values import ROCKS_MARKS
 
 LONGEST_VALUE = 60
-"""Largest number of characters of a wrong value in an error message."""
+"""Largest number of characters of a wrong value that a message quotes."""
 
 PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
-"""Marks that pydantic adds to a key path, for the key of a mapping or for the chosen type of a union."""
+"""Marks that pydantic adds to a key path; they are removed before messages show the path.
+
+They stand for the key of a mapping, or for the chosen type of a union.
+"""
 
 PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
-"""The required form of a list item, by the shape (such as `[x, y]`) in the description of the list."""
+"""The valid form of a list item for messages, by the shape (such as `[x, y]`) in the description of the list."""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
-"""The right place of keys that users write under `effects` by mistake: berms belong to the terrain."""
+"""Where keys belong that users write under `effects` by mistake: berms belong to the terrain."""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
@@ -40,7 +44,7 @@ Root = type[BaseModel] | None
 
 
 def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
-    """Yield each error of pydantic as a line number and a sentence, without errors that another error causes."""
+    """Yield each error of a file as a line number and a sentence, without errors that another error causes."""
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
         (*path[:-1], _nearest(path, root))
@@ -48,14 +52,14 @@ def faults_of(details: list[ErrorDetails], document: Document, root: Root = None
         if detail["type"] in UNKNOWN_KEY
     }
     for path, detail in zip(paths, details, strict=True):
-        # Pydantic also reports a list as too short if the list has refused items.
+        # Pydantic also reports a list as too short if some items of the list are refused.
         follows = detail["type"] == "too_short" and any(other[: len(path)] == path != other for other in paths)
         if not follows and not (detail["type"] == "missing" and path in misspelt):
             yield _fault(path, detail, document, root)
 
 
 def unknown_key(path: KeyPath, document: Document, root: Root = None) -> Fault:
-    """Return the fault of an unknown key of the scene or of another file, with the nearest known key."""
+    """Return the error for an unknown key of a file, with the nearest known key as advice."""
     near = _nearest(path, root)
     file = "scene" if root is None else f"{document.kind} file"
     if path[:-1] == ("effects",) and (place := ELSEWHERE.get(str(path[-1]))):
@@ -87,7 +91,7 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) 
 
 
 def _told_in(message: str, path: KeyPath, root: Root) -> KeyPath:
-    """Return the path of the key that a message names, if the message names one key below the path; else the path."""
+    """Return the path of the key that a message is about: a key below `path` if the message names exactly one."""
     words = re.findall(r"\w+", message)
     named = [key for key in _keys(_annotation(path, root)) if key in words]
     return (*path, named[0]) if len(named) == 1 else path
@@ -101,7 +105,10 @@ def _wrong_value(path: KeyPath, value: Any, root: Root) -> str:
 
 
 def _whole(path: KeyPath, root: Root) -> KeyPath:
-    """Return the path of the whole vector if the path leads to one of its numbers, else the path."""
+    """Return the path of a whole vector if `path` leads to one of its numbers, else `path`.
+
+    Messages show the vector.
+    """
     is_component = isinstance(path[-1], int) and _bare(_annotation(path, root)) is float
     return path[:-1] if is_component else path
 
@@ -114,7 +121,7 @@ def _written(path: KeyPath, document: Document) -> Any:
 
 
 def _known(path: KeyPath, root: Root) -> list[str]:
-    """Return the keys that are valid in place of the last key of a path."""
+    """Return the keys that are valid in the place of the last key of a path, for advice."""
     keys = _keys(_annotation(path[:-1], root))
     return keys if path[:-1] else [key for key in keys if key not in NOT_SCENE_KEYS]
 
@@ -133,19 +140,19 @@ def _shown(value: Any) -> str:
 
 
 def _line(path: KeyPath, document: Document) -> int:
-    """Return the line number of a key, or of the nearest key above this key."""
+    """Return the line of a key in the file for a message, or of the nearest key above it."""
     while path and path not in document.lines:
         path = path[:-1]
     return document.lines.get(path, 1)
 
 
 def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
-    """Return a key path without the marks that pydantic adds."""
+    """Return the path of a key as users know it, without the marks that pydantic adds."""
     return tuple(step for step in location if step not in PYDANTIC_MARKS)
 
 
 def _requirement(path: KeyPath, root: Root) -> str:
-    """Return the requirement for a value, from the nearest described field at or above the path."""
+    """Return the valid values for a key as a phrase, from the description of the nearest described field."""
     inner = _bare(_annotation(path, root))
     if _is_record(inner):
         return f"a mapping with the keys {', '.join(_keys(inner))}"
@@ -168,7 +175,7 @@ def _descriptions(path: KeyPath, root: Root) -> Iterator[str | None]:
 
 
 def _annotation(path: KeyPath, root: Root) -> Any:
-    """Return the type of a key path in the model of the file."""
+    """Return the type that the model of the file gives to the value at a key path."""
     annotation: Any = root or Scene
     for step in path:
         annotation = _inside(_bare(annotation), step)
@@ -188,7 +195,7 @@ def _inside(annotation: Any, step: str | int) -> Any:
 
 
 def _bare(annotation: Any) -> Any:
-    """Return a type without `Annotated` and `| None`; a union of several types stays a union."""
+    """Return a type without `Annotated` and without `| None`; a union of several types stays a union."""
     if get_origin(annotation) is Annotated:
         return _bare(get_args(annotation)[0])
     if _is_union(annotation):

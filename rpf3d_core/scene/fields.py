@@ -1,4 +1,4 @@
-"""List the fields of a scene, for programs that offer the fields in another form, such as ROS parameters."""
+"""List the fields of a scene for programs that offer them in another form, such as ROS parameters."""
 
 import types
 from collections.abc import Iterator, Mapping
@@ -17,12 +17,12 @@ from rpf3d_core.scene.own import OWN
 SCALARS: tuple[type, ...] = (bool, int, float, str)
 BOUNDS = ("ge", "gt", "le", "lt")
 ANY_ZONE = "default"
-"""Key for every zone that a mapping of zones does not name."""
+"""Key that stands for all zones which a mapping of zones does not name."""
 
 
 @dataclass(frozen=True)
 class SceneField:
-    """One field of a scene.
+    """One field of a scene, as a program needs it to offer the field in another form.
 
     key : key in the scene file, with dots; in a mapping of zones, the key below `default`
     kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
@@ -44,7 +44,7 @@ class SceneField:
 
 
 def scene_fields() -> Iterator[SceneField]:
-    """Yield every field of a scene that takes a value, or names a model or effect, in the order of the scene model."""
+    """Yield every field of a scene that takes a value or names a model or effect, in the order of the scene model."""
     yield from _fields(Scene, "", "")
 
 
@@ -67,7 +67,7 @@ def _fields(model: type[BaseModel], above: str, within: str) -> Iterator[SceneFi
 
 
 def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
-    """Return the scene field for a pydantic field that takes a value."""
+    """Return the description of a field that takes a value."""
     kind, choices, bounds = _scalar(field.annotation, field.metadata)
     default = field.get_default(call_default_factory=False) if not field.is_required() else None
     known = default if isinstance(default, SCALARS) else None
@@ -83,7 +83,7 @@ def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
 
 
 def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
-    """Return the scene field that names one of several models."""
+    """Return the description of a field that names one of several models."""
     default = field.get_default(call_default_factory=True)
     names = tuple(name for name, each in part.model_fields.items() if each.alias != OWN and _is_nameable(each))
     return SceneField(
@@ -92,7 +92,7 @@ def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
 
 
 def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneField:
-    """Return the scene field that names an effect with all its defaults."""
+    """Return the description of a field that names an effect with all its defaults."""
     kind = bool if _is_nameable(field) else None
     summary = " ".join((model_spec.__doc__ or "").split())
     return SceneField(
@@ -101,7 +101,7 @@ def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneFie
 
 
 def _is_nameable(field: FieldInfo) -> bool:
-    """True if no required parameter of a model or effect is a list or a file: each takes a single value."""
+    """True if a model or effect can be named without lists and files: each required parameter takes a single value."""
     model_spec = _part(field.annotation)
     assert model_spec is not None
     required = [each for each in model_spec.model_fields.values() if each.is_required()]
@@ -109,9 +109,9 @@ def _is_nameable(field: FieldInfo) -> bool:
 
 
 def _part(annotation: Any) -> type[BaseModel] | None:
-    """Return the pydantic model of a field that holds a section: required, optional, or one section for each zone.
+    """Return the pydantic model of a field that holds a section; None if the field holds a value.
 
-    Return None if the field holds a value.
+    The section may be required, optional, or one of several for different zones.
     """
     several = [get_args(annotation)[1]] if _is_mapping(annotation) else _alternatives(annotation)
     found, _ = _unwrapped(several[0]) if len(several) == 1 else (None, [])
@@ -127,7 +127,7 @@ def _may_be_left_out(field: FieldInfo) -> bool:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """Return the types in a union, without None; for any other type, a list with this type only."""
+    """Return the types that a union allows, without None; for any other type, a list of this type only."""
     bare, _ = _unwrapped(annotation)
     if get_origin(bare) in (Union, types.UnionType):
         return [item for item in get_args(bare) if item is not types.NoneType]
@@ -135,7 +135,7 @@ def _alternatives(annotation: Any) -> list[Any]:
 
 
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
-    """Return type, choices and bounds of a field; None, () and {} if the field does not take a single value."""
+    """Return type, valid values and bounds of a field with a single value; None, () and {} for any other field."""
     several = _alternatives(annotation)
     if len(several) == 1 and len(_alternatives(several[0])) > 1:
         several = _alternatives(several[0])
@@ -153,7 +153,7 @@ def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[An
 
 
 def _unwrapped(annotation: Any) -> tuple[Any, list[Any]]:
-    """Return a type without its annotations, and the annotations."""
+    """Return a type without its annotations, and the annotations in a list."""
     if get_origin(annotation) is not Annotated:
         return annotation, []
     inner, *own = get_args(annotation)

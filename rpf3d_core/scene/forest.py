@@ -9,9 +9,9 @@ from rpf3d_core.scene.values import InputFile, Number, StrictModel, refuse
 
 DORREN_BERGER = "Dorren and Berger 2006"
 THICKEST = 500.0
-"""Largest allowed stem diameter (cm); the thickest trees of the Alps have about half of this diameter."""
+"""Largest stem diameter (cm) that a scene may have; the thickest trees of the Alps have half of it."""
 DENSEST = 20_000.0
-"""Largest allowed number of stems per hectare; thickets have fewer stems that stop a rock."""
+"""Largest number of stems per hectare that a scene may have; thickets have fewer stems that stop a rock."""
 
 Chance = Annotated[Number, Field(ge=0, le=1)]
 Chances = tuple[Chance, Chance, Chance]

@@ -15,7 +15,10 @@ from rpf3d_core.scene.values import Name, Number, StrictModel, refuse
 JOULE_PER_KJ = 1000.0
 
 LEAST_CELL = 0.01
-"""Smallest allowed cell size (m). No survey is so detailed, and the number of smaller cells may overflow an integer."""
+"""Smallest cell size (m) that a scene may have.
+
+No survey is so detailed, and the number of smaller cells may overflow an integer.
+"""
 
 REACH_LEVELS = (0.01, 0.1, 0.5)
 """Default levels of the reach probability (-): round shares for display, not thresholds of a regulation."""
@@ -28,7 +31,7 @@ def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _table(rows: Any) -> Any:
-    """Return a table of class names unchanged; refuse anything else than a list of lists of names."""
+    """Return the table of class names of a matrix unchanged, after a check that it is a list of lists of names."""
     if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
         raise refuse("must be a list of lists of names, a list for each band of energy, from the lowest")
     for number, row in enumerate(rows, start=1):
@@ -105,7 +108,7 @@ class HazardSpec(StrictModel):
 
 
 def matrix_of(spec: HazardSpec) -> Matrix | None:
-    """Return the class matrix with energies in J, for `hazard.zones`; None if the scene has no matrix."""
+    """Return the hazard matrix of a scene, with energies in J, for the hazard zones; None if there is no matrix."""
     if spec.matrix is None:
         return None
     levels = tuple(JOULE_PER_KJ * level for level in spec.matrix.energy_levels_kj)
@@ -120,5 +123,5 @@ def matrix_of(spec: HazardSpec) -> Matrix | None:
 
 
 def asks_ways(spec: HazardSpec) -> bool:
-    """True if the hazard maps need the number of passages per metre."""
+    """True if the hazard maps of a scene need passages per metre, so that path lengths must be counted."""
     return spec.passage_per_metre or (spec.matrix is not None and spec.matrix.object_width is not None)

@@ -1,4 +1,7 @@
-"""The scene's key `method`: how contacts are found. `events` is exact; fixed steps serve as a comparison."""
+"""The scene's key `method`: how contacts of rocks with the ground are found, exactly or in fixed steps.
+
+The method `events` is exact; fixed steps serve as a comparison.
+"""
 
 from typing import Any
 
@@ -8,9 +11,9 @@ from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 EVENTS = "events"
 LONGEST_STEP = 1.0
-"""Longest allowed time step (s). A rock falls 5 m in one second; a comparison with longer steps is useless."""
+"""Longest time step (s) that a scene may have; a rock falls 5 m in one second."""
 SHORTEST_STEP = 1e-7
-"""Shortest allowed time step (s). A fall of 10 s then needs a hundred million steps."""
+"""Shortest time step (s) that a scene may have; a fall of 10 s then needs a hundred million steps."""
 
 
 class SteppingSpec(StrictModel):
@@ -35,7 +38,7 @@ class MethodSpec(StrictModel):
     stepping: SteppingSpec | None = Field(None, description="a mapping with dt, threshold and squared")
 
     def describe(self) -> str:
-        """Return the method of finding contacts in words, for the reports of a result."""
+        """Return the method of finding contacts in words, for reports."""
         if self.stepping is None:
             return EVENTS
         squared = ", compared with the squared distance" if self.stepping.squared else ""
@@ -43,7 +46,7 @@ class MethodSpec(StrictModel):
 
 
 def method_values(value: Any) -> Any:
-    """Return the field values of a method that the scene writes as `events` or as a mapping.
+    """Return the field values of a method from the scene's `events` or mapping.
 
     Raises
     ------

@@ -43,7 +43,10 @@ from rpf3d_core.scene.values import (
 from rpf3d_core.values import STANDARD_GRAVITY
 
 LARGEST_SEED = 2**63 - 1
-"""Largest seed (-). A seed is the 64-bit key of the random streams and stays in the range of a signed integer."""
+"""Largest seed (-) of a scene.
+
+A seed is the 64-bit key of the random streams and stays in the range of a signed integer.
+"""
 
 
 def _rising(sections: Mapping[str, tuple[float | None, float | None]]) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""The base class of the models and effects that a scene may name: parameters with bounds and sources.
+"""The base class of all models and effects that a scene may name: their parameters, with bounds and sources.
 
 The physics of a model or effect is in a separate file, which is imported only if a scene names the model or effect.
 """
@@ -11,8 +11,11 @@ from pydantic import Field
 from rpf3d_core.scene.values import StrictModel
 
 Confirmed = Literal["C", "CC", "S", "D", "UNCONFIRMED"]
-"""How well a number is confirmed: C read in the primary text, CC read in an independent public implementation, S quoted
-by another text, D derived in this project; UNCONFIRMED general knowledge, which the user must check."""
+"""How well a number of a model is confirmed, from C (primary text) to UNCONFIRMED.
+
+C: read in the primary text; CC: read in an independent public implementation; S: quoted by another text; D: derived in
+this project; UNCONFIRMED: general knowledge, which the user must check.
+"""
 
 
 class ModelSpec(StrictModel):
@@ -42,20 +45,20 @@ class ModelSpec(StrictModel):
 
     @property
     def asks_friction(self) -> bool:
-        """True if the result depends on the friction angle of the materials."""
+        """True if the model uses the friction angle of the materials, so that a missing angle is worth a warning."""
         return False
 
     def physics(self) -> type:
-        """Import and return the class of the physics parameters; the import registers its rules."""
+        """Import and return the class with the physics of the model; the import registers its rules."""
         return loaded(self.PHYSICS)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
-        """Return the parameters as an object of the physics class, which has fields with the same names."""
+        """Return the parameters as an object of the physics class, in the form that the flight loops read."""
         return self.physics()(**{name: getattr(self, name) for name in type(self).model_fields})
 
 
 def loaded(path: str) -> Any:
-    """Import and return the object at `module:name`."""
+    """Import and return the object at `module:name`, so that only named models are imported."""
     module, name = path.split(":")
     return getattr(import_module(module), name)
 
@@ -63,7 +66,7 @@ def loaded(path: str) -> Any:
 def parameter(
     default: Any, description: str, unit: str, source: str, confirmed: Confirmed, **bounds: Any
 ) -> Any:  # fmt: skip
-    """Return a field of an `ModelSpec`: a value with its unit, bounds, source, and how far the source is confirmed.
+    """Return a field of a `ModelSpec`: a value with its unit, bounds, source, and how far the source is confirmed.
 
     default : `...` for a required parameter
     """

@@ -62,7 +62,7 @@ class SlidingSpec(ModelSpec):
 
     @property
     def asks_friction(self) -> bool:
-        """True: sliding depends on the friction angle."""
+        """True: sliding depends on the friction angle of the materials."""
         return True
 
 
@@ -76,12 +76,12 @@ class OneOf(StrictModel):
 
     @property
     def name(self) -> str:
-        """The name of the given model."""
+        """The name of the chosen model, as in the scene."""
         return next(name for name in type(self).model_fields if getattr(self, name) is not None)
 
     @property
     def model_spec(self) -> ModelSpec:
-        """The parameters of the given model."""
+        """The parameters of the chosen model."""
         return getattr(self, self.name)  # type: ignore[no-any-return]
 
 
@@ -125,14 +125,14 @@ class EffectsSpec(StrictModel):
 
     @property
     def named(self) -> dict[str, ModelSpec]:
-        """The given effects by name, in the order in which they act; user-defined effects come last, in file order."""
+        """The effects of a scene by name, in the order in which they act; classes of users come last, in file order."""
         given = {name: getattr(self, name) for name in type(self).model_fields if name != "own"}
         ours = {name: model_spec for name, model_spec in given.items() if model_spec is not None}
         return ours | {model_spec.path: model_spec for model_spec in self.own}
 
 
 def chosen_model(spec: type[OneOf]) -> Any:
-    """Return a validator that turns a name, or a mapping of one name to parameters, into the fields of a choice."""
+    """Return a validator that reads a model from the scene: a name, or a mapping of one name to parameters."""
 
     def values(value: Any) -> Any:
         if isinstance(value, str):
@@ -147,13 +147,16 @@ def chosen_model(spec: type[OneOf]) -> Any:
 
 
 def named_effects(value: Any) -> Any:
-    """Return the fields of `EffectsSpec` from a mapping of effect names to parameters; None means the defaults."""
+    """Return the fields of `EffectsSpec` from the scene's mapping of effect names to parameters.
+
+    None means defaults.
+    """
     own, ours = _told_apart(value)
     return ours | {OWN: own} if own else ours
 
 
 def _told_apart(value: Any) -> tuple[list[dict[str, Any]], Any]:
-    """Split a mapping of names to parameters into user-defined classes and other names; None becomes {}."""
+    """Split a mapping of names to parameters into classes of users and names of rpf3d; None becomes {}."""
     if not isinstance(value, dict):
         return [], value
     given = {key: {} if item is None else item for key, item in value.items()}

@@ -1,4 +1,4 @@
-"""User-defined models and effects: a class in a file outside the package, named in the scene by its import path.
+"""Models and effects of users: a class in a file outside the package, named in the scene by its import path.
 
 The file is searched next to the scene file, then on Python's module path. docs/howto/own-models.md shows an example.
 """
@@ -33,7 +33,7 @@ class OwnSpec(ModelSpec):
     @model_validator(mode="before")
     @classmethod
     def _found(cls, given: Any, info: ValidationInfo) -> Any:
-        """Add the path of the file that contains the class. Refuse a missing class or wrong values."""
+        """Add the path of the file that contains the user's class, after a check of class and parameters."""
         path, values = given["path"], given["values"]
         module, _, _ = path.rpartition(".")
         file = _file_of(module, (info.context or {}).get("folder", Path()))
@@ -41,7 +41,7 @@ class OwnSpec(ModelSpec):
         return {**given, "file": file}
 
     def physics(self) -> type:
-        """Return the class from its file. The file is loaded once, and again after each change of the file."""
+        """Return the user's class from its file; the file is run again after each change."""
         return _class_at(self.path, self.file)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
@@ -50,7 +50,7 @@ class OwnSpec(ModelSpec):
 
 
 def _class_at(path: str, file: Path) -> Any:
-    """Return the NamedTuple class with an import path, from the file of its module.
+    """Return the user's class (a NamedTuple) at an import path, from the file of its module.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def _class_at(path: str, file: Path) -> Any:
 
 
 def _check_values(path: str, own: Any, values: Any) -> None:
-    """Refuse parameters that are unknown to the class, not numbers, or missing."""
+    """Refuse parameters that the user's class does not have, that are not numbers, or that are missing."""
     if not isinstance(values, dict):
         raise refuse(f"gives {path} {values!r}, but must give a mapping of its parameters to numbers")
     for name, value in values.items():
@@ -81,7 +81,7 @@ def _check_values(path: str, own: Any, values: Any) -> None:
 
 
 def _file_of(module: str, folder: Path) -> Path:
-    """Return the file of a module, next to the scene file or on Python's module path."""
+    """Return the file of a user's module, next to the scene file or on Python's module path."""
     beside = folder.joinpath(*module.split(".")).with_suffix(".py")
     if beside.is_file():
         return beside.absolute()
@@ -95,7 +95,7 @@ def _file_of(module: str, folder: Path) -> Path:
 
 
 def _loaded(name: str, file: Path) -> Any:
-    """Return the module of a file under a name; run the file again if its content has changed since the last call."""
+    """Return the user's module from its file; the file is run again if its content has changed."""
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
     there = sys.modules.get(name)
     if getattr(there, "RPF3D_DIGEST", None) == digest:
@@ -104,7 +104,7 @@ def _loaded(name: str, file: Path) -> Any:
     if specification is None or specification.loader is None:
         raise refuse(f"names {file.name}, which is no Python file")
     module = importlib.util.module_from_spec(specification)
-    sys.modules[name] = module  # numba finds the classes of compiled code by the name of their module
+    sys.modules[name] = module  # numba finds the classes of compiled code by the names of their modules
     try:
         specification.loader.exec_module(module)
     except Exception as fault:
@@ -116,9 +116,9 @@ def _loaded(name: str, file: Path) -> Any:
 
 
 OWN = "[own]"
-"""Mark of user-defined classes in the key path of a pydantic error; messages do not show it."""
+"""Mark of users' classes in key paths of pydantic; messages do not show it."""
 
 
 def is_own(name: Any) -> bool:
-    """True if a name in a scene is the import path of a user-defined class."""
+    """True if a name in a scene is the import path of a user's class, and not the name of a model of rpf3d."""
     return isinstance(name, str) and all(part.isidentifier() for part in name.split(".")) and "." in name

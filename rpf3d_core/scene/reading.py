@@ -1,4 +1,4 @@
-"""Read a scene file: from YAML to a validated `Scene`, or to one sentence for each fault."""
+"""Read a scene file: return a checked `Scene`, or report one sentence for each error."""
 
 import hashlib
 import json
@@ -17,7 +17,7 @@ from rpf3d_core.scene.values import MISSING_FILE
 
 
 def read_scene(path: str | Path) -> Scene:
-    """Read and check a scene file.
+    """Read a scene file, and return the scene after a check of every value.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
-    """Return the checked scene for values that are not from a file; later messages show `path` as its file.
+    """Return the scene from values that are not from a file, after a check; messages show `path` as its file.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
 
 
 def _filled_in(scene: Scene) -> Scene:
-    """Return the scene with values from its files: the reference system, and one rock for each point of a source."""
+    """Return the scene with values that its files determine: reference system, and rocks of each source."""
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
     sources = tuple(_a_rock_a_point(source, scene) for source in scene.sources)
@@ -78,7 +78,7 @@ def _filled_in(scene: Scene) -> Scene:
 
 
 def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
-    """Return the source with one rock for each point, if the scene gives no number of rocks."""
+    """Return the source with one rock for each of its points, if the scene states no number of rocks for it."""
     if "rocks" in source.model_fields_set:
         return source
     if source.points_file:
@@ -89,7 +89,7 @@ def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
 
 
 def scene_digest(scene: Scene) -> str:
-    """Return the SHA-256 digest (64 hex digits) of the content of a scene.
+    """Return a digest (SHA-256, 64 hex digits) of everything in a scene that affects the result.
 
     The digest covers all keys, defaults included, except `path` and `data_hint`. Of a file, the digest covers the
     content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
@@ -98,7 +98,7 @@ def scene_digest(scene: Scene) -> str:
 
 
 def releases_digest(scene: Scene) -> str:
-    """Return the SHA-256 digest (64 hex digits) of the settings that affect the releases of rocks, except the seed.
+    """Return a digest (SHA-256, 64 hex digits) that is equal if two scenes release the same rocks, except for the seed.
 
     The digest covers places, velocities and sizes, but not the number of rocks: in a larger ensemble, the first rocks
     start exactly like the rocks of a smaller ensemble.
@@ -130,6 +130,6 @@ def _scene(path: Path, values: dict[str, Any]) -> Scene:
 
 
 def _data_hint(error: ValidationError, values: dict[str, Any]) -> str:
-    """Return the `data_hint` of the scene, to be shown once after the faults; "" if no file is missing."""
+    """Return the scene's `data_hint`, which says where to get its files, if a file is missing; else ""."""
     is_missing = any(detail["type"] == MISSING_FILE for detail in error.errors())
     return f"\n{values['data_hint']}" if is_missing and "data_hint" in values else ""

@@ -17,9 +17,12 @@ BOURRIER = "Bourrier et al. 2009, Geomorphology 110:68-79"
 STEEPEST = 90.0
 """Largest impact angle (degrees): an impact at right angles to the ground."""
 MOST_R_N = 10.0
-"""Largest allowed R_n (-) in an angle table. Wyllie's law is cut off at 2; conservation of energy also limits R_n."""
+"""Largest R_n (-) in an angle table of a scene; energy conservation limits R_n in addition.
+
+Wyllie's law is cut off at 2.
+"""
 ROUNDING = 1e-9
-"""Tolerance for asymmetry and negative eigenvalues of a covariance, as a share of its largest entry.
+"""Tolerance (-) for asymmetry and negative eigenvalues of a covariance, because users write rounded figures.
 
 Users write rounded figures."""
 
@@ -39,7 +42,7 @@ class CoulombLimitedSpec(ModelSpec):
 
     @property
     def asks_friction(self) -> bool:
-        """True: friction limits the tangential impulse."""
+        """True: the friction angle of the materials limits the tangential impulse."""
         return True
 
 

@@ -24,7 +24,10 @@ from rpf3d_core.scene.values import (
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 FASTEST = 10_000.0
-"""Highest release speed, m/s. No blast throws a rock so fast, and the square of the speed stays finite."""
+"""Highest release speed (m/s) that a scene may have, so that the square of a speed stays finite.
+
+No blast throws a rock so fast.
+"""
 PLACES = ("points", "points_file", "line", "polygon", "zone")
 """Keys of a source that give the places of its rocks; exactly one is given."""
 
@@ -100,7 +103,7 @@ class SourceSpec(StrictModel):
 
     @property
     def _fastest(self) -> float:
-        """Upper bound of the release speed (m/s)."""
+        """Upper bound of the release speed of the source (m/s), for the check against FASTEST."""
         speed = 0.0 if self.speed is None else distribution_of(self.speed).high
         return speed + math.hypot(*self.velocity) + math.hypot(*self.velocity_spread)
 
@@ -120,7 +123,9 @@ class SourceSpec(StrictModel):
 
 
 def source_points(spec: SourceSpec, up: Up) -> FloatArray:
-    """Return the points (P, 3) m in the file of a source; heights are optional if the source gives `above_ground`.
+    """Return the points (P, 3) m in the file of a source, from which its rocks start.
+
+    Heights are optional in the file if the source states `above_ground`.
 
     Raises
     ------

@@ -47,7 +47,7 @@ class CoulombSphereSpec(ModelSpec):
 
     @property
     def asks_friction(self) -> bool:
-        """True unless `impact_friction` is given."""
+        """True unless the scene states `impact_friction`, which replaces the friction angle at impacts."""
         return self.impact_friction is None
 
 
@@ -66,5 +66,5 @@ class SphereGroundSpec(ModelSpec):
 
     @property
     def asks_friction(self) -> bool:
-        """True: skidding depends on the friction angle."""
+        """True: skidding depends on the friction angle of the materials."""
         return True

@@ -11,7 +11,10 @@ from rpf3d_core.scene.values import Along, InputFile, Name, Number, StrictModel,
 from rpf3d_core.terrain.pit.parameters import Pit
 
 HIGHEST, WIDEST = 50.0, 200.0
-"""Largest allowed height and width (m) of a berm. Berms of haul roads are 2 m high, waste dumps some tens of metres."""
+"""Largest height and width (m) of a berm that a scene may have.
+
+Berms of haul roads are 2 m high, waste dumps some tens of metres.
+"""
 
 
 def _pit_values(pit: Any) -> Any:
@@ -92,7 +95,7 @@ class TerrainSpec(StrictModel):
         return self
 
     def crs_of_files(self) -> dict[int, str]:
-        """Return the reference system of each file that states one; key: index in the list of files."""
+        """Return the coordinate reference system of each terrain file that states one, by index of the file."""
         found = {i: reference_system_of_file(file.path) for i, file in enumerate(self.files or ())}
         return {i: crs for i, crs in found.items() if crs is not None}
 

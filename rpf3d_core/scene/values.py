@@ -1,4 +1,4 @@
-"""The value types of a scene, such as numbers, names, vectors, outlines and files, and their validators."""
+"""Types of values in a scene, such as numbers, names, vectors, outlines and files, with their checks."""
 
 import os
 from pathlib import Path
@@ -11,14 +11,14 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import polygon_of
 
 MOST_ROCKS = 4_000_000_000
-"""Largest number of rocks of a scene: a rock's number is a 32-bit word of the random streams."""
+"""Largest number of rocks of a scene, because a rock's number has 32 bits in the random streams."""
 
 MISSING_FILE = "missing_file"
-"""Type of the error for a missing file; the message then also shows the scene's `data_hint`."""
+"""Type of the error for a missing file, after which a message also shows the scene's `data_hint`."""
 
 
 def refuse(sentence: str, *at: str | int, kind: str = "refused") -> PydanticCustomError:
-    """Return an error whose message is `<key> <sentence>`.
+    """Return the error that refuses a value of a scene, with the message `<key> <sentence>`.
 
     at : path from the key being validated to the faulty key; kind : type of the error for pydantic
     """
@@ -52,7 +52,7 @@ def exactly_one(part: BaseModel, *names: str) -> None:
 
 
 def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the list items unchanged; refuse two items with the same name."""
+    """Return the items of a list unchanged, after a check that all have different names."""
     first: dict[str, int] = {}
     for i, part in enumerate(parts):
         if first.setdefault(part.name, i) != i:
@@ -64,7 +64,7 @@ def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _enclosing(corners: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Return corners in plan (N, 2) unchanged; refuse corners that are not a valid polygon with an area."""
+    """Return the corners (N, 2) of an outline unchanged, after a check that they are a polygon with an area."""
     try:
         polygon_of(corners)
     except InputError as fault:
@@ -105,7 +105,7 @@ else:
         Annotated[InputFile, Tag("[file]")] | Annotated[Places, Tag("[corners]")],
         Discriminator(lambda value: "[file]" if isinstance(value, str | Path) else "[corners]"),
     ]
-"""A line in plan: its corners, or the path of a GeoJSON file with lines."""
+"""A line in plan, as written in a scene: its corners, or the path of a GeoJSON file with lines."""
 
 
 class StrictModel(BaseModel):

@@ -1,4 +1,4 @@
-"""Find the material of a zone of the terrain: by the name of the zone, by a pattern, or by default."""
+"""Find the material of each zone of the terrain: by the zone's name, by a pattern, or by default."""
 
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -8,7 +8,7 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.model import Material, Scene
 
 MOST_NAMED = 12
-"""Largest number of zones in a message, because a pit has dozens of zones."""
+"""Largest number of zones that a message lists, because a pit has dozens of zones."""
 
 
 def material_of(scene: Scene, zone: str) -> Material:
@@ -23,7 +23,7 @@ def material_of(scene: Scene, zone: str) -> Material:
 
 
 def name_of_material(scene: Scene, zone: str) -> str:
-    """Return the name, in the scene, of the material of a zone.
+    """Return under which name the scene gives the material of a zone: the zone's name, a pattern, or `default`.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def name_of_material(scene: Scene, zone: str) -> str:
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of zone materials that use the default friction angle; () if no model needs the angle.
+    """Return the materials that use the default friction angle, for a warning; () if no model needs the angle.
 
     Raises
     ------
@@ -55,13 +55,13 @@ def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
 
 
 def words_on_friction(materials: Sequence[str]) -> str:
-    """Return a sentence on materials that use the default friction angle."""
+    """Return a warning about materials that use the default friction angle."""
     default = Material.model_fields["friction_angle_deg"].default
     return f"`friction_angle_deg` is not given for {', '.join(materials)}: the default of {default:g} degrees is used"
 
 
 def check_materials(scene: Scene, zones: Sequence[str]) -> None:
-    """Raise an error for a material that matches no zone of the terrain, because of a wrong name or a missing zone.
+    """Raise an error for a material that fits no zone of the terrain, because its name is wrong or a zone is missing.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Prepare a scene for a run: terrain, sources, materials, models and maps."""
+"""Prepare a scene for a run: read its files, build terrain, sources, models and maps, and refuse wrong input."""

@@ -1,4 +1,4 @@
-"""Areas of interest of a scene: polygons in plan, checked against the terrain."""
+"""Read the areas of interest of a scene, and check that they lie on the terrain."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,9 +21,9 @@ REACHED_BY = (
 
 
 def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
-    """Return the polygons of each area of interest, in plan coordinates of the input; errors as in `read_polygons`.
+    """Return the polygons of each area of interest, by name, in plan coordinates of the input.
 
-    Overlapping polygons of one area are united, so the overlap lies inside the area.
+    Errors are as in `read_polygons`. Overlapping polygons of one area are united, so the overlap lies inside the area.
     """
     return {area.name: _united(read_polygons(area.polygons)) for area in scene.areas_of_interest}
 
@@ -36,7 +36,7 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
 def area_outlines(
     scene: Scene, terrain: Terrain, areas: Mapping[str, MultiPolygon]
 ) -> dict[str, list[FloatArray]]:  # fmt: skip
-    """Return the outline rings (N, 2) m of each area of interest in the local frame, as from `local_outlines`.
+    """Return the outlines (N, 2) m of each area of interest in the local frame, after a check that it has terrain.
 
     areas : polygons from `read_areas`
 
@@ -56,7 +56,9 @@ def area_outlines(
 
 
 def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
-    """Return the outline rings (N, 2) m of the polygons in a file, in the local frame; overlapping polygons are united.
+    """Return the outlines (N, 2) m of the polygons in a file, in the local frame, after a check that they have terrain.
+
+    Overlapping polygons are united. key : the scene's key that names the file, for messages
 
     Raises
     ------
@@ -70,6 +72,6 @@ def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
 
 
 def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:
-    """Return the outer and inner rings (N, 2) m of polygons, converted from plan coordinates to the local frame."""
+    """Return the outlines (N, 2) m of polygons, holes included, converted from plan coordinates to the local frame."""
     rings = [ring for polygon in polygons.geoms for ring in (polygon.exterior, *polygon.interiors)]
     return [local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]

@@ -1,4 +1,4 @@
-"""Add the berms of a scene to its terrain."""
+"""Raise the terrain of a scene along the lines of its berms."""
 
 from itertools import pairwise
 
@@ -16,7 +16,7 @@ from rpf3d_core.terrain.sections import section_of
 from rpf3d_core.terrain.zones import with_zone
 
 ZONE = "berm_"
-"""Prefix of the zone names of berms."""
+"""Prefix of the zone names that berms get, followed by the number of the berm."""
 
 
 def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
@@ -41,7 +41,7 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
 
 
 def with_zones_of_berms(terrain: Terrain, berms: Terrain) -> Terrain:
-    """Return the terrain with the berm zones of a second terrain, which has the same facets.
+    """Return the terrain with berm zones copied from a second terrain, because later zones must not hide berms.
 
     terrain : terrain whose facets in a berm get the berm's zone; berms : terrain with the berm zones
     """

@@ -1,4 +1,4 @@
-"""Choose the smallest map cell if the scene gives no cell size: the rocks must be able to fill the cells."""
+"""Choose the cell size of the hazard maps if the scene states none: so large that the rocks can fill the cells."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -19,7 +19,7 @@ FIRST_ROUND = 1000
 
 
 def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> float:
-    """Return the smallest cell size (m) that the rocks of a scene can fill; 0 without sources.
+    """Return the smallest cell size (m) at which a scene's rocks are enough for percentiles; 0 without sources.
 
     The result is never larger than the coarsest useful cell.
     """
@@ -30,9 +30,10 @@ def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> flo
 
 
 def fewest_rocks(scene: Scene) -> int:
-    """Return the smallest number of rocks of a complete run; for `rocks: auto`, the number after all required rounds.
+    """Return the smallest number of rocks that a complete run of a scene may have, to choose the cell size.
 
-    The number is known before the first rock flies, and is equal in all parts of a run.
+    For `rocks: auto`, this is the number after all required rounds. The number is known before the first rock flies,
+    and is equal in all parts of a run.
     """
     rocks = sum(source.rocks for source in scene.sources)
     if scene.rocks != "auto":

@@ -1,4 +1,4 @@
-"""Replace the number of rocks, the engine and the seed of a scene by the choices of the caller."""
+"""Replace the number of rocks, the engine and the seed of a scene by the caller's, such as `--rocks` and `--seed`."""
 
 from pathlib import Path
 from typing import Literal
@@ -10,16 +10,19 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.scene.values import MOST_ROCKS
 
 Rocks = int | Literal["auto"] | None
-"""Total number of rocks: a number, auto to fly until the scene's target is reached, or None for the scene's setting."""
+"""A caller's total number of rocks: a number, "auto" to fly until the target is reached, None for the scene's."""
 
 
 def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """Return the scene with the choices of the caller; read the scene if its path is given. Errors: `with_choices`."""
+    """Return the scene (or read it from its path) with the caller's number of rocks, engine and seed.
+
+    Errors are as in `with_choices`.
+    """
     return with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
 
 
 def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """Return the scene with the choices of the caller; a choice of None keeps the setting of the scene.
+    """Return the scene with the caller's number of rocks, engine and seed; None keeps the setting of the scene.
 
     Raises
     ------

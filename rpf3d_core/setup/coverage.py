@@ -1,4 +1,4 @@
-"""Find how much of a polygon lies on the terrain, in plan."""
+"""Find how much of a polygon lies on the terrain in plan, to refuse or warn about misplaced polygons."""
 
 import numpy as np
 from shapely.geometry import MultiPolygon
@@ -11,11 +11,11 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.terrain.zones import covered, in_plan
 
 PIXELS = 500
-"""Number of pixels along the longer side of the polygons' box: enough for an error of about 1 % of a share."""
+"""Number of pixels along the longer side of the polygons' box; enough for an error of about 1 % of a share."""
 
 
 def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:
-    """True if no part of the polygons (plan coordinates of the input) lies on the terrain."""
+    """True if no part of the polygons lies on the terrain; polygons : in plan coordinates of the input."""
     plan = in_plan(terrain.frame, terrain.vertices)
     low_x, low_y, high_x, high_y = polygons.bounds
     near = plan[(plan[:, 0] >= low_x) & (plan[:, 0] <= high_x) & (plan[:, 1] >= low_y) & (plan[:, 1] <= high_y)]
@@ -26,7 +26,7 @@ def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:
 
 
 def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
-    """Return the share (-) of the polygons' area (plan coordinates of the input) that lies on the terrain."""
+    """Return how much of the polygons' area lies on the terrain (-); polygons : in plan coordinates of the input."""
     corners = local_plan(terrain.frame, np.reshape(polygons.bounds, (2, 2)))
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
     ground = seen_from_above(terrain, Window(left=left, right=right, bottom=bottom, top=top), PIXELS).facet >= 0
@@ -35,12 +35,12 @@ def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
     y = bottom + (np.arange(rows) + 0.5) / rows * (top - bottom)
     centres = np.stack([*np.meshgrid(x, y), np.zeros(ground.shape)], axis=-1).reshape(-1, 3)
     inside = covered(polygons, in_plan(terrain.frame, centres))
-    # A thin polygon may contain no pixel centre; then use all pixels of its box.
+    # A thin polygon may contain no pixel centre; then all pixels of its box are used.
     return float(ground.ravel()[inside if inside.any() else slice(None)].mean())
 
 
 def extents(terrain: Terrain, plan: FloatArray) -> str:
-    """Return the extent of points (..., 2) m and the extent of the terrain, in plan, as text for a message.
+    """Return where points (..., 2) m lie in plan and where the terrain lies, as text for a message.
 
     plan : plan coordinates of the input
     """

@@ -1,4 +1,4 @@
-"""Build the models and effects that a scene names, in the form for kernels; no other model or effect is imported."""
+"""Build the models and effects that a scene names; no other model or effect is imported."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from rpf3d_core.terrain.obstacles import Obstacles, all_of
 
 
 def models_of(scene: Scene, terrain: Terrain) -> Models:
-    """Return the models and effects of a scene, built for its terrain.
+    """Return the models and effects of a scene in the form that the flight loops read.
 
     Raises
     ------
@@ -34,7 +34,10 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
 
 
 def numbered(effects: list[Any]) -> list[Any]:
-    """Return the effects; the obstacles of all effects are numbered consecutively (fields `first`, `obstacles`)."""
+    """Return the effects with obstacle numbers assigned: trees and barriers of all effects are numbered through.
+
+    The numbers are in the fields `first` and `obstacles`.
+    """
     known, first = [], 0
     for effect in effects:
         if hasattr(effect, "first"):
@@ -54,7 +57,7 @@ def obstacles_of(scene: Scene, models: Models) -> Obstacles:
 
 
 def _built(model_spec: ModelSpec, scene: Scene, terrain: Terrain) -> object:
-    """Return the parameters of a model or effect as its physics class: the class whose rules the kernels call."""
+    """Return a model or effect as an object of its physics class, whose rules the flight loops call."""
     if model_spec.BUILDER is not None:
         return loaded(model_spec.BUILDER)(model_spec, scene, terrain)
     return model_spec.made()

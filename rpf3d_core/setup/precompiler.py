@@ -1,4 +1,4 @@
-"""Compile all loops of a run before the run calls them; a background process compiles some of the loops."""
+"""Compile the loops of a run before they are called; a background process compiles some of them at the same time."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ from rpf3d_core.simulation.engines import (
 
 
 class Precompiler:
-    """Compiles all loops of one run.
+    """Compiles all loops that one run needs, and measures the time.
 
     The loops that build the index, and the loops that find the ground below a rock, have the same types in all scenes.
     A background process compiles these loops while this process reads the terrain. The types of the loops that count
@@ -29,16 +29,16 @@ class Precompiler:
     """
 
     def __init__(self, background: BackgroundCompiler = NO_BACKGROUND) -> None:
-        """Order the compilation of the loops that have the same types in all scenes."""
+        """Start to compile, in the background, the loops that have the same types in all scenes."""
         self._background = background
         background.call(precompile_index, precompile_ground_below)
 
     def before_index(self) -> None:
-        """Wait until the loops that build the index are compiled; a callback for `prepared.prepare`."""
+        """Wait until the loops that build the search structure are compiled; `prepared.prepare` calls it."""
         self._background.wait(precompile_index)
 
     def compile(self, prepared: Prepared, tallies: Tallies, check: Callable[[], None] = lambda: None) -> float:
-        """Compile all loops of a prepared scene, end the background process, and return the wall time (s).
+        """Compile all loops of a prepared scene, end the background process, and return the time (s) it took.
 
         check : function that refuses wrong releases; called as early as possible, and not part of the returned time.
             The check needs the loop that finds the ground below a rock. While the background process still compiles
@@ -55,19 +55,19 @@ class Precompiler:
         seconds += _seconds(precompile_flights, engine, *physics)
         seconds += _seconds(precompile_ground_below, engine)
         seconds += _seconds(precompile_fragments, engine, flight)
-        seconds += _seconds(self._background.wait)  # for the loops of the tallies
+        seconds += _seconds(self._background.wait)  # the loops that count rocks
         return seconds + _seconds(tallies.precompile)
 
 
 @contextmanager
 def precompiler_of(scene: Scene) -> Iterator[Precompiler]:
-    """Yield the precompiler of a scene; a background process starts if the scene needs the compiled engine."""
+    """Yield the precompiler of a scene; it starts a background process if the scene needs the compiled engine."""
     with background_compiler(*([visit_all] if engine_name(scene) == Compiled.name else [])) as background:
         yield Precompiler(background)
 
 
 def _seconds(function: Callable[..., Any], *args: Any) -> float:
-    """Call a function and return the wall time (s) of the call."""
+    """Return the time (s) that a call of a function takes."""
     began = time.perf_counter()
     function(*args)
     return time.perf_counter() - began

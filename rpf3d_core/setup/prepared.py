@@ -1,4 +1,4 @@
-"""Prepare a scene for a run: read the terrain, build locator, ground, sources and maps, and refuse wrong input."""
+"""Prepare a scene for a run: read the terrain, build search structure, sources and maps, and refuse wrong input."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -82,7 +82,7 @@ class Prepared:
 
 
 def prepare(scene: Scene, before_index: Callable[[], None] | None = None) -> Prepared:
-    """Read all files that a scene names and build everything needed to fly its rocks.
+    """Read all files that a scene names, and return everything that is needed to fly its rocks.
 
     before_index : called before the locator is built; see `precompiler.Precompiler`
 
@@ -110,7 +110,7 @@ def prepare(scene: Scene, before_index: Callable[[], None] | None = None) -> Pre
 
 
 def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
-    """Read the small files of a scene to check them, before the large terrain file is read.
+    """Read the small files of a scene to find errors in them before the large terrain file is read.
 
     Returns
     -------
@@ -130,7 +130,7 @@ def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
 
 
 def check_engine(scene: Scene) -> None:
-    """Refuse an engine that is not available.
+    """Refuse a scene that asks for an engine which is not available.
 
     Raises
     ------
@@ -142,24 +142,24 @@ def check_engine(scene: Scene) -> None:
 
 
 def engine_for(scene: Scene, rocks: int) -> str:
-    """Return the name of the engine that flies the given number of rocks of a scene."""
+    """Return the name of the engine that flies a given number of rocks of a scene, such as "compiled"."""
     return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == COULOMB_SPHERE)
 
 
 def engine_name(scene: Scene) -> str:
-    """Return the name of the engine that flies the rocks of a scene."""
+    """Return the name of the engine that a run of the scene uses, such as "compiled"."""
     rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
     return engine_for(scene, rocks)
 
 
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
-    """Return the scene's engine with its locator over the terrain and the scene's method of finding contacts."""
+    """Return the engine of a scene, with its search structure over the terrain and the scene's contact method."""
     engine, steps = engine_over(engine_name(scene), terrain, facets_of(terrain)), scene.method.stepping
     return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 
 
 def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
-    """Return the flight settings of a scene: the materials of the zones, the settings and the models.
+    """Return everything about the flights of a scene except the terrain: materials, settings and models.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:
-    """Return the ground coefficients of one zone, as fixed or random numbers."""
+    """Return the ground coefficients of a zone from its material, as fixed or random numbers."""
     material = material_of(scene, zone)
     return DrawnSurface(
         R_n=distribution_of(material.normal_restitution),
@@ -191,7 +191,7 @@ def _surface(scene: Scene, zone: str) -> DrawnSurface:
 def scene_raster(
     scene: Scene, terrain: Terrain, box: tuple[Vec, Vec] | None = None, sources: Sequence[Source] = ()
 ) -> Raster:
-    """Return the raster of the scene's maps.
+    """Return the raster of the hazard maps of a scene, after a check of the memory that it needs.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def scene_raster(
 
 
 def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
-    """Return the releases of rocks: for each source, the rocks whose numbers are in the range of this source.
+    """Return the releases of the rocks whose numbers are in `ranges`, with one range for each source.
 
     Raises
     ------
@@ -228,7 +228,7 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
 
 
 def places_of(prepared: Prepared) -> list[int]:
-    """Return the number of release points of each source; 1 for a source with random places (line or area).
+    """Return how many release points each source has; 1 for a source with random places (line or area).
 
     Rocks use the points of a source in turn.
     """
@@ -237,7 +237,7 @@ def places_of(prepared: Prepared) -> list[int]:
 
 
 def check_releases(prepared: Prepared, releases: Releases) -> None:
-    """Refuse rocks that start under the ground or off the terrain.
+    """Refuse to fly rocks that start under the ground or off the terrain.
 
     Raises
     ------
@@ -252,7 +252,7 @@ def check_releases(prepared: Prepared, releases: Releases) -> None:
 
 
 def empty_tallies(prepared: Prepared) -> Tallies:
-    """Return the counters (tallies) for the maps of a scene, with no rock counted."""
+    """Return empty counts (tallies) for the hazard maps of a scene."""
     scene, engine = prepared.scene, prepared.engine
     compiled = isinstance(engine, Compiled)
     facets = engine.facets if compiled else facets_of(prepared.terrain)
@@ -268,7 +268,7 @@ def empty_tallies(prepared: Prepared) -> Tallies:
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:
-    """Return scales for the bins of all results of a scene; all parts of a run have equal scales and can be merged."""
+    """Return the bins for percentiles that cover all results of a scene; all parts of a run have the same bins."""
     facets, sources = prepared.engine.facets, prepared.sources
     fastest = max((_fastest(source) for source in sources), default=0.0)
     highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
@@ -277,28 +277,32 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
 
 
 def _highest(source: Source, top: float) -> float:
-    """Return an upper bound of the release altitudes (m) of a source; top : highest altitude (m) of the terrain."""
+    """Return an upper bound of the release altitudes (m) of a source, to size the bins.
+
+    top : highest altitude (m) of the terrain
+    """
     above = source.spread[2] + (source.above_ground or 0.0)
     on_ground = source.above_ground is not None or source.triangles is not None
     return (top if on_ground else float(source.points[:, 2].max())) + above
 
 
 def _fastest(source: Source) -> float:
-    """Return an upper bound (m/s) of the release speeds of a source."""
+    """Return an upper bound of the release speeds (m/s) of a source, to size the bins."""
     if source.throw is not None:
         return source.throw.speed.high
     return float(np.linalg.norm(source.velocity) + np.linalg.norm(source.velocity_spread))
 
 
 def empty_totals(prepared: Prepared) -> Totals:
-    """Return the totals of a scene, with no rock counted."""
+    """Return empty totals for the rocks of a scene: outcomes, speeds, energies and distances."""
     return Totals(position=position_of_stops(prepared), spins=spins_of(prepared.flight.models))
 
 
 def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:
-    """Return the function that measures stops along the direction of the observed stops; None without observed stops.
+    """Return the function that measures where rocks stop along the direction of the observed end points.
 
-    The function takes points (N, 3) m in the local frame, and returns positions (N,) m.
+    Return None if the scene has no observed end points. The function takes points (N, 3) m in the local frame, and
+    returns positions (N,) m.
     """
     observed = prepared.scene.observed
     return None if observed is None else position_along(observed, prepared.terrain.frame)

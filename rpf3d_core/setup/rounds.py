@@ -1,4 +1,4 @@
-"""Divide the rocks of a run into rounds: one round of all rocks, doubling rounds, or parts."""
+"""Divide the rocks of a run into rounds that fly one after another, or into parts for several workers."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -10,24 +10,24 @@ from rpf3d_core.setup.cells import FIRST_ROUND
 
 
 class Round(NamedTuple):
-    """The rocks of one round: for each source, the number of its first rock and the number after its last rock."""
+    """The rocks of one round or part: for each source, the number of its first rock and the number after its last."""
 
     first: Sequence[int]
     last: Sequence[int]
 
     @property
     def rocks(self) -> int:
-        """Number of rocks that fly in the round."""
+        """The number of rocks that fly in the round, over all sources."""
         return sum(self.last) - sum(self.first)
 
 
 def rounds_up_to(totals: Sequence[Sequence[int]]) -> list[Round]:
-    """Return rounds from cumulative totals: after round i, each source has flown totals[i] rocks."""
+    """Return rounds from the totals after each round: after round i, each source has flown totals[i] rocks."""
     return [Round(first, last) for first, last in pairwise([[0] * len(totals[0]), *totals])]
 
 
 def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Round]:
-    """Return rounds, each of which doubles the number of flown rocks, up to a total of `most` rocks.
+    """Return rounds that each double the number of flown rocks, up to a total of `most` rocks.
 
     The first round has the counts of `first` even if their sum is above `most`, because a result needs at least one
     rock from each source. If the total of all rounds is below `least`, one more round raises the total to at least
@@ -42,7 +42,7 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
 
 
 def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
-    """Return one round of all rocks of a scene or, for `rocks: auto`, doubling rounds, up to `most_rocks`.
+    """Return the rounds of a run: one round of all rocks or, for `rocks: auto`, doubling rounds up to `most_rocks`.
 
     points : number of release points of each source, 1 for random places. The first round uses all points, so that its
         result does not depend on the first points only.
@@ -56,9 +56,9 @@ def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
 
 
 def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:
-    """Return the rocks of each part: an equal share of the rocks of every source. Parts without rocks are left out.
+    """Return the rocks of each part of a run: an equal share of every source's rocks.
 
-    counts : number of rocks of each source
+    Parts without rocks are left out. counts : number of rocks of each source
     """
     totals = [[k * n // parts for n in counts] for k in range(1, parts + 1)]
     return [part for part in rounds_up_to(totals) if part.first != part.last]

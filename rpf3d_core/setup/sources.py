@@ -1,4 +1,4 @@
-"""Convert the sources and rocks of a scene for the ensemble: local frame of the terrain, angles in radians."""
+"""Convert the sources and rocks of a scene into the form for flights: local frame, angles in radians."""
 
 import math
 from fnmatch import fnmatchcase
@@ -26,7 +26,9 @@ NO_POINTS = np.empty((0, 3))
 
 
 def scene_sources(scene: Scene, terrain: Terrain) -> list[Source]:
-    """Return all sources of a scene in order, including sources without rocks: random draws depend on the source index.
+    """Return all sources of a scene in order, in the local frame, ready to release rocks.
+
+    Sources without rocks are included, because random draws depend on the index of a source.
 
     Raises
     ------
@@ -37,7 +39,7 @@ def scene_sources(scene: Scene, terrain: Terrain) -> list[Source]:
 
 
 def read_source_files(scene: Scene) -> None:
-    """Read the files of the sources to check them.
+    """Read the files of a scene's sources to find errors in them before the large terrain file is read.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def read_source_files(scene: Scene) -> None:
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
-    """Return the spherical rock from its density and its diameter, mass or volume; a DrawnRock for random sizes."""
+    """Return the spherical rock of a scene from density and diameter, mass or volume; a DrawnRock for random sizes."""
     measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
@@ -65,7 +67,7 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
 
 
 def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
-    """Return one source in the local frame."""
+    """Return one source of a scene in the local frame, ready to release rocks."""
     spec, frame = scene.sources[number], terrain.frame
     return Source(
         name=spec.name,
@@ -82,7 +84,7 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
 
 
 def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
-    """Return the points (P, 3) m of a source in the local frame; no points for an area."""
+    """Return the release points (P, 3) m of a source in the local frame; none for a source with an area."""
     if spec.points_file:
         return frame.points_to_local(source_points(spec, frame.up))
     written = spec.points or spec.line
@@ -90,7 +92,7 @@ def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
 
 
 def _throw(spec: SourceSpec) -> Throw | None:
-    """Return the release speed and direction of a source; None if the source gives a velocity vector."""
+    """Return the release speed and direction of a source in radians; None if it has a velocity vector instead."""
     if spec.speed is None:
         return None
     return Throw(
@@ -102,7 +104,10 @@ def _throw(spec: SourceSpec) -> Throw | None:
 
 
 def _triangles(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles | None:
-    """Return the triangles on which a source with an area (polygon or zone) releases rocks; None for other sources."""
+    """Return the triangles on which a source with an area releases rocks; None for other sources.
+
+    The area is a polygon or a zone.
+    """
     spec = scene.sources[number]
     if spec.polygon is not None:
         return _within_polygon(scene, number, terrain)
@@ -110,7 +115,7 @@ def _triangles(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles 
 
 
 def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
-    """Return the parts of facets within a source's polygon."""
+    """Return the parts of the terrain's facets inside a source's polygon, on which its rocks start."""
     plan = plan_triangles(source_outline(scene, number))
     parts = facets_within(terrain.vertices[terrain.triangles], local_plan(terrain.frame, plan))
     if not len(parts):
@@ -119,7 +124,7 @@ def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> ReleaseTrian
 
 
 def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
-    """Return the facets in the zone of a source that are at least as steep as the source requires."""
+    """Return the facets of a source's zone that are steep enough, on which its rocks start."""
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg
     fits = np.array([name == pattern or fnmatchcase(name, pattern) for name in terrain.zones])
@@ -135,13 +140,13 @@ def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangl
 
 
 def _slopes(corners: FloatArray) -> FloatArray:
-    """Return the slopes (F,) of facets (F, 3, 3), degrees from the horizontal; overhangs have more than 90."""
+    """Return the slopes (F,) of facets (F, 3, 3) in degrees from the horizontal; overhangs have more than 90."""
     x, y, z = normals_of(corners).T
     return np.asarray(np.degrees(np.arctan2(np.hypot(x, y), z)))
 
 
 def source_outline(scene: Scene, number: int) -> MultiPolygon:
-    """Return the polygons of a source, in the input's plan coordinates.
+    """Return the polygons of a source in the plan coordinates of the input, from the scene or a file.
 
     Raises
     ------
@@ -158,11 +163,11 @@ def source_outline(scene: Scene, number: int) -> MultiPolygon:
 
 
 def _refused(scene: Scene, number: int, key: str, sentence: str) -> InputError:
-    """Return the error that refuses one key of a source."""
+    """Return the error for a wrong value of a source, with the key of the value."""
     return InputError(f"{scene.path}: `sources[{number}].{key}` {sentence}")
 
 
 def _vector(values: Any) -> Vec:
-    """Return three numbers as a tuple of floats; -0.0 becomes 0.0."""
+    """Return three numbers as a tuple of floats; -0.0 becomes 0.0, so that equal input gives equal bits."""
     x, y, z = (float(value) + 0.0 for value in values)
     return x, y, z

@@ -1,4 +1,4 @@
-"""Read the terrain of a scene from files or a synthetic pit, as a welded mesh with consistent winding."""
+"""Read the terrain of a scene from files, or make a synthetic pit: one welded mesh with all facets facing alike."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +24,7 @@ from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 
 BLOCK = 2**14
-"""Number of points that are rotated at a time, so that they stay in the cache of the processor."""
+"""Number of points that are rotated at a time, so that they stay in the processor's cache."""
 
 
 def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
@@ -53,7 +53,7 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
 
 
 def read_surface(path: Path) -> FileMesh:
-    """Return the checked triangles of one terrain file with their points, in the file's coordinates.
+    """Return the points and triangles of one terrain file after checks, in the file's coordinates.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def _dug_pit(pit: Pit) -> tuple[Terrain, tuple[str, ...]]:
 
 
 def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
-    """Return the terrain of all files as one welded mesh with the winding of the files, and the file names."""
+    """Return the terrain of all files as one welded mesh, and the file names; the winding is still the files' own."""
     files = spec.files or ()
     for file in files:
         if spec.up != "z" and _extension(file.path) in DEM_EXTENSIONS:
@@ -120,7 +120,7 @@ def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
 
 
 def _corners(surfaces: list[FileMesh]) -> Index | None:
-    """Return the point indices (F, 3) of all facets; None if no two facets share a point."""
+    """Return the corners of all facets as point numbers (F, 3); None if no two facets share a point."""
     if all(surface.triangles is None for surface in surfaces):
         return None
     parts, begin = [], 0

@@ -1,4 +1,4 @@
-"""Warnings about scene settings that are valid but suspicious."""
+"""Warn about settings of a scene that are valid but suspicious, such as a value in a wrong unit."""
 
 from collections.abc import Iterator
 
@@ -9,17 +9,29 @@ from rpf3d_core.scene.sphere import SPHERE_GROUND
 from rpf3d_core.setup.sources import rock_of
 
 LEAST_FRICTION = 1.0
-"""Smallest plausible friction angle (degrees); ice on ice has 2. A smaller value is probably radians or a tangent."""
+"""Smallest plausible friction angle (degrees); a smaller value is probably in radians, or a tangent.
+
+Ice on ice has 2 degrees.
+"""
 LEAST_STEM = 2.0
-"""Smallest plausible stem diameter (cm); such a thin stem stops no rock. A smaller value is probably in metres."""
+"""Smallest plausible stem diameter (cm); a smaller value is probably in metres.
+
+A thinner stem would stop no rock.
+"""
 LEAST_DENSITY = 100.0
-"""Smallest plausible rock density (kg/m^3); pumice has 250. A smaller value is probably in t/m^3."""
+"""Smallest plausible rock density (kg/m^3); a smaller value is probably in t/m^3.
+
+Pumice has 250 kg/m^3.
+"""
 LEAST_TERMINAL_SPEED = 1.0
-"""Smallest plausible sink speed (m/s) in a drag layer: a slower rock needs half a minute for a layer of 30 m."""
+"""Smallest plausible sink speed (m/s) of rocks in a drag layer.
+
+A slower rock needs half a minute for a layer of 30 m.
+"""
 
 
 def warnings_of(scene: Scene) -> Iterator[str]:
-    """Yield a sentence for each probable mistake: a wrong unit, a key without effect, or an unsuitable setting."""
+    """Yield a warning for each probable mistake in a scene: a wrong unit, a key without effect, a poor choice."""
     if scene.rock.density < LEAST_DENSITY:
         yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
     for name, material in scene.materials.items():
@@ -47,7 +59,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
 
 
 def _rolling(scene: Scene) -> Iterator[str]:
-    """Yield a sentence for each material without rolling friction, if the scene lets spheres roll."""
+    """Yield a warning for each material without rolling friction, if the scene lets spheres roll."""
     if scene.ground.name != SPHERE_GROUND:
         return
     for name, material in scene.materials.items():
@@ -61,7 +73,10 @@ def _rolling(scene: Scene) -> Iterator[str]:
 
 
 def _floating(scene: Scene) -> Iterator[str]:
-    """Yield a sentence if the lightest rock, or fragment, sinks in the drag layer at less than LEAST_TERMINAL_SPEED."""
+    """Yield a warning if the lightest rock or fragment would nearly float in the drag layer.
+
+    Its sink speed is then below LEAST_TERMINAL_SPEED.
+    """
     layer, breaking = scene.effects.drag_layer, scene.effects.fragmentation
     if layer is None or layer.coefficient == 0.0:
         return

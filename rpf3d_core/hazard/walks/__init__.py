@@ -1,1 +1,1 @@
-"""Walk the track of a rock over cells and facets, and gather the rock's visits to them."""
+"""Follow the path of a rock over map cells and facets, and record the rock's visit to each of them."""

@@ -1,8 +1,9 @@
-"""Walk a track from facet to facet across their shared sides, where the terrain is one sheet in plan.
+"""Follow a path from facet to facet across shared sides, where no facet lies above another (a sheet): the fast way.
 
-Each corner of a facet lies to the left or right of the track's line in plan; a corner on the line counts as left. So
-the line enters each facet through exactly one side and leaves it through exactly one other side. Neighbouring facets
-find the same crossing of their shared side, however thin the facets are.
+A track is a part of a path that is straight in plan. Each corner of a facet lies to the left or right of the track's
+line in plan; a corner on the line counts as left. So the line enters each facet through exactly one side and leaves it
+through exactly one other side. Neighbouring facets find the same crossing of their shared side, however thin the facets
+are.
 """
 
 from typing import Any, NamedTuple
@@ -23,11 +24,11 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import REACH
 
 NOWHERE = -1
-"""Stands in place of a facet's number: the track cannot be walked over the sheet from here."""
+"""Value in place of a facet's number: the path cannot be followed over the sheet from here."""
 
 
 class FacetCrossing(NamedTuple):
-    """Crossing of facet f by the line of a track, which leaves the facet through side k.
+    """How the line of a track crosses facet number f: it leaves the facet through side k.
 
     al, cl : place along and across the line (`over_facet.along_across`) of the corner to the left of the exit, m^2/s
     ar, cr : place along and across the line of the corner to the right of the exit, m^2/s
@@ -42,11 +43,14 @@ class FacetCrossing(NamedTuple):
 
 
 NO_CROSSING = FacetCrossing(f=NOWHERE, k=0, al=0.0, cl=0.0, ar=0.0, cr=0.0)
-"""No crossing of any facet."""
+"""Value for no crossing of any facet."""
 
 
 class Cursor(NamedTuple):
-    """The square below the track: column, row, times (s) at which the track leaves them, index of the rock's visit."""
+    """The map cell below the track, with the times (s) at which the track leaves its column and row.
+
+    visit : index of the rock's visit to this cell
+    """
 
     i: int
     j: int
@@ -57,11 +61,11 @@ class Cursor(NamedTuple):
 
 @kernel
 def walk_sheet(walk: Walk, at: int) -> tuple[int, float]:
-    """Visit every facet that the track passes over, and its zone; record the height above the facets in the squares.
+    """Record a visit to every facet, and its zone, that a track passes over; record the rock's height in map cells.
 
     at : the facet over which the track may begin, NOWHERE if unknown
-    Returns the facet over which the track ends and the track's duration (s). If the walk stops before the end of the
-    track, returns NOWHERE and the time (s) at which the walk stopped.
+    Returns the facet over which the track ends and the track's duration (s). If the terrain is no sheet somewhere,
+    returns NOWHERE and the time (s) until which the track was followed.
     """
     ground, track = walk.ground, walk.track
     arc = track.arc
@@ -70,7 +74,7 @@ def walk_sheet(walk: Walk, at: int) -> tuple[int, float]:
     if passed.f == NOWHERE:
         return NOWHERE, walked
     cursor = _cursor_at(ground.raster, walk.scratch.squares, track)
-    for _ in range(len(ground.facets.zone)):  # a line crosses a facet once
+    for _ in range(len(ground.facets.zone)):  # a line crosses a facet only once
         leave = crossing(passed.al, passed.cl, passed.ar, passed.cr) / speed2
         until = min(leave, track.duration)
         if until > walked:
@@ -86,7 +90,7 @@ def walk_sheet(walk: Walk, at: int) -> tuple[int, float]:
 
 @kernel
 def _crossing_from(ground: WalkedTerrain, arc: Arc, at: int) -> FacetCrossing:
-    """Return the crossing of the facet over which an arc begins: `at`, or else a facet in the bucket of its start."""
+    """Return how an arc crosses the facet over which it begins: facet `at`, or else a facet found by search."""
     passed = _crossing_over(ground, arc, at) if at != NOWHERE else NO_CROSSING
     locator = ground.locator
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
@@ -101,10 +105,10 @@ def _crossing_from(ground: WalkedTerrain, arc: Arc, at: int) -> FacetCrossing:
 
 @kernel
 def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
-    """Return the crossing of facet f by the line of an arc, if the line has entered facet f when the arc starts.
+    """Return how the line of an arc crosses facet f, if the arc begins over this facet or has passed it.
 
-    Returns NO_CROSSING otherwise, and if other facets lie above or below facet f. If the line has already left facet f
-    when the arc starts, the walk continues over the facets beyond.
+    Returns NO_CROSSING if the line has not entered facet f when the arc starts, and if other facets lie above or below
+    facet f. If the line has already left facet f when the arc starts, the track is followed over the facets beyond.
     """
     facets = ground.facets
     a0, c0 = along_across(facets, f, 0, arc)
@@ -126,9 +130,10 @@ def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
 
 @kernel
 def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> FacetCrossing:
-    """Return the crossing of the facet beyond the exit; NO_CROSSING if the walk cannot continue there.
+    """Return how the track crosses the next facet, beyond the side where it left the last facet.
 
-    Side m of the next facet runs from the corner to the left of the exit to the corner to the right.
+    Returns NO_CROSSING if the track cannot be followed there. Side m of the next facet runs from the corner to the left
+    of the exit to the corner to the right.
     """
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, passed.f, passed.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
@@ -142,7 +147,7 @@ def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> 
 
 @kernel
 def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> Cursor:
-    """Visit facet f and its zone between two times of the track (s), and record the height above it in the squares."""
+    """Record a visit to facet f, and its zone, between two times of the track (s), and the height in map cells."""
     ground, squares, track = walk.ground, walk.scratch.squares, walk.track
     c, b = above_plane(ground.facets, f, track.arc)
     gravity, begin, most = track.arc.gravity, low, -np.inf
@@ -163,7 +168,7 @@ def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> C
 
 @kernel
 def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
-    """Return the square over which a track begins."""
+    """Return the map cell over which a track begins."""
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)
@@ -172,7 +177,7 @@ def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
 
 @kernel
 def _next_cursor(raster: Raster, squares: Visits, track: Track, cursor: Cursor) -> Cursor:
-    """Return the square that a track reaches next."""
+    """Return the map cell that a track reaches next."""
     v = track.arc.v
     i, j = next_square(cursor.i, cursor.j, cursor.leave_i, cursor.leave_j, v)
     return _cursor(raster, squares, track, i, j, pace_of(v[0]), pace_of(v[1]))

@@ -1,7 +1,8 @@
-"""Walk a track over facets bucket by bucket, on any terrain: overhangs, holes, one terrain above another.
+"""Follow a path over facets by searching square by square, on any terrain: the slow way, for overhangs and holes.
 
-The facet under a rock is the facet straight below it in plan. On a bench face as steep as 70 degrees a raster shows
-little; the facets show where the rock flew. A vertical facet has no area in plan: only an impact is a visit to it.
+A bucket is a square of the search structure, with the list of facets in it. The facet under a rock is the facet
+straight below it in plan. On a bench face as steep as 70 degrees a raster shows little; the facets show where the rock
+flew. A vertical facet has no area in plan: only an impact is a visit to it.
 """
 
 from typing import Any
@@ -22,12 +23,12 @@ from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 
 OVERLAP = 1e-9
-"""Share of the duration of a part of a track by which two facets may seem to overlap because of rounding."""
+"""Share of a part's duration (-) by which two facets may seem to overlap because of rounding."""
 
 
 @kernel
 def walk_buckets(walk: Walk, begin: float) -> None:
-    """Visit every facet that the track passes over from `begin` (s) on, and its zone; record heights in the squares."""
+    """Record a visit to every facet, and its zone, that a track passes over from `begin` (s) on, and the heights."""
     ground, track = walk.ground, walk.track
     locator, x, v = ground.locator, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * begin, locator.x, locator.cell, locator.nx)
@@ -47,7 +48,7 @@ def walk_buckets(walk: Walk, begin: float) -> None:
 
 @kernel
 def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> None:
-    """Visit the facets under the part of the track that lies over the bucket in column i and row j."""
+    """Record visits to the facets under the part of the track over the bucket in column i and row j."""
     spans = walk.scratch.spans
     used = _spans_over(walk.ground, spans, walk.track, i, j, begin, leave)
     if _overlapping(spans, used, OVERLAP * (leave - begin)):
@@ -60,7 +61,7 @@ def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> Non
 
 @kernel
 def _visit_what_is_below(walk: Walk, used: int) -> None:
-    """Visit only the facet straight below the track at each time, where facets overlap in plan.
+    """Record visits where facets lie above each other: only to the facet straight below the track at each time.
 
     Facets overlap at an overhang, if one terrain lies above another, or if the track runs along an edge. The facet
     straight below changes only where a facet begins or ends: between two such times, one query is enough.
@@ -78,7 +79,7 @@ def _visit_what_is_below(walk: Walk, used: int) -> None:
 
 @kernel
 def _sorted_cuts(spans: Spans, used: int) -> int:
-    """Sort the times at which spans begin and end into `cuts`; return their number."""
+    """Sort the times at which the track enters and leaves facets into `spans.cuts`; return their number."""
     for s in range(2 * used):
         time, k = spans.times[s // 2, s % 2], s
         while k > 0 and spans.cuts[k - 1] > time:
@@ -90,7 +91,7 @@ def _sorted_cuts(spans: Spans, used: int) -> int:
 
 @kernel
 def _overlapping(spans: Spans, used: int, slack: float) -> bool:
-    """True if two of the spans overlap by more than `slack` (s)."""
+    """True if the track is over two facets at once for more than `slack` (s)."""
     for s in range(used):
         for r in range(s):
             if min(spans.times[s, 1], spans.times[r, 1]) - max(spans.times[s, 0], spans.times[r, 0]) > slack:
@@ -100,7 +101,7 @@ def _overlapping(spans: Spans, used: int, slack: float) -> bool:
 
 @kernel
 def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> None:
-    """Visit facet f and its zone between two times of a track (s), and record the height in the squares.
+    """Record a visit to facet f, and its zone, between two times of a track (s), and the height in map cells.
 
     height : largest height (m) above facet f between the two times
     """
@@ -110,7 +111,7 @@ def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> N
 
 @kernel
 def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
-    """Find the facets of a bucket that lie under a part of a track, not above the track; return their number."""
+    """Find the facets of a bucket that lie below a part of a track; return their number."""
     locator, facets, arc = ground.locator, ground.facets, track.arc
     bucket = j * locator.nx + i
     probe = probe_of(grid_of(locator), i, j, position(arc, begin), position(arc, leave))
@@ -134,7 +135,7 @@ def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: in
 def _note_heights(
     ground: WalkedTerrain, squares: Visits, track: Track, f: int, low: float, high: float, most: float
 ) -> None:
-    """Record in each square that a track crosses between two times (s) the largest height above facet f there.
+    """Record in each map cell that a track crosses between two times (s) its largest height above facet f there.
 
     most : the largest of these heights (m), which applies to a track that stays in one square
     """

@@ -1,4 +1,4 @@
-"""The figures of a cell without its bins, in one cache line of 64 bytes, which is fetched and written as a whole.
+"""Store the counts of a cell, except bins, in one cache line of 64 bytes, because memory access limits the speed.
 
 Sums, and counts that may exceed 2^32, have 64 bits. Distinct rocks and deposits, which never exceed the rocks, have 32
 bits. Largest values have single precision. So three arrays view the same memory.
@@ -11,9 +11,9 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 
 LINE = 64
-"""Bytes of a cache line."""
+"""Size (bytes) of a cache line of the processor."""
 LINE_ROCKS, LINE_DEPOSITS = 0, 1
-"""Columns of `CacheLines.short`."""
+"""Columns of `CacheLines.short`: numbers of rocks and of deposits."""
 LINE_PASSAGES, LINE_IMPACTS, LINE_SUMS = 1, 2, 3
 """Columns of `CacheLines.long`: two counts, then the sums of energy, speed and height."""
 LINE_MOST, LINE_FIRST = 12, 15
@@ -21,7 +21,7 @@ LINE_MOST, LINE_FIRST = 12, 15
 
 
 class CacheLines(NamedTuple):
-    """S cache lines, viewed as whole numbers of 64 bits (S, 8), of 32 bits (S, 16), and as single precision (S, 16)."""
+    """The counts of S cells, seen as whole numbers of 64 bits (S, 8), of 32 bits (S, 16), and as float32 (S, 16)."""
 
     long: Any
     short: Any
@@ -29,12 +29,12 @@ class CacheLines(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The figures of S cells without bins, column by column.
+    """The counts of S cells without bins, as separate arrays.
 
     cell : (S,); rocks, passages, impacts, deposits : (S,) counts
     sums : (S, 3) of energy, speed and height, in the tally's units; most : (S, 3) float32, the largest of each, J, m/s
     and m; first : (S,) float32, earliest arrival, s
-    ways : (S, 2) as in `hazard.walks.ways`; None if not gathered
+    ways : (S, 2) as in `hazard.walks.ways`; None if not counted
     """
 
     cell: IntArray
@@ -49,16 +49,16 @@ class Found(NamedTuple):
 
 
 def empty_lines(room: int) -> CacheLines:
-    """Return `room` empty cache lines; unused lines take no memory."""
+    """Return empty counts for `room` cells; unused memory is not allocated by the system."""
     words = LINE // 8
     memory = np.zeros((room + 1) * words, dtype=np.int64)
-    ahead = -memory.ctypes.data % LINE // 8  # so that each line fills exactly one line of the cache
+    ahead = -memory.ctypes.data % LINE // 8  # so that the counts of a cell fill exactly one cache line
     long = memory[ahead : ahead + room * words].reshape(room, words)
     return CacheLines(long=long, short=long.view(np.uint32), single=long.view(np.float32))
 
 
 def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
-    """Return the figures of cells (N,) from their cache lines at places (N,)."""
+    """Return the counts of cells (N,) as separate arrays, from the rows `place` (N,) of the cache lines."""
     long = lines.long[place]
     short, single = long.view(np.uint32), long.view(np.float32)
     return Found(
@@ -74,7 +74,7 @@ def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
 
 
 def add_found(lines: CacheLines, place: IntArray, found: Found) -> None:
-    """Add the figures of N cells to the lines at distinct places (N,).
+    """Add the counts of N cells to the counts in distinct rows `place` (N,).
 
     Counts and sums add up; the largest values and the earliest arrival are kept.
     """

@@ -1,4 +1,4 @@
-"""The terrain over which tracks are walked, with its search index and the raster of the maps."""
+"""The terrain below the paths, with its search structure and the raster of the maps."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from rpf3d_core.terrain.facets import Facets, plain
 
 
 class WalkedTerrain(NamedTuple):
-    """The facets with their buckets, the neighbours of facets in plan, and the raster of the maps."""
+    """Everything below the paths: facets with their search structure, neighbours of facets, and raster of the maps."""
 
     facets: Facets
     locator: BucketLocator
@@ -19,14 +19,14 @@ class WalkedTerrain(NamedTuple):
 
 
 def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> WalkedTerrain:
-    """Return the terrain for walks; the neighbours of all facets are still unknown."""
+    """Return the terrain below the paths, before any neighbours of facets are known; they are found when needed."""
     return WalkedTerrain(facets=facets, locator=locator, sheet=unknown_sheet(facets, locator), raster=raster)
 
 
 def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, changed: Block) -> WalkedTerrain:
-    """Return the terrain for walks after facets in some buckets have changed; do not use `before` afterwards.
+    """Return the terrain below the paths after some facets have changed; `before` must not be used afterwards.
 
-    The result reuses the memory of `before`.
+    changed : the buckets (search squares) with changed facets. The result reuses the memory of `before`.
     """
     return WalkedTerrain(
         facets=facets, locator=locator, sheet=sheet_after(before.sheet, facets, locator, changed), raster=before.raster
@@ -34,5 +34,5 @@ def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, 
 
 
 def plain_ground(ground: WalkedTerrain) -> WalkedTerrain:
-    """Return the terrain for walks in plain Python, which reads single numbers faster from memoryviews than arrays."""
+    """Return the terrain in a form that is faster in plain Python: single numbers are read from memoryviews."""
     return ground._replace(facets=plain(ground.facets), sheet=plain(ground.sheet))

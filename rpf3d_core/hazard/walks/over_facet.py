@@ -1,4 +1,4 @@
-"""An arc over one facet: the times over it in plan, and the height above it. Exact times, no samples."""
+"""Find when an arc is over a facet in plan, and how high above it: exact times, no samples."""
 
 import math
 
@@ -11,13 +11,15 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, subtract
 
 VERTICAL = 1e-7
-"""Vertical component of the unit normal (-) below which a facet counts as vertical, without area in plan. A wall 20 m
-high would be 2 um wide in plan, and the height above its plane would be a rounding error."""
+"""Vertical part of the unit normal (-) below which a facet counts as vertical, without area in plan.
+
+A wall 20 m high would be 2 um wide in plan, and the height above its plane would be a rounding error.
+"""
 
 
 @kernel
 def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
-    """Return begin and end (s) of an arc's passage over facet f in plan, within two times; end <= begin if none.
+    """Return when an arc is over facet f in plan: begin and end (s), within two times; end <= begin if never.
 
     The arc is a straight line in plan. The line enters and leaves a triangle through the two edges whose ends
     lie on different sides of the line. The places of these ends along and across the line give the crossings.
@@ -40,7 +42,7 @@ def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[f
 
 @kernel
 def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float]:
-    """Return the place of corner k of facet f in plan: along an arc's line from the arc's start, and left of the line.
+    """Return where corner k of facet f lies in plan: along an arc's line from the arc's start, and left of the line.
 
     Both values are distances (m) times the arc's speed in plan (m/s), in m^2/s.
     """
@@ -51,7 +53,7 @@ def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float
 
 @kernel
 def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
-    """Return the place along a line at which the line crosses an edge.
+    """Return where a line crosses an edge, as the distance along the line.
 
     a, across_a and b, across_b : places of the two ends of the edge along and across the line
     The result is the same if the two ends are exchanged, so neighbouring facets find the same crossing.
@@ -63,7 +65,7 @@ def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
 
 @kernel
 def _holds(facets: Facets, f: int, x: Vec) -> bool:
-    """True if a point lies over facet f in plan, including its rim."""
+    """True if a point lies over facet f in plan; points over its sides count."""
     side = math.copysign(1.0, stored_normal(facets, f)[2])
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
@@ -74,14 +76,17 @@ def _holds(facets: Facets, f: int, x: Vec) -> bool:
 
 @kernel
 def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) -> float:
-    """Return the largest height (m) of an arc above facet f's plane between two times (s); negative if always below."""
+    """Return the largest height (m) of an arc above the plane of facet f between two times (s).
+
+    The height is negative if the arc is always below the plane.
+    """
     c, b = above_plane(facets, f, arc)
     return largest_above(c, b, arc.gravity, low, high)
 
 
 @kernel
 def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
-    """Return the height (m) of an arc's start vertically above facet f's plane, and its rate of change there (m/s).
+    """Return the height (m) of an arc's start vertically above the plane of facet f, and its rate of change (m/s).
 
     After t (s) the height is c + b t - g t^2 / 2.
     """
@@ -91,7 +96,7 @@ def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
 
 @kernel
 def largest_above(c: float, b: float, g: float, low: float, high: float) -> float:
-    """Return the largest height c + b t - g t^2 / 2 (m) between two times t (s), ends included."""
+    """Return the largest value of the height c + b t - g t^2 / 2 (m) between two times (s), ends included."""
     height = max(c + (b - 0.5 * g * low) * low, c + (b - 0.5 * g * high) * high)
     if g > 0.0 and low * g < b < high * g:
         height = max(height, c + 0.5 * b * b / g)

@@ -1,4 +1,4 @@
-"""Neighbours of facets where the terrain is one sheet in plan: one facet beyond each side, none above or below.
+"""Find the neighbours of facets where no facet lies above another (a sheet), so that paths need no search there.
 
 Over such a sheet a track goes from facet to facet without searching buckets. Each answer is computed once and kept,
 because rocks reach few of a mine's millions of facets. Threads may compute the same answer at the same time: they
@@ -25,18 +25,20 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 
 UNKNOWN, YES, NO = 0, 1, 2
-"""Answers that a `Sheet` keeps."""
+"""Values of an answer that is stored in a `Sheet`."""
 NOTHING = -1
-"""Value for a side without a single neighbour: at a border, several facets, or a facet that is wound the other way."""
+"""Value for a side without a single neighbour: at a border, several facets, or a facet wound the other way."""
 CROWDED = 64
-"""Largest number of facets for which a bucket is tested; a bucket with more counts as not clear. The test compares all
-facets in pairs: millions of pairs where a fine mesh lies in buckets made for a coarse mesh."""
+"""Largest number of facets in a bucket (search square) that is tested; one with more counts as not clear.
+
+The test compares all facets in pairs: millions of pairs where a fine mesh lies in buckets made for a coarse mesh.
+"""
 MIDDLE = (0.5137, 0.5071)
-"""Tested place of a bucket, in cells: next to the exact middle, through which edges of regular terrains often run."""
+"""Place of a bucket that is tested (-), in shares of its side: not the exact middle, where edges often lie."""
 
 
 class Sheet(NamedTuple):
-    """The neighbours of F facets, and the clear buckets among B buckets; everything is UNKNOWN at first.
+    """What is known about the neighbours of F facets and about B buckets (search squares); at first UNKNOWN.
 
     beyond : (3 F,) entry 3 f + k is for side k of facet f, which starts at corner k: 1 + 4 g + m if side m of facet g
         is its only neighbour, else NOTHING
@@ -49,7 +51,7 @@ class Sheet(NamedTuple):
 
 
 def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
-    """Return a sheet in which all answers are unknown."""
+    """Return a sheet in which nothing is known about neighbours yet."""
     count = len(facets.zone)
     return Sheet(
         beyond=np.zeros(3 * count, dtype=np.int32),
@@ -59,7 +61,7 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
 
 
 def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: Block) -> Sheet:
-    """Return the sheet after a change of facets in some buckets: every answer that may differ becomes unknown.
+    """Return the sheet after some facets have changed: every answer that may differ becomes unknown.
 
     The result reuses the memory of `sheet`. All changed facets lie, or lay, in the buckets `changed`. A facet with a
     new neighbour shares a changed bucket with this neighbour. So the answers become unknown for all facets in the
@@ -77,7 +79,10 @@ def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: B
 
 @kernel
 def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
-    """Return facet g and its side m beyond side k of facet f; g is NOTHING unless exactly one facet is there."""
+    """Return the facet beyond side k of facet f, and which of its sides is shared.
+
+    NOTHING unless exactly one is there.
+    """
     known = sheet.beyond[3 * f + k]
     if known == UNKNOWN:
         known = _found_beyond(locator, facets, f, k)
@@ -89,7 +94,10 @@ def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k
 
 @kernel
 def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
-    """True if no other facet lies above or below any part of facet f; if that is uncertain, False."""
+    """True if no other facet lies above or below any part of facet f, so that a path can be followed without search.
+
+    False if this is uncertain.
+    """
     if sheet.alone[f] == UNKNOWN:
         sheet.alone[f] = YES if _lies_in_clear_buckets(sheet, locator, facets, f) else NO
     return bool(sheet.alone[f] == YES)
@@ -97,7 +105,7 @@ def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bo
 
 @kernel
 def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
-    """True if all buckets under the box of facet f in plan are clear."""
+    """True if all buckets (search squares) under the box of facet f in plan are clear."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     i0 = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
     i1 = cell_index(max(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
@@ -115,7 +123,7 @@ def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets,
 
 @kernel
 def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: int) -> bool:
-    """True if the bucket in column i and row j is clear."""
+    """True if the bucket in column i and row j is clear: exactly one facet lies over each place of it."""
     bucket = j * locator.nx + i
     x, y = locator.x + (i + MIDDLE[0]) * locator.cell, locator.y + (j + MIDDLE[1]) * locator.cell
     over, near = 0, 0
@@ -136,7 +144,7 @@ def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: i
 
 @kernel
 def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
-    """Return the distance (m, up to 1.42 times too large) of a place in plan from facet f's rim; negative outside."""
+    """Return how far a place in plan lies inside facet f (m), up to 1.42 times too large; negative outside."""
     least = np.inf
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
@@ -147,7 +155,7 @@ def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
 
 @kernel
 def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int:
-    """Return the entry of `Sheet.beyond` for side k of facet f.
+    """Return the neighbour at side k of facet f, as an entry of `Sheet.beyond`.
 
     The bucket of the side's first corner holds all facets that share the side.
     """

@@ -1,4 +1,4 @@
-"""Tracks: path segments in plan, and the times at which they cross the cells of a grid.
+"""Tracks: the parts of a rock's path that are straight in plan, and the times at which they cross map cells.
 
 In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A straight slide
 has a constant acceleration; a slide that turns is a curve within one facet, and is walked as chords.
@@ -15,21 +15,24 @@ from rpf3d_core.vectors import norm
 
 FLIGHT = int(Mode.FLIGHT)
 CHORDS = 8
-"""Chords for a slide that bends. The slide turns by 7 degrees at most (`kinetics.slide_path.BEND`), so 8 chords
-deviate from it by less than 1e-3 of its length."""
+"""Number of chords that replace a slide that bends.
+
+The slide turns by 7 degrees at most (`kinetics.slide_path.BEND`), so 8 chords deviate from it by less than 1e-3 of its
+length.
+"""
 STRAIGHT = 1e-6
-"""Sine of the angle between a slide's first direction and the direction to its end, below which it is straight."""
+"""Largest sine of the angle between a slide's first direction and the direction to its end if it counts as straight."""
 
 
 class TrackSpin(NamedTuple):
-    """What spin adds to the squared speeds at the beginning and the end of a track, for energies (m^2/s^2)."""
+    """What a rock's spin adds to its squared speed at both ends of a track (m^2/s^2), for energies with rotation."""
 
     begin2: float
     end2: float
 
 
 class Track(NamedTuple):
-    """A path segment, or a chord of it, that is straight in plan.
+    """A part of a rock's path that is straight in plan: a flight, a straight slide, or a chord of a bent slide.
 
     arc : position and velocity at the start; gravity is 0 on a chord
     begin, until : s since the release; duration : s, which may differ from until - begin by rounding
@@ -38,8 +41,9 @@ class Track(NamedTuple):
     spin : what the rock's spin adds to its squared speed at both ends, for energies (m^2/s^2); linear along the track;
         None if rocks do not spin
 
-    A walk follows the arc. A chord is walked at a constant pace: its walking time is the share of the chord's length
-    that has been covered, times the duration. `time_at` and `speed2_at` convert walking times to times and speeds.
+    Times along a track are exact for a flight. Along a chord, the time counts as if the speed were constant: it is the
+    share of the chord's length that has been covered, times the duration. `time_at` and `speed2_at` convert such times
+    to times since the release and to speeds.
     """
 
     arc: Arc
@@ -53,7 +57,7 @@ class Track(NamedTuple):
 
 @kernel
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
-    """Return the number of tracks into which path segment p is divided: 0 for a segment that takes no time."""
+    """Return the number of tracks into which path segment p is divided; 0 for a segment that takes no time."""
     if not pieces[p + 1, 0] > pieces[p, 0]:
         return 0
     if modes[p] == FLIGHT:
@@ -66,7 +70,7 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 
 @kernel
 def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
-    """Return track k of the `count` tracks into which path segment p is divided.
+    """Return track number k of the `count` tracks into which path segment p is divided.
 
     pieces : (S, 10), as in `simulation.record.Record`; row p + 1 is the end of the segment
     spins : (S, 2) what spin adds to squared speeds at the ends of segments; None if rocks do not spin
@@ -104,7 +108,7 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
 
 @kernel
 def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
-    """Return what spin adds to squared speeds (m^2/s^2) at two times of segment p; None if rocks do not spin.
+    """Return what spin adds to the squared speeds (m^2/s^2) at two times of path segment p; None without spin.
 
     begin, end : the two times, as shares of the segment's duration (-)
     """
@@ -117,7 +121,10 @@ def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
 
 @kernel
 def slide_point(pieces: Any, p: int, share: float) -> Vec:
-    """Return the position (m) of a slide after a share of its time: the cubic through its ends and their velocities."""
+    """Return the position (m) of a slide after a share of its time (-).
+
+    The position lies on the cubic through the ends of the slide with the velocities there.
+    """
     if share >= 1.0:
         return pieces[p + 1, 1], pieces[p + 1, 2], pieces[p + 1, 3]
     T, rest = pieces[p + 1, 0] - pieces[p, 0], 1.0 - share
@@ -132,7 +139,7 @@ def slide_point(pieces: Any, p: int, share: float) -> Vec:
 
 @kernel
 def speed2_at(track: Track, t: float) -> float:
-    """Return the squared speed (m^2/s^2) t seconds into the walk of a track; linear along a chord."""
+    """Return the squared speed (m^2/s^2) at the time t (s) of a track; it changes linearly along a chord."""
     v, g = track.arc.v, track.arc.gravity
     if g == 0.0:
         start2, end2 = track.start * track.start, track.end * track.end
@@ -143,7 +150,7 @@ def speed2_at(track: Track, t: float) -> float:
 
 @kernel
 def time_at(track: Track, t: float) -> float:
-    """Return the time (s) since the release, t seconds into the walk of a track; at the track's end, exactly `until`.
+    """Return the time since the release (s) at the time t (s) of a track; at the track's end, exactly `until`.
 
     A share f of a chord takes f (u + w) / (u + v) of the duration, with the speeds u at the start of the chord, v after
     the share f, and w at the end of the chord.
@@ -159,19 +166,22 @@ def time_at(track: Track, t: float) -> float:
 
 @kernel
 def top_speed2(track: Track, begin: float, end: float) -> float:
-    """Return the largest squared speed (m^2/s^2) between two times of a walk: at one of them, because it is convex."""
+    """Return the largest squared speed (m^2/s^2) between two times of a track (s).
+
+    It occurs at one of the two times, because the squared speed is convex.
+    """
     return max(speed2_at(track, begin), speed2_at(track, end))
 
 
 @kernel
 def top_energy2(track: Track, begin: float, end: float) -> float:
-    """Return twice the largest kinetic energy (J/kg) between two times of a walk, with rotation if it is known."""
+    """Return twice the largest kinetic energy (J/kg) between two times of a track (s), with rotation if known."""
     return max(_energy2_at(track.spin, track, begin), _energy2_at(track.spin, track, end))
 
 
 @kernel
 def _energy2_at(spin: Any, track: Track, t: float) -> float:
-    """Return twice the kinetic energy (J/kg) t seconds into the walk of a track."""
+    """Return twice the kinetic energy (J/kg) at the time t (s) of a track."""
     if spin is None:
         return speed2_at(track, t)
     share = t / track.duration if track.duration > 0.0 else 0.0
@@ -180,19 +190,22 @@ def _energy2_at(spin: Any, track: Track, t: float) -> float:
 
 @kernel
 def pace_of(v: float) -> float:
-    """Return the pace (s/m) of a speed along an axis (m/s); inf for a speed too low to cross a cell."""
+    """Return the time per metre (s/m) of a speed along an axis (m/s); inf for a speed too low to cross a cell."""
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 
 @kernel
 def square_at(value: float, origin: float, side: float, count: int) -> int:
-    """Return the row or column of squares that contains a coordinate, clamped to the grid."""
+    """Return the row or column of a grid that contains a coordinate, limited to the grid."""
     return min(max(math.floor((value - origin) / side), 0), count - 1)
 
 
 @kernel
 def leaving_time(index: int, count: int, origin: float, side: float, x: float, pace: float) -> float:
-    """Return the time (s) at which a coordinate x with a pace (s/m) leaves row `index`; inf if never."""
+    """Return the time (s) at which a moving coordinate leaves a row or column of a grid; inf if never.
+
+    x : coordinate at time 0, m; pace : s/m, from `pace_of`
+    """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
     return (origin + (index + 1 if pace > 0.0 else index) * side - x) * pace
@@ -200,7 +213,7 @@ def leaving_time(index: int, count: int, origin: float, side: float, x: float, p
 
 @kernel
 def next_square(i: int, j: int, leave_i: float, leave_j: float, v: Vec) -> tuple[int, int]:
-    """Return the next column and row of a track with velocity v (m/s).
+    """Return the column and row of the grid square that a track with velocity v (m/s) enters next.
 
     leave_i, leave_j : times (s) at which the track leaves column i and row j
     """

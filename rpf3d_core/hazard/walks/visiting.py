@@ -1,4 +1,4 @@
-"""Gather the visits of rock after rock to each cell: squares, facets, zones and areas of interest."""
+"""Collect the visits of rock after rock to all cells: map cells, facets, zones and areas of interest."""
 
 import math
 from typing import Any
@@ -37,7 +37,7 @@ STOPPED, CAUGHT, FAILED = int(Outcome.STOPPED), int(Outcome.CAUGHT), int(Outcome
 def visit_all(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, begin: int, heights: Any
 ) -> int:
-    """Gather the visits of the rocks from number `begin` on; return the number of the first rock without room.
+    """Collect the visits of flown rocks, from number `begin` on; return the number of the first rock without room.
 
     The impacts of rock r begin at row first[r, 0] of the record, its path segments at row first[r, 1].
     heights : (N,) m, filled with the largest height of each rock above the terrain
@@ -52,7 +52,7 @@ def visit_all(
         for p in range(first[r, 1], first[r + 1, 1] - 1):
             at = _walk_piece(ground, areas, scratch, flown, r, p, at)
             while q < first[r + 1, 0] and impacts[q, 0] <= flown.pieces[p + 1, 0]:
-                if flown.facets[q] >= 0:  # obstacles are skipped: the flights before and after count
+                if flown.facets[q] >= 0:  # obstacles are skipped: the flights before and after them count
                     _note_impact(ground, areas, scratch, flown, r, q)
                 q += 1
         _come_to_rest(ground, areas, scratch, flown, r)
@@ -64,7 +64,7 @@ def visit_all(
 
 @kernel
 def _next_rock(scratch: Scratch) -> None:
-    """Begin a new rock in all visits."""
+    """Begin a new rock in the visits of all kinds of cells."""
     next_rock(scratch.squares)
     next_rock(scratch.facets)
     next_rock(scratch.zones)
@@ -73,7 +73,7 @@ def _next_rock(scratch: Scratch) -> None:
 
 @kernel
 def _fits(scratch: Scratch) -> bool:
-    """True if the current rock found room everywhere; if not, its visits are removed."""
+    """True if there was room for all visits of the current rock; if not, its visits are removed."""
     full = scratch.squares.state[FULL] + scratch.facets.state[FULL]
     if full + scratch.zones.state[FULL] + scratch.areas.state[FULL] == 0:
         return True
@@ -86,7 +86,7 @@ def _fits(scratch: Scratch) -> bool:
 
 @kernel
 def _of_pieces(spins: Any) -> Any:
-    """Return what the spins at the ends of path segments add to squared speeds; None if rocks do not spin."""
+    """Return what spin adds to the squared speeds at the ends of path segments; None if rocks do not spin."""
     if spins is None:
         return None
     return spins.pieces
@@ -94,7 +94,7 @@ def _of_pieces(spins: Any) -> Any:
 
 @kernel
 def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: float) -> None:
-    """Record the energy just before impact q in a visit; do nothing if rocks do not spin."""
+    """Record the energy with rotation just before impact number q in visit k; do nothing if rocks do not spin."""
     if spins is None:
         return
     note_energy2(visits.energy2, k, speed2 + spins.impacts[q])
@@ -104,7 +104,7 @@ def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: floa
 def _walk_piece(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, p: int, at: int
 ) -> int:
-    """Visit all cells that segment p of the path of rock r passes over; return the facet below its end.
+    """Record visits to all cells that segment p of the path of rock r passes over; return the facet below its end.
 
     at : the facet over which the segment may begin, NOWHERE if unknown; the result may be NOWHERE, too
     """
@@ -120,7 +120,10 @@ def _walk_piece(
 
 @kernel
 def _walk_facets(walk: Walk, at: int) -> int:
-    """Visit all facets that a track passes over: along the sheet as far as possible, then bucket by bucket."""
+    """Record visits to all facets that a track passes over: without search where possible, else with search.
+
+    Returns the facet below the end of the track, NOWHERE if unknown.
+    """
     at, walked = walk_sheet(walk, at)
     if at == NOWHERE:
         walk_buckets(walk, walked)
@@ -129,14 +132,17 @@ def _walk_facets(walk: Walk, at: int) -> int:
 
 @kernel
 def _square(raster: Raster, x: float, y: float) -> int:
-    """Return the number of the square that contains a point."""
+    """Return the number of the map cell that contains a place in plan (m)."""
     i = square_at(x, raster.x, raster.cell, raster.nx)
     return square_at(y, raster.y, raster.cell, raster.ny) * raster.nx + i
 
 
 @kernel
 def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, q: int) -> None:
-    """Count impact q of rock r in its square, facet, zone and areas; passing rocks do not visit vertical facets."""
+    """Count impact number q of rock r in its map cell, facet, zone and areas.
+
+    A vertical facet is visited by impacts only, not by rocks that pass it.
+    """
     impacts, spins, facet, mass = flown.impacts, flown.spins, flown.facets[q], flown.mass[r]
     t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
@@ -162,7 +168,10 @@ def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: F
 
 @kernel
 def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int) -> None:
-    """Visit the square in which the path of rock r ends; if the rock stopped or was caught, count a deposit there."""
+    """Record a visit to the map cell in which the path of rock r ends, and a deposit if the rock stopped there.
+
+    A rock that a barrier or tree caught is a deposit, too.
+    """
     outcome, facet, final, mass = flown.counts[r, 0], flown.counts[r, 1], flown.finals[r], flown.mass[r]
     t, x = final[0], (final[1], final[2], final[3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
@@ -180,7 +189,7 @@ def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: 
 
 @kernel
 def _largest_height(visits: Visits) -> float:
-    """Return the largest height in the visits of the current rock (m)."""
+    """Return the largest height (m) above the terrain in all visits of the current rock."""
     height = 0.0
     for k in range(visits.state[OF_ROCK], visits.state[USED]):
         height = max(height, visits.most[k, HEIGHT])

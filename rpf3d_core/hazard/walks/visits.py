@@ -1,4 +1,4 @@
-"""Visits: one record for each cell that a rock reaches, gathered while the rock's path is walked.
+"""Visits: one record for each rock in each cell that it reaches, collected while its path is followed.
 
 A cell is given by its number: of a square of the raster, of a facet, of a zone or of an area. Each thread has its own
 visits: a batch of rocks fills them, and they are then added to a `CellTally` under its lock.
@@ -14,19 +14,22 @@ from rpf3d_core.hazard.walks.ways import begin_length
 from rpf3d_core.jit.dispatch import kernel
 
 FIRST, UNTIL = 0, 1
-"""Columns of `Visits.times`."""
+"""Columns of `Visits.times`: first arrival, and end of the last stay."""
 SPEED2, HEIGHT = 0, 1
-"""Columns of `Visits.most`."""
+"""Columns of `Visits.most`: largest squared speed and largest height."""
 PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
-"""Columns of `Visits.counts`."""
+"""Columns of `Visits.counts`: passages, impacts and deposits."""
 USED, OF_ROCK, FULL = 0, 1, 2
-"""Entries of `Visits.state`."""
+"""Entries of `Visits.state`: number of visits, first visit of the current rock, and a flag for no more room."""
 JOINED = 1e-9
-"""Stays that are closer in time than this (s) are one stay: a rock that bounces on the border of a cell stays there."""
+"""Time (s) between two stays in a cell below which they count as one stay.
+
+So a rock that bounces on the border of a cell stays in the cell.
+"""
 
 
 class Visits(NamedTuple):
-    """Room for N visits to C cells; the visits of one rock are consecutive.
+    """Memory for N visits to C cells; the visits of one rock are consecutive.
 
     mark : (C,) index of a visit to each cell; valid only if this visit belongs to the current rock and to this cell, so
         that nothing needs to be cleared between rocks
@@ -34,7 +37,7 @@ class Visits(NamedTuple):
     most : (N, 2) the rock's largest squared speed (m^2/s^2) and height (m) in the cell
     counts : (N, 3) passages, impacts, deposits
     mass : (N,) kg, of the rock
-    way : (N,) length of the rock's tracks in plan inside the cell, in cell widths; None if no map needs it
+    way : (N,) length of the rock's path in plan inside the cell, in cell widths; None if no map needs it
     energy2 : (N,) twice the rock's largest kinetic energy in the cell, J/kg; None if rocks do not spin, because the
         squared speed is then enough
     state : (3,) number of visits, first visit of the current rock, 1 if room has run out
@@ -52,9 +55,9 @@ class Visits(NamedTuple):
 
 
 def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False) -> Visits:
-    """Return empty room for `room` visits to `cells` cells.
+    """Return empty memory for `room` visits to `cells` cells.
 
-    ways : True to gather the lengths of tracks; spins : True if energies include rotation
+    ways : True to record the lengths of paths; spins : True if energies include rotation
     """
     return Visits(
         mark=np.zeros(cells, dtype=np.int32),
@@ -71,7 +74,7 @@ def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False)
 
 @kernel
 def next_rock(visits: Visits) -> None:
-    """Begin a new rock: later visits belong to it."""
+    """Begin the visits of a new rock: all later visits belong to it."""
     visits.state[OF_ROCK] = visits.state[USED]
 
 
@@ -84,7 +87,7 @@ def take_back(visits: Visits) -> None:
 
 @kernel
 def visited(visits: Visits, cell: int) -> int:
-    """Return the index of the current rock's visit to a cell, -1 if the rock has not been there."""
+    """Return the index of the current rock's visit to a cell; -1 if the rock has not been there."""
     k = visits.mark[cell]
     there = visits.state[OF_ROCK] <= k < visits.state[USED] and visits.cell[k] == cell
     return int(k) if there else -1
@@ -92,7 +95,10 @@ def visited(visits: Visits, cell: int) -> int:
 
 @kernel
 def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
-    """Return the index of the rock's visit to a cell, a new visit from t (s) on if needed; -1 if there is no room."""
+    """Return the index of the current rock's visit to a cell; begin a new visit at the time t (s) if needed.
+
+    Returns -1 if there is no room for a new visit.
+    """
     k = visited(visits, cell)
     if k >= 0:
         return k
@@ -112,9 +118,10 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
 
 @kernel
 def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -> None:
-    """Record a stay in the cell of visit k from begin to end (s); speed2 : largest squared speed (m^2/s^2).
+    """Record that the rock is in the cell of visit k from `begin` to `end` (s).
 
-    A stay that begins when the last stay ended belongs to the same passage, even after a bounce.
+    speed2 : largest squared speed of the rock then (m^2/s^2). A stay that begins when the last stay ended belongs to
+    the same passage, even after a bounce.
     """
     if k < 0:
         return
@@ -127,7 +134,7 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
 
 @kernel
 def _begin_energy(energy2: Any, k: int) -> None:
-    """Set the energy of visit k to 0; do nothing if squared speeds are enough (None)."""
+    """Set the energy of a new visit k to 0; do nothing if squared speeds are enough (None)."""
     if energy2 is None:
         return
     energy2[k] = 0.0
@@ -135,7 +142,10 @@ def _begin_energy(energy2: Any, k: int) -> None:
 
 @kernel
 def note_energy2(energy2: Any, k: int, value: float) -> None:
-    """Record twice a kinetic energy (J/kg) that the rock had in the cell of visit k."""
+    """Record a kinetic energy of the rock in the cell of visit k, if it is the largest there so far.
+
+    value : twice the energy over the mass, J/kg
+    """
     if energy2 is None:
         return
     if k >= 0 and value > energy2[k]:
@@ -144,7 +154,7 @@ def note_energy2(energy2: Any, k: int, value: float) -> None:
 
 @kernel
 def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
-    """Return twice the rock's largest kinetic energy (J/kg) in the cell of visit k."""
+    """Return the rock's largest kinetic energy in the cell of visit k, as twice the energy over the mass (J/kg)."""
     if energy2 is None:
         return float(visits.most[k, SPEED2])
     return float(energy2[k])
@@ -152,14 +162,17 @@ def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
 
 @kernel
 def note_height(visits: Visits, k: int, height: float) -> None:
-    """Record a height (m) above the ground that the rock reached in the cell of visit k."""
+    """Record a height (m) of the rock above the ground in the cell of visit k, if it is the largest there so far."""
     if k >= 0 and height > visits.most[k, HEIGHT]:
         visits.most[k, HEIGHT] = height
 
 
 @kernel
 def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, height: float, mass: float) -> int:
-    """Record a stay between two times (s) with the largest squared speed (m^2/s^2) and height (m); return the visit."""
+    """Record that the rock is in a cell between two times (s), with its largest speed and height; return the visit.
+
+    speed2 : largest squared speed, m^2/s^2; height : m
+    """
     k = visit(visits, cell, t, mass)
     note_stay(visits, k, t, until, speed2)
     note_height(visits, k, height)
@@ -168,7 +181,7 @@ def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, 
 
 @kernel
 def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: float) -> None:
-    """Record the largest energy between two times of the walk of a track (s); do nothing without spin (None)."""
+    """Record the largest energy with rotation between two times of a track (s); do nothing without spin (None)."""
     if energy2 is None:
         return
     note_energy2(energy2, k, top_energy2(track, low, high))

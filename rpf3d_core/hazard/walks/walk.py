@@ -1,4 +1,4 @@
-"""The walk of one track: the terrain that it passes over, and the scratch that gathers the rock's visits."""
+"""The inputs and outputs of following one track: the terrain below it, and the memory for the rock's visits."""
 
 from typing import Any, NamedTuple
 
@@ -10,11 +10,11 @@ from rpf3d_core.hazard.walks.visits import Visits, empty_visits, note_track_ener
 from rpf3d_core.jit.dispatch import kernel
 
 ROOM = 4096
-"""Most facets under a part of a track over one bucket: a bucket of survey terrain has a dozen."""
+"""Largest number of facets under a part of a track over one search square; survey terrain has about a dozen."""
 
 
 class Spans(NamedTuple):
-    """Scratch: the facets under a part of a track.
+    """Working memory: the facets under a part of a track.
 
     facet : (M,); times : (M, 3) begin and end over each facet (s into the track), and largest height above it (m)
     cuts : (2 M,) begins and ends in order
@@ -26,7 +26,7 @@ class Spans(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of one thread that examines rocks: visits to squares, facets, zones and areas, and spans."""
+    """Working memory of one thread that counts rocks: visits to map cells, facets, zones and areas."""
 
     squares: Visits
     facets: Visits
@@ -36,7 +36,7 @@ class Scratch(NamedTuple):
 
 
 class Walk(NamedTuple):
-    """The walk of a track of a rock over a terrain, which gathers visits in the scratch.
+    """One track of a rock, the terrain below it, and the memory for the rock's visits.
 
     mass : of the rock (kg)
     """
@@ -48,12 +48,12 @@ class Walk(NamedTuple):
 
 
 def empty_spans() -> Spans:
-    """Return room for the facets under a part of a track."""
+    """Return empty working memory for the facets under a part of a track."""
     return Spans(facet=np.empty(ROOM, dtype=np.int64), times=np.empty((ROOM, 3)), cuts=np.empty(2 * ROOM))
 
 
 def with_more_room(scratch: Scratch) -> Scratch:
-    """Return scratch with twice the room, for a rock that reaches more cells than there was room for."""
+    """Return working memory with twice the room, for a rock that reaches more cells than fit."""
     squares, facets, zones, areas = (
         empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
@@ -63,7 +63,10 @@ def with_more_room(scratch: Scratch) -> Scratch:
 
 @kernel
 def visit_facet(walk: Walk, f: int, low: float, high: float, height: float) -> None:
-    """Visit facet f and its zone between two times of the track (s), at most `height` (m) above the facet."""
+    """Record a visit to facet f, and its zone, between two times of the track (s).
+
+    height : largest height of the rock above the facet, m
+    """
     track, facets, zones = walk.track, walk.scratch.facets, walk.scratch.zones
     speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
     k = visit_for(facets, f, t, until, speed2, height, walk.mass)

@@ -1,12 +1,12 @@
-"""The lengths of tracks in plan inside cells, from which passages per metre follow, whatever the cell size.
+"""Measure the lengths of rocks' paths in plan inside cells, from which passages per metre follow.
 
-A cell of area A in which the tracks of rocks have the lengths l in plan has a track density of sum(l) / A. That is the
+A cell of area A in which the paths of rocks have the lengths l in plan has a path density of sum(l) / A. That is the
 number of passages per metre of a line across each rock's path. For example, a rock that crosses a strip of length L
-across its path and of depth d along its path has a track of length l = d in the area A = L d. Lengths and areas are
+across its path and of depth d along its path has a path of length l = d in the area A = L d. Lengths and areas are
 additive, so the density of a cell is the mean of the densities of its parts. The expected density at a place depends on
 the cell only because the density is averaged over the cell.
 (Chilton 1978, Health Phys. 34:637: fluence as track length over volume, any shape of volume; ICRU report 85, section
-3.1. A raster has tracks in a plane, and areas.)
+3.1. Here, a plane takes the place of the space, and area the place of volume.)
 
 Sums are of whole numbers, so they have the same bits in any order.
 """
@@ -20,16 +20,18 @@ from rpf3d_core.hazard.walks.tracks import Track, pace_of
 from rpf3d_core.jit.dispatch import kernel
 
 WAY_UNITS = 2.0**20
-"""A track length is counted in units of the cell's width over 2^20, its square in units of the cell's area over 2^20.
-The sums over 2^29 rocks that each cover 128 widths in one cell fit in 64 bits."""
+"""Unit in which path lengths are summed: the cell's width over 2^20, and for squares the cell's area over 2^20.
+
+The sums over 2^29 rocks that each cover 128 widths in one cell fit in 64 bits.
+"""
 WAY, SQUARE = 0, 1
-"""Columns of the figures of a cell: the sum of the rocks' track lengths, and the sum of their squares."""
+"""Columns of the path lengths of a cell: their sum over all rocks, and the sum of their squares."""
 WAY_BYTES = 16
-"""Bytes of both sums of a cell that rocks reached."""
+"""Memory (bytes) of both sums for a cell that rocks reached."""
 
 
 class Square(NamedTuple):
-    """A square of a raster in plan: its corner with the smallest x and y, and its side (m)."""
+    """A map cell in plan: its corner with the smallest x and y, and its side (m)."""
 
     x: float
     y: float
@@ -38,13 +40,13 @@ class Square(NamedTuple):
 
 @kernel
 def square_of(raster: Raster, i: int, j: int) -> Square:
-    """Return the square in column i and row j of a raster."""
+    """Return the map cell in column i and row j of a raster."""
     return Square(x=raster.x + i * raster.cell, y=raster.y + j * raster.cell, side=raster.cell)
 
 
 @kernel
 def begin_length(way: Any, k: int) -> None:
-    """Set the track length of visit k to 0; do nothing if no track lengths are gathered (None)."""
+    """Set the path length of a new visit k to 0; do nothing if path lengths are not measured (None)."""
     if way is None:
         return
     way[k] = 0.0
@@ -52,7 +54,7 @@ def begin_length(way: Any, k: int) -> None:
 
 @kernel
 def note_length(way: Any, k: int, square: Square, track: Track, begin: float, leave: float) -> None:
-    """Add the length of a track between two times (s) inside a square to visit k, in widths of the square.
+    """Add the length of a track inside a map cell, between two times (s), to visit k, in widths of the cell.
 
     `walk_raster` extends the outermost squares without end; the part of a track outside the raster is not counted.
     """
@@ -68,7 +70,10 @@ def note_length(way: Any, k: int, square: Square, track: Track, begin: float, le
 
 @kernel
 def _inside(begin: float, leave: float, low: float, side: float, x: float, v: float) -> tuple[float, float]:
-    """Return the part of a time interval in which a coordinate moving from x with v is between low and low + side."""
+    """Return the part of a time interval (s) in which a moving coordinate lies between low and low + side (m).
+
+    x : coordinate at time 0, m; v : its speed, m/s
+    """
     pace = pace_of(v)
     if pace == np.inf:
         return (begin, leave) if low <= x <= low + side else (leave, leave)
@@ -78,7 +83,10 @@ def _inside(begin: float, leave: float, low: float, side: float, x: float, v: fl
 
 @kernel
 def add_length(ways: Any, way: Any, s: int, k: int) -> None:
-    """Add the track length of visit k, and its square, to slot s of the tally; do nothing without lengths (None)."""
+    """Add the path length of visit k, and its square, to the sums of its cell in slot s.
+
+    Do nothing if path lengths are not measured (None).
+    """
     if way is None:
         return
     length = way[k]

@@ -1,1 +1,1 @@
-"""Builders of models and effects whose parameters are not mere copies of numbers in the scene."""
+"""Builders: they make the models and effects of a scene that need more than copies of numbers in the scene."""

@@ -1,4 +1,4 @@
-"""Builds the barriers of a scene on its terrain: each line is cut into parts over one facet each."""
+"""Build the barriers of a scene on its terrain: each line is cut into parts that stand on one facet each."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -24,7 +24,7 @@ JOULE_PER_KJ = 1000.0
 
 
 class _Piece(NamedTuple):
-    """One part of a panel: its foot at both ends (2, 3) m, the facet below, its line and its barrier."""
+    """One part of a barrier: the ends of its foot (2, 3) m, the facet below, its line and its barrier."""
 
     foot: FloatArray
     facet: int
@@ -33,7 +33,7 @@ class _Piece(NamedTuple):
 
 
 def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Barriers:
-    """Return the barriers of a scene.
+    """Return the barriers of a scene in the form that the flight loops read.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Bar
 
 
 def barriers_as_obstacles(name: str, model_spec: BarriersSpec, barriers: Barriers) -> Obstacles:
-    """Return the names of the barriers, and the lines along their feet (P, 3) m."""
+    """Return the barriers of a scene for pictures and recordings: names, and lines along their feet (P, 3) m."""
     panel = barriers.panel
     names = tuple(f"{name}.{spec.name}" for spec in model_spec.panels)
     begin = np.stack([panel.x, panel.y, panel.z], axis=1)
@@ -72,7 +72,7 @@ def barriers_as_obstacles(name: str, model_spec: BarriersSpec, barriers: Barrier
 
 
 def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
-    """Yield the parts of all barriers, in order."""
+    """Yield the parts of all barriers of a scene, in the scene's order."""
     number = 0
     for barrier, spec in enumerate(model_spec.panels):
         key = f"{scene.path}: `effects.barriers.panels[{barrier}].along`"

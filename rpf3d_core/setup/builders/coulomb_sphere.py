@@ -1,4 +1,4 @@
-"""Builds the rigid sphere of a scene, and imports the rules for bodies with a size."""
+"""Build the models for rocks as rigid spheres, and import their rules, which only these models need."""
 
 from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN, CoulombSphere
 from rpf3d_core.kinetics.sphere_ground import SphereGround
@@ -9,7 +9,7 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def sphere_of(spec: CoulombSphereSpec, scene: Scene, terrain: Terrain) -> CoulombSphere:
-    """Return the rebound model of a sphere."""
+    """Return the rebound model of a rigid sphere, built from the scene's parameters."""
     if scene.engine != "compiled":
         from rpf3d_core.detection import vtk_swept  # noqa: F401  (needed by the reference engine only)
     friction = MATERIALS_OWN if spec.impact_friction is None else spec.impact_friction
@@ -17,5 +17,5 @@ def sphere_of(spec: CoulombSphereSpec, scene: Scene, terrain: Terrain) -> Coulom
 
 
 def sphere_ground_of(spec: SphereGroundSpec, scene: Scene, terrain: Terrain) -> SphereGround:
-    """Return the ground model of a sphere."""
+    """Return the ground model of a rigid sphere, which rolls and slides; it has no parameters."""
     return SphereGround()

@@ -1,4 +1,4 @@
-"""Builds the air drag of a scene, with the accuracy and the gravity of the scene."""
+"""Build the effect air drag of a scene."""
 
 from rpf3d_core.effects.drag import Drag
 from rpf3d_core.scene.air import DragSpec
@@ -7,5 +7,5 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def drag(spec: DragSpec, scene: Scene, terrain: Terrain) -> Drag:
-    """Return the parameters of air drag for the kernels."""
+    """Return the parameters of air drag in the form that the flight loops read."""
     return Drag(coefficient=spec.coefficient, density=spec.density, accuracy=spec.accuracy, gravity=scene.gravity)

@@ -1,4 +1,4 @@
-"""Builds the forest's drag layer of a scene, with its outlines in the terrain's local frame."""
+"""Build the effect drag layer of a scene (a forest that slows rocks), with its outlines in the local frame."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def drag_layer(spec: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLayer:
-    """Return the parameters of the drag layer for the kernels.
+    """Return the parameters of the drag layer in the form that the flight loops read.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def drag_layer(spec: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLayer
 
 
 def _edges_of(spec: DragLayerSpec, scene: Scene, terrain: Terrain) -> FloatArray:
-    """Return the edges (E, 4) m of the outlines of a forest; overlapping polygons are united."""
-    polygons: Path = spec.polygons  # type: ignore[assignment]  # there are some
+    """Return the edges (E, 4) m of the outlines of the layer: start and end; overlapping polygons are united."""
+    polygons: Path = spec.polygons  # the caller has checked that there are some
     rings = outlines_on(terrain, polygons, f"{scene.path}: `effects.drag_layer.polygons`")
     return np.concatenate([np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])

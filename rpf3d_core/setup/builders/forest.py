@@ -1,4 +1,4 @@
-"""Builds the trees of a scene: read from a file or drawn, and placed on the terrain."""
+"""Build the trees of a scene: read them from a file or draw them at random, and place them on the terrain."""
 
 import math
 from typing import Any, NamedTuple
@@ -25,19 +25,22 @@ from rpf3d_core.terrain.sections import ground_at
 from rpf3d_core.terrain.zones import covered, in_plan
 
 ANGLES = (0.0, 22.5, 67.5, 76.0)
-"""Degrees at which the classes of angles begin and end (physics reference 4.1)."""
+"""Limits (degrees) of the classes of impact angles on a tree (physics reference 4.1)."""
 CENTIMETRE = 0.01
 SQUARE_METRES_PER_HA = 10_000.0
 MOST_TREES = 20_000_000
-"""Largest number of trees of a scene; they take 1 GB."""
+"""Largest number of trees of a scene; so many trees take 1 GB of memory."""
 OFF_GROUND = 2.0
-"""Metres allowed between the foot of a tree in a file and the ground: surveys of trees and of the ground differ."""
+"""Largest height (m) of a tree's foot above or below the ground: surveys of trees and of ground differ."""
 ROOM = 1.0 + 1e-9
-"""Factor on the largest rock's radius, so that rounding assigns no tree to too few cells."""
+"""Factor on the largest rock's radius (-), so that rounding never hides a tree from a search cell."""
 
 
 class _Stand(NamedTuple):
-    """T trees in plan: plan (T, 2) m, local; diameter (T,) m, height (T,) m; kind (T,) of KINDS."""
+    """The T trees of a scene before they are placed on the terrain.
+
+    plan : (T, 2) m, local frame; diameter, height : (T,) m; kind : (T,) index into KINDS
+    """
 
     plan: FloatArray
     diameter: FloatArray
@@ -46,7 +49,7 @@ class _Stand(NamedTuple):
 
 
 def forest_of(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
-    """Return the trees of a scene.
+    """Return the trees of a scene in the form that the flight loops read.
 
     Raises
     ------
@@ -79,19 +82,22 @@ def forest_of(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
 
 
 def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacles:
-    """Return the trees as obstacles with one name: stems (T, 4) m with foot and diameter."""
+    """Return the trees of a scene for pictures and recordings: stems (T, 4) m with foot and diameter.
+
+    All trees have one name.
+    """
     stems = forest.stems
     feet = np.stack([stems.x, stems.y, stems.z, 2.0 * stems.radius], axis=1)
     return Obstacles(names=(name,), owner=np.zeros(len(feet), dtype=np.int64), lines=(), stems=feet)
 
 
 def _largest_radius(scene: Scene) -> float:
-    """Return the largest radius of a rock of the scene, m."""
+    """Return the radius (m) of the largest rock of the scene, which decides from how far trees must be found."""
     return 0.5 * float(diameter_of(mass_range(rock_of(scene.rock))[1], scene.rock.density))
 
 
 def _written(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
-    """Return the trees of a file."""
+    """Return the trees of the scene's tree file."""
     key = f"{scene.path}: `effects.forest.file`"
     try:
         trees = read_trees(spec.file, terrain.frame.up)  # type: ignore[arg-type]
@@ -110,7 +116,7 @@ def _written(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 
 def _check_foot(key: str, spec: ForestSpec, tree: Tree, terrain: Terrain, ground: float, facet: int) -> None:
-    """Refuse a tree off the terrain, or with a foot in the file that is not on the ground."""
+    """Refuse a tree of the file that stands off the terrain, or whose foot is not on the ground."""
     where = f"{key}: the tree at ({tree.east:g}, {tree.north:g}) of {spec.file}, line {tree.line},"
     if facet < 0:
         raise InputError(f"{where} stands off the terrain: {extents(terrain, np.array([(tree.east, tree.north)]))}")
@@ -123,7 +129,7 @@ def _check_foot(key: str, spec: ForestSpec, tree: Tree, terrain: Terrain, ground
 
 
 def _drawn(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
-    """Return trees drawn evenly in plan in the box of the terrain, or in polygons on it.
+    """Return trees at random places: evenly over the terrain, or over the scene's polygons.
 
     Trees for polygons are drawn in the box around the polygons; trees outside the polygons are dropped.
     """
@@ -143,14 +149,14 @@ def _drawn(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 
 def _some(stand: _Stand, chosen: NDArray[np.bool_]) -> _Stand:
-    """Return the chosen trees of a stand, by a mask (T,)."""
+    """Return the trees that a mask (T,) chooses."""
     return _Stand(
         plan=stand.plan[chosen], diameter=stand.diameter[chosen], height=stand.height[chosen], kind=stand.kind[chosen]
     )
 
 
 def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
-    """Return the corners (2,), (2,) m, in plan and local, of the box in which trees are drawn."""
+    """Return the corners (2,), (2,) m of the box in plan in which trees are drawn, local frame."""
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     if within is None:
         return low, high
@@ -159,7 +165,7 @@ def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
 
 
 def _number(spec: ForestSpec, scene: Scene, area: float) -> int:
-    """Return the number of trees to draw over an area (m^2) in plan."""
+    """Return the number of trees to draw on an area (m^2) in plan, from the scene's stems per hectare."""
     stems = (spec.stems_per_ha or 0.0) * area / SQUARE_METRES_PER_HA
     if stems > MOST_TREES:
         raise InputError(
@@ -169,7 +175,7 @@ def _number(spec: ForestSpec, scene: Scene, area: float) -> int:
 
 
 def _outline(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return the polygons in which trees are drawn, in the input's plan coordinates."""
+    """Return the polygons in which trees are drawn, in the plan coordinates of the input."""
     key = f"{scene.path}: `effects.forest.within`"
     try:
         polygons = read_polygons(spec.within)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Builds fragmentation for a scene: converts angles to radians, and the energy loss to a factor of speed."""
+"""Build the effect fragmentation of a scene: convert angles to radians, and energy loss to a factor of speed."""
 
 import math
 
@@ -9,7 +9,7 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def fragmentation(spec: FragmentationSpec, scene: Scene, terrain: Terrain) -> Fragmentation:
-    """Return the parameters of fragmentation for the kernels."""
+    """Return the parameters of fragmentation in the form that the flight loops read."""
     return Fragmentation(
         surface_factor=spec.surface_factor,
         surface_exponent=spec.surface_exponent,

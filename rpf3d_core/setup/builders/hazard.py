@@ -1,4 +1,4 @@
-"""Inputs of a scene's hazard maps besides the cells: scales and memory of the bins, and tallies of barriers."""
+"""Prepare the hazard maps of a scene: range and memory of the bins for percentiles, and counts at barriers."""
 
 import math
 from typing import Any
@@ -13,18 +13,18 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.facets import Facets
 
 LEAST_DROP = 1e-3
-"""Smallest height range of the scales, as a share of the terrain's diagonal, for level terrain with rocks on it."""
+"""Smallest range of heights that bins cover (-), as a share of the terrain's diagonal, for level terrain."""
 
 
 def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
-    """Return the bytes for the bins of a scene's maps: the scene's limit, less the memory of all cells and facets."""
+    """Return the memory (bytes) for the bins of percentiles: the scene's limit, less the memory of cells and facets."""
     allowed = scene.hazard.memory_gb * GIGABYTE
     cells = len(facets.zone) + raster.nx * raster.ny
     return max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
 
 
 def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
-    """Return an empty tally of a scene's barriers; None if the scene has no barriers."""
+    """Return empty counts for the barriers of a scene; None if the scene has no barriers."""
     spec = scene.effects.barriers
     if spec is None:
         return None
@@ -40,8 +40,9 @@ def scales_over(
     facets: Facets, gravity: float, fastest: float, highest: float, masses: tuple[float, float], per_octave: int,
     spins: bool = False,
 ) -> Scales:  # fmt: skip
-    """Return scales for rocks released no higher than `highest` (m, local) and no faster than `fastest` (m/s).
+    """Return the bins that cover all energies, speeds and heights which rocks of a scene can have.
 
+    highest : of all releases, m, local frame; fastest : of all releases, m/s
     masses : smallest and largest (kg); spins : True if energies include rotation
     """
     drop = max(highest, facets.high[2]) - facets.low[2]

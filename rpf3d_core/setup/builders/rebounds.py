@@ -1,4 +1,4 @@
-"""Builders of rebound models whose parameters are not mere copies of numbers in the scene."""
+"""Build the rebound models of a scene that need more than copies of numbers in the scene."""
 
 import math
 from typing import Any
@@ -18,27 +18,27 @@ WYLLIE = "rpf3d_core.kinetics.rebounds.wyllie:Wyllie"
 
 
 def mass_scaled(spec: MassScaledSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return the model `mass_scaled`, without scaling by speed if the scene gives no K."""
+    """Return the rebound model `mass_scaled`; the result is not scaled by speed if the scene gives no K."""
     return spec.physics()(spec.C, math.inf if spec.K is None else spec.K)
 
 
 def angle_table(spec: AngleTableSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return the table of the scene, or the law that the scene names."""
+    """Return the rebound model `angle_table` with the scene's table, or the law that the scene names instead."""
     if spec.rows is None:
         return loaded(WYLLIE)()
     return spec.physics()(*(np.ascontiguousarray(column) for column in np.array(spec.rows, dtype=float).T))
 
 
 def stochastic_matrix(spec: StochasticMatrixSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return the model with the means and the Cholesky factor of the covariance."""
+    """Return the rebound model `stochastic_matrix`, with means and the Cholesky factor for correlated draws."""
     return spec.physics()(np.array(spec.mean, dtype=float), cholesky(np.array(spec.covariance, dtype=float)))
 
 
 def cholesky(covariance: Floats) -> Floats:
-    """Return the lower triangular L (N, N) with L L^T = covariance (N, N), which may be singular.
+    """Return the lower triangular matrix L (N, N) with L L^T = covariance (N, N), to draw correlated numbers.
 
-    The column of a variable is zero if the variables before it leave it no variance (NumPy's own factor refuses such
-    matrices).
+    The covariance may be singular. The column of a variable is zero if the variables before it leave it no variance
+    (NumPy's own factor refuses such matrices).
     """
     left = np.array(covariance, dtype=float)
     root = np.zeros_like(left)

@@ -1,4 +1,4 @@
-"""Builds the law of roughness that a scene names."""
+"""Build the effect roughness of a scene, with the law that the scene names."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ SPREAD = "rpf3d_core.effects.roughness:SpreadRoughness"
 
 
 def roughness(spec: RoughnessSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return CRSP's law for an amplitude, RocFall's law for an angle, or RocFall's law with a lateral part if given."""
+    """Return the law of roughness: CRSP's for an amplitude, RocFall's for an angle, with a lateral part if given."""
     if spec.angle_sd_deg is not None and spec.lateral_sd_deg is not None:
         return loaded(SPREAD)(math.radians(spec.angle_sd_deg), math.radians(spec.lateral_sd_deg))
     if spec.angle_sd_deg is not None:

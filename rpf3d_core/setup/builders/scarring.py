@@ -1,4 +1,4 @@
-"""Builds soft ground for a scene: the parameters of each zone of the terrain."""
+"""Build the effect scarring of a scene (soft ground that slows rocks), with parameters for each zone."""
 
 from fnmatch import fnmatchcase
 from typing import Any
@@ -12,11 +12,11 @@ from rpf3d_core.scene.scarring import ScarringSpec
 from rpf3d_core.terrain.facets import Terrain
 
 HARD = {"form_drag": 0.0, "soil_drag": 0.0, "mu_min": 0.0, "mu_max": 0.0}
-"""Parameters of a zone that does not slow a rock."""
+"""Parameters of a zone with hard ground, which does not slow rocks."""
 
 
 def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
-    """Return the parameters of soft ground for the kernels.
+    """Return the parameters of soft ground for each zone, in the form that the flight loops read.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
 
 
 def ground_of_zone(spec: ScarringSpec, zone: str) -> dict[str, Any]:
-    """Return the parameters of a zone: those of its exact name, else of the first fitting pattern in file order.
+    """Return the parameters of soft ground for a zone: by its exact name, else by the first pattern that fits.
 
     Without `zones`, all zones have the parameters of the effect; with `zones`, a zone that fits no name is hard.
     """
