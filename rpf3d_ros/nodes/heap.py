@@ -5,7 +5,7 @@ import gc
 import sys
 
 MMAP_THRESHOLD = -3
-"""The option M_MMAP_THRESHOLD of glibc's mallopt(3)."""
+"""The option of glibc's mallopt(3) for the size of large arrays (M_MMAP_THRESHOLD)."""
 
 LARGE = 4_000_000
 """Size (bytes) from which an array has separate pages, which go back to the system when the array is freed.
