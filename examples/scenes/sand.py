@@ -11,14 +11,14 @@ from rpf3d_core.vectors import add, dot, scale, without
 
 
 class Sand(NamedTuple):
-    """The model's parameter; speed : m/s into the ground, at which half of the material's R_n is left."""
+    """speed : m/s into the ground at which half of the material's R_n is left."""
 
     speed: float = 5.0
 
 
 @kernel
 def softened(R_n: float, speed: float, into: float) -> float:
-    """Return the restitution R_n (-) that is left at a speed into the ground (m/s)."""
+    """Return R_n (-) at a speed into the ground (m/s)."""
     return R_n / (1.0 + into / speed)
 
 

@@ -59,7 +59,7 @@ class OnRaster(NamedTuple):
 
 
 RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
-"""Cell sizes to measure, as multiples of half a facet (`raster_over`), and their time steps (s)."""
+"""Rasters to measure: cell sizes as multiples of half a facet (`raster_over`), and time steps (s)."""
 MOST_NODES = 2_000_000
 """Largest number of heights of a raster; a finer raster is not measured, because it takes too long."""
 GUESSED_STEP = 2e-5

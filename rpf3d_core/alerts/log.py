@@ -193,7 +193,7 @@ class DecisionLog:
 
 
 def _ends(files: list[tuple[int, Path]]) -> list[tuple[Path, Tail]]:
-    """Return the ends of the last log files, back to the file with the last decision, from which the log continues."""
+    """Return how the last log files end, back to the file with the last decision, so that the log can continue."""
     found: list[tuple[Path, Tail]] = []
     for _, path in reversed(files):
         found.append((path, tail_of(path)))

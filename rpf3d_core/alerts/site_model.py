@@ -36,7 +36,7 @@ class EvacuationSpec(StrictModel):
 
     @property
     def seconds(self) -> float:
-        """Limit of the first arrival (s): a rock that arrives no later leaves no time to clear the area."""
+        """Shortest time (s) in which the area can be cleared: a first arrival up to this time reaches the limit."""
         return self.evacuation + self.margin
 
 

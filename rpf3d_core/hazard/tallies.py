@@ -74,7 +74,7 @@ class Tallies:
         self.idle.put(scratch)
 
     def loops(self) -> tuple[Call, Call]:
-        """Return the two loops that take longest to compile, with arguments, for another process to compile."""
+        """Return the two counting loops that take longest to compile, so that another process can compile them."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
         flown = self._flown(NOTHING, nothing, nothing)

@@ -15,7 +15,7 @@ LONGEST = 600.0
 """Longest time (s) that a tool of rerun may take before it counts as failed; a recording of 1 GB takes about 10 s."""
 
 IN_FLIGHT = "/trajectories/rocks"
-"""Ending of the names of entities with predicted times, which lie after the moment of recording.
+"""Ending of the name under which a recording stores where rocks will be; its times are predicted.
 
 These times are ignored when the last moment of a recording is determined.
 """

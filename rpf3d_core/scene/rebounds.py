@@ -24,7 +24,8 @@ Wyllie's law is cut off at 2.
 ROUNDING = 1e-9
 """Tolerance (-) for asymmetry and negative eigenvalues of a covariance, because users write rounded figures.
 
-Users write rounded figures."""
+The tolerance is a share of the largest entry.
+"""
 
 Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
 

@@ -15,7 +15,10 @@ PATIENCE = 0.1
 
 
 class DiagnosticListener:
-    """A context manager that subscribes to /diagnostics in a separate rclpy context."""
+    """Receives /diagnostics from all nodes, for programs that are not nodes.
+
+    A context manager with its own rclpy context.
+    """
 
     def __init__(self) -> None:
         self.healths: dict[str, Health] = {}
@@ -27,7 +30,7 @@ class DiagnosticListener:
         self._executor.add_node(self._node)
 
     def spin_once(self) -> dict[str, Health]:
-        """Take at most one message and return the last state of every part of every node, by name."""
+        """Take at most one message; return the last known state of every part of every node, by name."""
         self._executor.spin_once(timeout_sec=PATIENCE)
         return self.healths
 

@@ -10,7 +10,7 @@ from typing import IO
 from rpf3d_core.errors import InputError
 
 DOMAINS = 101
-"""Domain ids 1 to 101 need no ports from the operating system's ephemeral range."""
+"""Number of ROS domains that are used: ids 1 to 101 need no ports from the system's ephemeral range."""
 
 _numbers = itertools.count(13 * os.getpid())
 """Next domain number to try: not a domain that was just released, whose nodes may still be shutting down."""

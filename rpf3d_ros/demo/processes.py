@@ -17,7 +17,7 @@ TAIL = 20
 """Number of lines of each node's output that are shown after a failure."""
 
 SET_PARENT_DEATH_SIGNAL = 1
-"""PR_SET_PDEATHSIG of Linux' prctl(2)."""
+"""The option PR_SET_PDEATHSIG of Linux' prctl(2), by which a node ends together with the demo."""
 
 LIBC = ctypes.CDLL(None) if sys.platform == "linux" else None
 
@@ -70,7 +70,7 @@ def ended(process: subprocess.Popen[bytes]) -> int:
 
 
 def tails(logs: Path) -> str:
-    """Return the last lines of every node's output."""
+    """Return the last lines of every node's output, to explain a failure."""
     parts = []
     for output in sorted(logs.glob("*.out")):
         lines = output.read_text(errors="replace").splitlines()[-TAIL:]

@@ -35,10 +35,10 @@ EXPECTED = (
 """Topics that the recorder must have recorded."""
 
 ENTITIES = ("/terrain", "/sources", "/trajectories", "/trajectories/points", "/impacts", "/alerts", "/alert_level")
-"""Entities that the recording must hold; /deposits depends on whether a rock stops."""
+"""Parts of the recording that must exist; /deposits is not among them, because a rock may not stop."""
 
 LEVELS = ("evacuate", "normal")
-"""Levels that the alert must show, in this order: one alert rises and falls."""
+"""Alert levels that the site must show, in this order: one alert rises and falls."""
 
 SPEED = 20.0
 """Seconds of the shift per second of wall-clock time, while no answer is awaited."""
@@ -112,7 +112,7 @@ def _options(args: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:
-    """Run the nodes while the shift is played and until everything is recorded; return the missing parts."""
+    """Run the nodes while the shift is played, until everything is recorded; return what is missing."""
     # This process subscribes in the same domain, so it takes the same environment. Children start before rclpy does.
     os.environ.update(isolated_environment(logs))
     content = shift_content(options.scene, SOURCES)
@@ -165,7 +165,7 @@ def _all_run(processes: list[subprocess.Popen[bytes]]) -> bool:
 
 
 def _in_order(wanted: Sequence[str], received: Sequence[str]) -> bool:
-    """True if the received levels contain all wanted levels in their order."""
+    """True if the received alert levels contain all wanted levels in their order."""
     rest = iter(received)
     return all(level in rest for level in wanted)
 

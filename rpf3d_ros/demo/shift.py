@@ -39,7 +39,7 @@ T = TypeVar("T")
 
 
 class Event(NamedTuple):
-    """One action of the shift.
+    """One action of survey, radar or operator in the shift, with its time.
 
     at : time in the shift (s)
     action : name of the method of `Shift`
@@ -73,7 +73,10 @@ ANSWERING = 30.0
 
 
 class Shift:
-    """Plays the shift; the clock runs in real time while the shift waits for an answer, so recorded delays are real."""
+    """Plays the shift to the nodes: publishes as survey and radar, and acknowledges as operator.
+
+    The clock runs in real time while the shift waits for an answer, so recorded delays are real.
+    """
 
     def __init__(self, content: ShiftContent, stand_in: StandIn, clock: SimulatedClock, speed: float) -> None:
         """Subscribe to results and alerts; speed : seconds of the shift per second while no answer is awaited."""
@@ -187,6 +190,6 @@ class Shift:
 
 
 def level_of(data: bytes) -> str:
-    """Return the level of the site in a message of `alerts`; "" if it has none."""
+    """Return the alert level of the site in a message of `alerts`; "" if it has none."""
     healths = healths_of(deserialize_message(data, DiagnosticArray))
     return next((health.values["level"] for health in healths if health.name == ALERT), "")

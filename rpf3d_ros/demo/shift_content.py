@@ -26,7 +26,7 @@ Two benches above the ramp, and its edge.
 """
 
 TOP, EDGE, SLOPE = 1664.5, -581.0, 0.72
-"""Height (m) and easting (m) of the crest that fails; tangent of the slope angle of its muck, 36 degrees."""
+"""The crest that fails: height (m) and easting (m); tangent of the slope angle of its muck, 36 degrees."""
 BEND, BENT = (10.0, 70.0), 8.0
 """Northings (m) between which the wall bends eastwards; offset of the bend (m)."""
 HALF_LENGTH = 55.0
@@ -55,7 +55,7 @@ class ShiftContent:
 
 
 def shift_content(scene: Path, sources: int) -> ShiftContent:
-    """Read the scene of the shift; `sources` of its rocks become sources.
+    """Return the messages of the demo, made from its scene; `sources` of the scene's rocks become sources.
 
     Raises InputError if the scene has no ground at the second survey.
     """
@@ -89,7 +89,7 @@ def surveyed_again(terrain: Terrain) -> FloatArray:
 
 
 def extent_of(points: FloatArray) -> str:
-    """Return the extent in plan of points (H, W, 3) m as text."""
+    """Return where points (H, W, 3) m lie in plan, as text for a message."""
     (west, south), (east, north) = (each(points[..., :2], axis=(0, 1)) for each in (np.min, np.max))
     return f"x from {west:g} to {east:g} m, y from {south:g} to {north:g} m"
 

@@ -31,7 +31,10 @@ Receive = Callable[[bytes, int], None]
 
 
 class StandIn:
-    """A context manager with a node in a separate context. One thread at a time may spin; any thread may publish."""
+    """Publishes and subscribes in place of survey, radar and operator; a context manager with a node of its own.
+
+    One thread at a time may spin; any thread may publish.
+    """
 
     def __init__(self, publishes: tuple[str, ...] = (), name: str = "rpf3d_stand_in") -> None:
         """Create the node; publishes : topics whose publishers are created at once, because discovery takes time."""
@@ -57,18 +60,18 @@ class StandIn:
         self.node.create_subscription(kind, topic, lambda data: receive(data, arrived()), qos, raw=True)
 
     def spin_once(self, seconds: float = SPIN) -> None:
-        """Take at most one received message."""
+        """Handle at most one received message."""
         self._executor.spin_once(timeout_sec=seconds)
 
     def wait(self, condition: Callable[[], Any], seconds: float) -> Any:
-        """Spin until the condition returns a true value, or time is up; return the last value of the condition."""
+        """Handle messages until a condition is true or time (s) is up; return the last value of the condition."""
         deadline = time.monotonic() + seconds
         while not (answer := condition()) and time.monotonic() < deadline:
             self.spin_once()
         return answer
 
     def wait_for_subscribers(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
-        """Spin until every published topic has `count` subscribers, or `alive` is false.
+        """Handle messages until every published topic has `count` subscribers, or `alive` is false.
 
         True if all have enough subscribers.
         """

@@ -1,1 +1,1 @@
-"""The threads of the simulator: they take in messages, build ground, fly rocks and decide on alerts."""
+"""The threads of the simulator: they receive messages, build the terrain, fly rocks and decide on alerts."""

@@ -27,23 +27,23 @@ from rpf3d_ros.messages.stamps import SECOND
 Reply = Callable[[tuple[bool, str]], None]
 
 FORGOTTEN = "a decision failed: what was heard before is not used"
-"""Why the state is unknown after an error."""
+"""Reason for an unknown state after an unforeseen error."""
 
 NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
-"""Why there is no decision: a decision would have the stamp 0, and state that a level is held since 1970."""
+"""Reason why no decision is made before the clock runs: it would state that a level is held since 1970."""
 
 RENEWED_BEFORE = SECOND
-"""Time (ns) between the next decision and the end of the last one; half of the decision's validity if that is less."""
+"""Time (ns) before the end of a decision at which the next is made; at most half of the decision's validity."""
 
 LONGEST_WRITE = 1.0
 """Time (s) that a decision may take to reach the disk before the alarm sounds without it."""
 
 CLOSING = None
-"""Entry in the queue of requests that ends the thread."""
+"""Request that ends the thread of the desk."""
 
 
 class DecisionListener(Protocol):
-    """Receives decisions and their problems, on the desk's thread."""
+    """Receives each decision, and problems with decisions, from the thread of the alert desk."""
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
         """Publish an alert."""
@@ -52,7 +52,7 @@ class DecisionListener(Protocol):
         """Report why the last decision is not on disk; "" if it is on disk."""
 
     def held_up(self, why: str) -> None:
-        """Report why no decision can be made; "" once decisions can be made again.
+        """Report why no decision can be made; "" as soon as decisions can be made again.
 
         For the subscribers of alerts, a missing decision is a fault.
         """
@@ -61,12 +61,12 @@ class DecisionListener(Protocol):
         """Report, once for each decision, that a decision has long been waiting for the disk and is unpublished."""
 
     def undecided(self, error: BaseException) -> None:
-        """Report that a decision failed with an unforeseen error; the next tick decides again, without evidence."""
+        """Report that a decision failed with an unforeseen error; the next is made soon, without evidence."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """A request to the desk to decide.
+    """A request to the alert desk: new evidence, a reason to forget evidence, or an acknowledgement.
 
     region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
     faults : the reason why the state is unknown; all evidence is then forgotten. "" if there is no such reason
@@ -89,7 +89,7 @@ TICK = Request()
 
 
 class AlertDesk:
-    """One thread that decides on evidence when it arrives, and again before a decision ends.
+    """Decides on the alert on its own thread: when evidence arrives, and again before a decision ends.
 
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
@@ -109,28 +109,32 @@ class AlertDesk:
         self._thread.start()
 
     def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
-        """Decide on new evidence of a region; evidence without sources applies to all regions of its topic."""
+        """Ask for a decision on new evidence of a region, that is of one wall; returns at once.
+
+        Evidence without sources applies to all regions of its topic.
+        """
         self._requests.put(Request(region=region, evidence=evidence, topic=topic))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
-        """Forget all evidence and topics; until there is new evidence, the state is unknown for the reason `why`.
+        """Ask to forget all evidence and topics; until there is new evidence, the state is unknown because of `why`.
 
         reply : called on the desk's thread after the decision without evidence has been published
         """
         self._requests.put(Request(faults=why, forgets_topics=True, reply=reply))
 
     def lose(self, why: str) -> None:
-        """Forget all evidence, as `forget` does, but still report topics that fall silent."""
+        """Ask to forget all evidence, as `forget` does; topics that fall silent are still reported."""
         self._requests.put(Request(faults=why))
 
     def acknowledge(self, by: str, why: str, reply: Reply) -> None:
-        """Decide with an acknowledgement; `reply` is called with the result, on the desk's thread."""
+        """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread."""
         self._requests.put(Request(acknowledged=(by, why, self._now()), reply=reply))
 
     def tick(self) -> None:
-        """Request a decision if the last decision has failed or is about to end; do nothing if a request is waiting.
+        """Ask for a decision if the last one failed or is about to end; call this regularly.
 
-        Also report a decision that has waited too long for the log, because a disk that hangs raises no error.
+        Do nothing if a request is waiting. Also report a decision that has waited too long for the log, because a disk
+        that hangs raises no error.
         """
         since = self._writing_since
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
@@ -185,7 +189,7 @@ class AlertDesk:
                 request.reply((True, request.faults))
 
     def _wait_for_clock(self, request: Request) -> None:
-        """Report that the clock does not run yet; the desk keeps the evidence and decides when the clock runs."""
+        """Report that the clock does not run yet; evidence is kept, and the decision is made when the clock runs."""
         if not self._owed or request != TICK:
             self._listener.held_up(NO_CLOCK)
         self._owed = True
@@ -233,7 +237,7 @@ class AlertDesk:
             self._writing_since = None
 
     def _is_over(self, now: int) -> bool:
-        """True if the last decision has ended or is about to end, so that the next decision must be made.
+        """True if the last decision has ended or is about to end, so that the next must be made.
 
         If the evidence becomes stale, every decision on this evidence ends at the same time, and the alert becomes a
         fault one tick later.

@@ -11,7 +11,7 @@ from rpf3d_ros.engine.configuration import version
 
 @dataclass(frozen=True, eq=False)
 class EvidenceContext:
-    """Data for the evidence that are not part of the answer.
+    """What the evidence of an answer contains besides the answer: terrain, time and seed.
 
     standing : the prepared terrain in use, or None; lost_patches : number of patches that this terrain lacks
     at_ns : time of the answer (ns); seed : random seed of the scene
@@ -24,7 +24,7 @@ class EvidenceContext:
 
 
 def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
-    """Return the evidence of an answer; omitted sources and patches that the terrain lacks are faults."""
+    """Return the evidence of an answer, for the alert decision; left-out sources and missing patches are faults."""
     faults = (answer.left_out,) if answer.left_out else ()
     if lost := context.lost_patches:
         faults = (*faults, f"{lost} patches are not in the terrain: the whole terrain must be published")
@@ -38,7 +38,10 @@ def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
 
 
 def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceContext) -> Evidence:
-    """Return the evidence of a trigger without an answer; fault : reason for the missing answer, "" for no fault."""
+    """Return the evidence for sources that got no answer, for the alert decision.
+
+    fault : reason for the missing answer, "" for no fault
+    """
     ground = None if context.standing is None else context.standing.ground
     return Evidence(
         result=0, stage=0, at_ns=context.at_ns, trigger_stamp_ns=trigger.stamp_ns,

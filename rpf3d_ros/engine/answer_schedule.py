@@ -1,4 +1,4 @@
-"""Choose the next trigger to answer: new triggers first, then triggers to answer again, then interrupted triggers."""
+"""Choose which sources the simulator answers next: new ones, then ones to answer again, then interrupted ones."""
 
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.answered_sources import AnsweredSources
@@ -6,16 +6,17 @@ from rpf3d_ros.engine.waiting_sources import WaitingSources
 
 
 class AnswerSchedule:
-    """The order in which triggers are answered.
+    """The order in which triggers (the sources of one message each) are answered.
 
     The refinement of an answer ends when a new trigger arrives, or when the ground or the areas change. After such a
     change, the last trigger of each region is answered again, the newest trigger last. If a trigger of another wall has
     interrupted a refinement, this refinement is completed afterwards.
 
-    The flyer holds its lock when it calls a method, except for `progress` and `finish`, which only its thread calls.
+    The flyer is the thread that flies rocks. It holds its lock when it calls a method, except for `progress` and
+    `finish`, which only its thread calls.
 
     current : the trigger that is being answered or was answered last, None if there is none
-    repeats : whether the latest trigger must be answered again
+    repeats : True if the latest trigger must be answered again
     """
 
     def __init__(self, sources: WaitingSources, answered: AnsweredSources) -> None:
@@ -88,12 +89,12 @@ class AnswerSchedule:
         return trigger
 
     def begin(self, trigger: Trigger, can_answer: bool) -> None:
-        """Note that the work on a trigger begins; can_answer : whether there is ground to answer on."""
+        """Note that the work on a trigger begins; can_answer : True if there is terrain to fly over."""
         self.repeats = False
         self._unfinished = trigger if can_answer else None
 
     def progress(self, trigger: Trigger, complete: bool) -> None:
-        """Note that a stage of a trigger's answer has been flown; complete : whether this was the last stage."""
+        """Note that one more stage of an answer has been flown; complete : True if it was the last stage."""
         self._unfinished = None if complete else trigger
 
     def finish(self) -> None:
@@ -106,18 +107,18 @@ class AnswerSchedule:
         return self._latest is not None and (self.repeats or (self.current is not self._latest and not ends_another))
 
     def _set_aside(self, trigger: Trigger) -> None:
-        """Remember the unfinished trigger that `trigger` interrupts, so that its answer can be completed later."""
+        """Keep the unfinished trigger that `trigger` interrupts, so that its answer can be completed later."""
         kept = self._interrupted if self._unfinished is None else [*self._interrupted, self._unfinished]
         self._interrupted = [each for each in kept if each is not trigger and self._answered.holds(each)]
 
     def _to_be_completed(self) -> Trigger | None:
-        """Return an interrupted trigger of another wall that is not too old, None if there is none."""
+        """Return an interrupted trigger of another wall whose answer must still be completed; None without one."""
         if self._unfinished is not None or self._latest is None:
             return None
         others = self._answered.others(self._latest)
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _next_again(self) -> Trigger | None:
-        """Return the next older trigger to answer again; skip triggers that newer triggers of their region replaced."""
+        """Return the next older trigger to answer again, unless a newer trigger of its region has replaced it."""
         self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
         return self._again.pop(0) if self._again else None

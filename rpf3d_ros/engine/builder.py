@@ -1,4 +1,7 @@
-"""The thread that builds ground from surveys while rocks fly over the ground in use; it stores the last good ground."""
+"""The thread that builds the terrain from surveys while rocks fly over the terrain in use.
+
+It also stores the terrain.
+"""
 
 import threading
 from collections.abc import Callable
@@ -19,8 +22,9 @@ from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
 
 @dataclass(frozen=True, eq=False)
 class Arrival:
-    """A terrain message: a function that converts the message to a survey, its stamp (ns), and its bytes.
+    """A received terrain message that waits to be built into the terrain.
 
+    convert : returns the survey in the message; stamp_ns : stamp (ns)
     data : bytes of a mesh, to detect that the same mesh is published again; empty for other messages
     """
 
@@ -30,20 +34,20 @@ class Arrival:
 
 
 class TerrainListener(Protocol):
-    """Receives the results of terrain messages, on the builder's thread."""
+    """Receives reports on terrain messages from the builder's thread."""
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Report that a ground is in use."""
+        """Report that a terrain is in use; what : a sentence on how it was made."""
 
     def terrain_refused(self, why: str) -> None:
-        """Report that a terrain message cannot be used; the ground is unchanged."""
+        """Report that a terrain message cannot be used; the terrain stays unchanged."""
 
     def failed(self, error: BaseException) -> None:
         """Report an unforeseen error."""
 
 
 class Builder:
-    """Takes terrain in the order of `WaitingTerrain` and hands ground to the flyer."""
+    """Builds the terrain from waiting surveys on its own thread, and hands it to the thread that flies rocks."""
 
     def __init__(
         self,
@@ -90,7 +94,7 @@ class Builder:
             self._store.keep(ground, survey)
 
     def _refuse(self, kind: str, why: str) -> None:
-        """Release a refused message and report it; a refused patch counts as missing in the terrain."""
+        """Report that a message cannot be used; a refused patch counts as missing in the terrain."""
         if kind == "whole":
             self._waiting.refused()
         else:
@@ -98,7 +102,7 @@ class Builder:
         self._listener.terrain_refused(why)
 
     def _whole(self, arrival: Arrival) -> tuple[LiveTerrain, Survey | None]:
-        """Build the ground of a whole survey and give it to the flyer; return the ground and the survey.
+        """Build the terrain of a whole survey and put it into use; return the terrain and the survey.
 
         If the survey equals the ground in use, this ground stays and the returned survey is None.
         """
@@ -120,7 +124,7 @@ class Builder:
         return ground, survey
 
     def _patched(self, arrival: Arrival) -> tuple[LiveTerrain, Survey]:
-        """Insert a patch into the ground in use, give the result to the flyer, and return the ground and the patch."""
+        """Join a patch to the terrain in use, and return the changed terrain and the patch."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a cloud of points")
@@ -140,7 +144,10 @@ class Builder:
 
 
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
-    """Return `stand_after`; raise MessageRefused in place of TerrainError, which means that no ground was changed."""
+    """Return the prepared terrain after a patch; an error here means that the terrain was already changed.
+
+    So MessageRefused is raised in place of TerrainError, which means that no terrain was changed.
+    """
     try:
         return stand_after(before, ground)
     except TerrainError as error:

@@ -30,13 +30,13 @@ from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.messages.stamps import SECOND
 
 WARM_SIDE, WARM_STEP = 60, 2.0
-"""Points along a side of the slope that is used to compile all code, and the distance of the points (m).
+"""Points along a side of the artificial slope that is used to compile all code, and their distance (m).
 
 The slope has enough cells that compiled code is used in place of NumPy.
 """
 
 WARM_ROCKS = 300
-"""Number of rocks: they reach enough cells that compiled code, not NumPy, computes the percentiles."""
+"""Number of rocks that fly over the artificial slope: enough that all code is used, and so compiled."""
 
 LIVE_AREAS = (LIVE_AREA, EQUIPMENT)
 """Names of the areas whose outlines are received as messages."""
@@ -47,7 +47,7 @@ DECISIONS = "decisions"
 
 @dataclass(frozen=True, eq=False)
 class StationConfiguration:
-    """Everything that a station needs.
+    """Everything that a configured simulator needs: scene, thresholds, log, store and last terrain.
 
     standing : the last good terrain, prepared, None if there is none; standing_report : its age, or why it is missing
     thresholds : of the site, None if there are no alerts; log_fault : why decisions cannot be logged, or empty
@@ -67,7 +67,7 @@ class StationConfiguration:
 
 
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
-    """Prepare the configuration for parameters and values of a scene; call on a thread, because it takes seconds.
+    """Read and prepare everything for a configured simulator; call this on a thread, because it takes seconds.
 
     Raises InputError if the scene, the site file or the store is refused; the store is then free again.
     """
@@ -94,7 +94,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
 
 
 def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError if the largest answer has too few rocks to show that a level is no longer exceeded."""
+    """Raise InputError if no answer can have enough rocks to show that a level is no longer exceeded."""
     fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
     if most < fewest:
         raise InputError(
@@ -125,7 +125,7 @@ def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
 
 
 def spread_of(parameters: SimulatorParameters) -> ReleaseSpread:
-    """Return how rocks are spread around a source."""
+    """Return how rocks are spread around each source, from the parameters of the node."""
     above = parameters.above_ground if parameters.above_ground >= 0.0 else None
     return ReleaseSpread(position=parameters.position_spread, velocity=parameters.velocity_spread, above_ground=above)
 
@@ -156,7 +156,7 @@ def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
 
 
 def _store_of(parameters: SimulatorParameters) -> Store | None:
-    """Return the store, None if no store is named. Raises InputError if the store cannot be opened."""
+    """Return the store that keeps the terrain on disk; None if no store is named. Raises InputError on failure."""
     if not parameters.store:
         return None
     try:
@@ -204,7 +204,7 @@ def version() -> str:
 
 
 def age_of(stamp_ns: int, now_ns: int) -> str:
-    """Format the time between a stamp and now as an age."""
+    """Return the time between a stamp and now as text, such as "3.0 hours"."""
     seconds = (now_ns - stamp_ns) / SECOND
     for size, unit in ((86_400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * size:

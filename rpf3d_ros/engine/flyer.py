@@ -1,4 +1,4 @@
-"""The thread that owns the ground: this thread replaces the ground, applies patches, answers triggers, refines answers.
+"""The thread that flies rocks: it answers sources, refines answers, and changes the terrain between flights.
 
 One thread does all these tasks, so that a patch never changes the ground under a rock in flight.
 """
@@ -20,20 +20,23 @@ from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.messages.refusals import report_error
 
 Change = Callable[[PreparedTerrain], PreparedTerrain]
-"""Changes the ground of a prepared terrain and returns the new prepared terrain; the old one must not be used again."""
+"""A function that changes the terrain: it gets the prepared terrain, and returns the changed one.
+
+The old prepared terrain must not be used again.
+"""
 
 
 class FlightListener(Protocol):
-    """Receives the results of flights, on the flyer's thread."""
+    """Receives answers and reports from the thread that flies rocks."""
 
     def answered(self, answer: Answer) -> None:
-        """Publish an answer before returning."""
+        """Publish an answer; return only after that."""
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """Report that a trigger has no answer, and why."""
+        """Report why the sources of a message get no answer."""
 
     def groundless(self, trigger: Trigger) -> None:
-        """Report that there is no ground to fly a trigger over."""
+        """Report that sources get no answer, because there is no terrain yet."""
 
     def failed(self, error: BaseException) -> None:
         """Report an unforeseen error."""
@@ -41,7 +44,7 @@ class FlightListener(Protocol):
 
 @dataclass(eq=False)
 class Handover:
-    """A change of the ground that the flyer makes; `done` is set when the change has been made or refused.
+    """A request to the flying thread to change the terrain; `done` is set when the change is made or refused.
 
     ready : the new prepared terrain; None if `change` changes the present terrain
     error : the exception that refused the change, None if the change was made
@@ -56,7 +59,10 @@ class Handover:
 
 
 class Flyer:
-    """Answers triggers over the present ground, on one thread, in the order of `AnswerSchedule`."""
+    """Flies rocks on its own thread to answer triggers (the sources of one message each).
+
+    The order is that of `AnswerSchedule`.
+    """
 
     def __init__(
         self, spread: ReleaseSpread, size: EnsembleSize, sources: WaitingSources, results: Iterator[int],
@@ -89,7 +95,7 @@ class Flyer:
             return self._schedule.submit(trigger)
 
     def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
-        """Give the flyer new ground, or a change of the present ground, and wait until the flyer uses the new ground.
+        """Ask for a change of the terrain, and wait until the new terrain is in use.
 
         Raises the exceptions of the change. Raises InputError if the flyer is closed, or if there is no ground to
         change.
@@ -106,7 +112,7 @@ class Flyer:
         return handover
 
     def set_areas(self, topic: str, outlines: Outlines) -> None:
-        """Replace the live areas of a topic, map frame, and answer the last triggers again."""
+        """Replace the areas of interest of a topic, map frame, and answer the last sources again."""
         with self._changed:
             self._areas = {**self._areas, topic: outlines}
             self._schedule.answer_again()
@@ -158,7 +164,7 @@ class Flyer:
                 report_error(self._listener.failed, error)
 
     def _step(self) -> None:
-        """Wait for work and do one task: a change of ground first, then a trigger, then a refinement."""
+        """Wait for work and do one task: a change of terrain first, then new sources, then a refinement."""
         with self._changed:
             self._changed.wait_for(self._has_work)
             if self._closed:
@@ -190,7 +196,7 @@ class Flyer:
             handover.done.set()
 
     def _changed_by(self, change: Change) -> PreparedTerrain:
-        """Return the prepared terrain after a change; if the change fails halfway, the flyer has no terrain left."""
+        """Return the prepared terrain after a change; if the change fails halfway, no terrain is left."""
         if self.standing is None:
             raise InputError("there is no terrain yet that it could change")
         try:
@@ -203,7 +209,7 @@ class Flyer:
             raise
 
     def _begin(self, trigger: Trigger) -> None:
-        """Answer a trigger, unless the trigger was forgotten after it left the queue."""
+        """Begin to answer a trigger, unless it was forgotten after it left the queue."""
         with self._changed:
             if self._schedule.current is not trigger:
                 return
@@ -220,7 +226,7 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the current trigger."""
+        """Fly the next stage of the current answer, with twice as many rocks, and publish it."""
         stages, trigger = self._stages, self._schedule.current
         if stages is None or trigger is None:
             return
@@ -240,7 +246,7 @@ class Flyer:
                 self._listener.answered(answer)
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
-        """True if the result of the last stage is still valid: its trigger was not forgotten during the flight."""
+        """True if the stage that was just flown may be published: its trigger was not forgotten during the flight."""
         with self._changed:
             if self._stages is not stages:
                 return False
@@ -249,7 +255,7 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """True if the flyer must abandon a stage for other work.
+        """True if the flying of a stage must stop because of other work.
 
         The first stage is flown even if other triggers wait. Otherwise a flood of triggers would never be answered.
         """

@@ -1,4 +1,4 @@
-"""Merge messages of several queues in the order in which they were published."""
+"""Merge the messages of several topics in the order in which they were published."""
 
 from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
@@ -7,7 +7,7 @@ T = TypeVar("T")
 
 
 class Published(NamedTuple, Generic[T]):
-    """A published message.
+    """A received message with the time of its publication.
 
     at_ns : time of publication (ns); queue : index of the queue that contained the message; content : the content
     """
@@ -18,7 +18,7 @@ class Published(NamedTuple, Generic[T]):
 
 
 class InOrder(Generic[T]):
-    """Takes messages from several queues, one queue after the other, and sorts them by their time of publication.
+    """Takes messages from several queues, and returns them in the order of their publication.
 
     Messages also arrive while the queues are read. The last queues may then give a message that is younger than a
     message that has just arrived in the first queue. Therefore all queues are read twice before messages are returned:

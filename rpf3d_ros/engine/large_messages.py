@@ -1,10 +1,11 @@
-"""Take large messages, and messages that must stay in order with them, on one thread without the interpreter's lock.
+"""Receive large messages without blocking other threads, on a thread of their own.
 
-rclpy holds the interpreter's lock while it takes a message: a mesh of 56 MB, copied twice into untouched pages, blocks
-every thread of a node for 0.1 s and more. This module calls the function of rcl through ctypes, which releases the
-lock, and does not copy the bytes. Messages of several topics that have arrived are passed on in the order in which they
-were published. The transport of a large message takes time, so the message may arrive after a small message that was
-published later. Therefore the time of publication is passed on with each message.
+Messages that must stay in order with large ones are received here, too. rclpy holds the interpreter's lock while it
+takes a message: a mesh of 56 MB, copied twice into untouched pages, blocks every thread of a node for 0.1 s and more.
+This module calls the function of rcl through ctypes, which releases the lock, and does not copy the bytes. Messages of
+several topics that have arrived are passed on in the order in which they were published. The transport of a large
+message takes time, so the message may arrive after a small message that was published later. Therefore the time of
+publication is passed on with each message.
 """
 
 import ctypes
@@ -36,11 +37,11 @@ MOST_REPORTED = 100
 """Number of error messages that are remembered, so that a continuing error is reported once."""
 
 OK, NOTHING_THERE = 0, 401
-"""RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED (rcl/types.h)."""
+"""Return codes of rcl (RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED in rcl/types.h)."""
 
 
 class _Allocator(ctypes.Structure):
-    """rcutils_allocator_t."""
+    """The structure rcutils_allocator_t of rcl, for ctypes."""
 
     _fields_ = tuple(
         (name, ctypes.c_void_p) for name in ("allocate", "deallocate", "reallocate", "zero_allocate", "state")
@@ -48,7 +49,7 @@ class _Allocator(ctypes.Structure):
 
 
 class _Serialized(ctypes.Structure):
-    """rcl_serialized_message_t, which is rcutils_uint8_array_t."""
+    """The structure rcl_serialized_message_t of rcl (rcutils_uint8_array_t), for ctypes."""
 
     _fields_ = (
         ("buffer", ctypes.c_void_p), ("length", ctypes.c_size_t), ("capacity", ctypes.c_size_t),
@@ -57,19 +58,19 @@ class _Serialized(ctypes.Structure):
 
 
 class _Info(ctypes.Structure):
-    """rmw_message_info_t: the fields up to the time of publication, and room for the rest."""
+    """The structure rmw_message_info_t for ctypes: the fields up to the time of publication, and room for the rest."""
 
     _fields_ = (("published_ns", ctypes.c_int64), ("rest", ctypes.c_int64 * 31))
 
 
 class _Sentence(ctypes.Structure):
-    """rcutils_error_string_t."""
+    """The structure rcutils_error_string_t of rcl, for ctypes."""
 
     _fields_ = (("text", ctypes.c_char * 1024),)
 
 
 class _Rcl:
-    """The functions used from the libraries that rclpy has loaded."""
+    """The C functions of rcl that are called through ctypes, from the libraries that rclpy has loaded."""
 
     def __init__(self) -> None:
         """Load the functions. Raises OSError or AttributeError if they do not exist under their usual names."""
@@ -94,25 +95,25 @@ def _rcl() -> _Rcl | None:
 
 
 class NotByTheExecutor(CallbackGroup):
-    """A callback group whose subscriptions the executor ignores.
+    """A callback group whose subscriptions the executor does not read, because another thread reads them.
 
     The executor still handles the events of the subscriptions, such as an incompatible QoS.
     """
 
     def can_execute(self, entity: object) -> bool:
-        """True if the entity is not a subscription."""
+        """True if the executor may handle the entity, that is if it is not a subscription."""
         return not isinstance(entity, Subscription)
 
     def beginning_execution(self, entity: object) -> bool:
-        """Return `can_execute`."""
+        """Return `can_execute`; rclpy calls this before it handles an entity."""
         return self.can_execute(entity)
 
     def ending_execution(self, entity: object) -> None:
-        """Do nothing."""
+        """Do nothing; rclpy calls this after it has handled an entity."""
 
 
 class LargeTopic(NamedTuple):
-    """A topic of large messages.
+    """A topic of large messages, and the function that receives them.
 
     kind : a message class; take : called with the CDR bytes of each message and its time of publication (ns)
     """
@@ -128,9 +129,10 @@ class LargeTopic(NamedTuple):
 
 
 class LargeMessages:
-    """Subscriptions whose messages are passed on as CDR bytes (memoryview), on a separate thread, ordered by `InOrder`.
+    """Subscriptions to large messages, which are passed on as CDR bytes (memoryview) on a separate thread.
 
-    If the functions of rcl are missing, the executor passes the messages on as `bytes`, topic by topic.
+    The messages are in the order of publication (`InOrder`). If the functions of rcl are missing, the executor passes
+    the messages on as `bytes`, topic by topic.
 
     failed : called with a sentence if rcl cannot check for messages, or if a callback raises an error; the same
         sentence is reported again only after the errors have stopped
@@ -202,7 +204,7 @@ class LargeMessages:
         rcl = self._rcl
         assert rcl is not None
         message, info, handle = _Serialized(allocator=rcl.allocator()), _Info(), subscription.handle
-        with handle:  # prevents its destruction meanwhile
+        with handle:  # prevents that rclpy destroys it meanwhile
             code = rcl.take(handle.pointer, ctypes.byref(message), ctypes.byref(info), None)
         if code == OK:
             return info.published_ns, _viewed(message, rcl)

@@ -1,4 +1,4 @@
-"""The outputs of a station: publishers, diagnostics and log; after the station is closed, outputs that do nothing."""
+"""The outputs of a simulator: publishers, diagnostics and log; after its end, outputs that do nothing."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from rpf3d_ros.interface.health_report import HealthReport
 
 @dataclass(frozen=True, eq=False)
 class Outlets:
-    """The outputs of a station: the node's publishers, diagnostics and log; now : returns the node's time (ns)."""
+    """The outputs of a simulator: the node's publishers, diagnostics and log; now : returns the node's time (ns)."""
 
     answers: AnswerPublishers
     alerts: AlertPublishers
@@ -30,7 +30,7 @@ class Outlets:
 
 
 class NoOutput:
-    """Replaces an output and ignores all calls."""
+    """An output that ignores all calls, in place of the outputs of a simulator that has ended."""
 
     def __getattr__(self, name: str) -> "NoOutput":
         """Return this object for any attribute."""

@@ -9,7 +9,7 @@ from rpf3d_ros.engine.answered_sources import AnsweredSources
 
 
 class PublishedAnswer(NamedTuple):
-    """A trigger whose answer has been published over the present ground, the answer's areas and number of rocks."""
+    """An answer that was published over the terrain in use: its sources, its areas and its number of rocks."""
 
     trigger: Trigger
     areas: Mapping[str, Outlines]
@@ -17,16 +17,16 @@ class PublishedAnswer(NamedTuple):
 
 
 class PublishedAnswers:
-    """The answers published over the present ground."""
+    """The answers that were published over the terrain in use."""
 
     def __init__(self, answered: AnsweredSources) -> None:
         self._answered = answered
         self._published: list[PublishedAnswer] = []
 
     def note(self, trigger: Trigger, areas: Mapping[str, Outlines], rocks: int) -> bool:
-        """Note an answer; return False if an answer with more rocks was published for the same trigger and areas.
+        """Note an answer before it is published; return False if a better one for the same sources was published.
 
-        The first stage of a repeated answer has few rocks.
+        A better answer has more rocks and the same areas. The first stage of a repeated answer has few rocks.
         """
         published = self._published
         if any(each.trigger is trigger and each.areas is areas and each.rocks > rocks for each in published):
@@ -36,5 +36,5 @@ class PublishedAnswers:
         return True
 
     def clear(self) -> None:
-        """Forget all answers, because the ground has changed or their stamps are no longer valid."""
+        """Forget all published answers, because the terrain has changed or their stamps are no longer valid."""
         self._published = []

@@ -1,4 +1,4 @@
-"""Keep the evidence of each region, and combine the evidence that is not stale for a decision."""
+"""Keep the evidence for each wall (region), and combine what is not too old into one evidence for a decision."""
 
 from collections.abc import Hashable
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class TopicEvidence(NamedTuple):
 
 
 class RegionEvidence:
-    """The last evidence of each region, and the topics that have reported sources."""
+    """The last evidence of each region, that is of each wall, and the topics that have reported sources."""
 
     def __init__(self, max_age_s: float) -> None:
         """Begin without evidence; max_age_s : age (s) beyond which evidence is stale."""
@@ -61,10 +61,11 @@ class RegionEvidence:
             self._evidence = others or {region: new}
 
     def fresh(self, now_ns: int) -> Evidence | None:
-        """Return the combined fresh evidence of all regions; if all is stale, the evidence of the newest sources.
+        """Return the evidence of all regions that is not too old, combined into one for a decision.
 
-        Returns None if there is no evidence. Stale evidence is omitted, because the radar may have reported later that
-        the rocks are at other places. A radar that has reported nothing later is a fault.
+        If all evidence is too old, the result is the evidence of the newest sources. Returns None if there is no
+        evidence. Stale evidence is omitted, because the radar may have reported later that the rocks are at other
+        places. A radar that has reported nothing later is a fault.
         """
         if not self._evidence:
             return None

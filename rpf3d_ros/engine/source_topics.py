@@ -1,4 +1,4 @@
-"""Track which topics have reported sources: a topic that falls silent must be noticed while other topics publish."""
+"""Notice topics of sources that fall silent: their last message reported sources, and no message follows."""
 
 from rpf3d_core.alerts.times import span
 
@@ -18,7 +18,7 @@ def is_cleared_by(empty: str, reported: str) -> bool:
 
 
 class SourceTopics:
-    """The last report of each topic of sources."""
+    """The last message of each topic of sources: its stamp, and whether it reported any source."""
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[int, bool]] = {}
@@ -32,7 +32,7 @@ class SourceTopics:
             self._last[topic] = stamp_ns, sources > 0
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a sentence for each topic whose last report had sources and is older than `oldest_ns`."""
+        """Return a sentence for each topic that has fallen silent: its last message had sources and is too old."""
         return tuple(
             f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}"
             for topic, (stamp, had_sources) in self._last.items()

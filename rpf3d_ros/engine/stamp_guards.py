@@ -1,4 +1,4 @@
-"""Refuse a message whose stamp is older than the last stamp of its topic, or lies in the future."""
+"""Refuse messages with wrong time stamps: older than the last stamp of the topic, or in the future."""
 
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.stamps import SECOND
@@ -35,7 +35,7 @@ class StampGuards:
             raise MessageRefused(f"its stamp goes back by {back:.3f} s behind the last message of {topic}")
 
     def note(self, topic: str, stamp_ns: int) -> None:
-        """Note the stamp (ns) of an accepted message."""
+        """Note the stamp (ns) of an accepted message; older messages of the topic are then refused."""
         self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def reset(self) -> None:

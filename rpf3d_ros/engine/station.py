@@ -1,4 +1,4 @@
-"""The station of a configured simulator: the threads and their connections, from configuring to cleaning up."""
+"""The station: all threads of a configured simulator and their connections, until the node is cleaned up."""
 
 import itertools
 import queue
@@ -48,7 +48,7 @@ LAST_FAULT = 0.5
 
 
 class Ending(Protocol):
-    """An object with a thread that can be ended."""
+    """A thread of the station that can be ended."""
 
     def close(self, timeout: float) -> bool:
         """Wait at most `timeout` (s); return True if the thread has ended."""
@@ -62,10 +62,10 @@ def _all_end(threads: Iterable[Ending], timeout: float) -> bool:
 
 
 class Station:
-    """The threads of a configured simulator, and the connections between them."""
+    """All threads of a configured simulator (receiving, building, flying, deciding), and their connections."""
 
     def __init__(self, configuration: StationConfiguration, outlets: Outlets) -> None:
-        """Start the threads; nothing is answered before `activate`."""
+        """Start the threads; no sources are answered before `activate`."""
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
@@ -112,7 +112,7 @@ class Station:
                 self.decisions.end_with_alarm()
 
     def close(self) -> bool:
-        """End all threads within COMPUTING and WRITING; return True if all have ended.
+        """End all threads within COMPUTING and WRITING (s); return True if all have ended.
 
         Threads that have not ended are abandoned: their results and reports are discarded.
         """
@@ -124,7 +124,7 @@ class Station:
         return ended
 
     def submit(self, trigger: Trigger) -> None:
-        """Put a trigger in the queue.
+        """Queue the sources of one message to be answered.
 
         If a full queue drops a trigger of another wall, that wall has a fault until the trigger is answered, which
         happens after all waiting triggers.
@@ -136,7 +136,7 @@ class Station:
         self.report_waiting()
 
     def report_waiting(self) -> None:
-        """Report a missing input: terrain, or else sources."""
+        """Report in the diagnostics which input is missing: terrain, or else sources."""
         if self.flyer.standing is None:
             self.waiting("terrain")
         elif not self.flyer.has_trigger:
@@ -191,7 +191,7 @@ class Station:
     # --- reports of the flyer
 
     def answered(self, answer: Answer) -> None:
-        """Decide on an answer and publish it."""
+        """Publish an answer, and ask for an alert decision on it."""
         if self.desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())
             self.desk.decide_on(self.region_of(answer.trigger), evidence, answer.trigger.topic)
@@ -208,12 +208,12 @@ class Station:
         self._decide_without_answer(trigger, why)
 
     def groundless(self, trigger: Trigger) -> None:
-        """Report that there is no terrain for an answer; the missing terrain is a fault of the alert."""
+        """Report that there is no terrain for an answer, which is a fault of the alert."""
         self.waiting("terrain")
         self._decide_without_answer(trigger, "there is no terrain to fly over")
 
     def waiting(self, what: str) -> None:
-        """Report that an input is still missing."""
+        """Report in the diagnostics that an input is still missing."""
         self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
 
     def failed(self, error: BaseException) -> None:
@@ -226,7 +226,7 @@ class Station:
     # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Report that a ground is in use."""
+        """Report in the diagnostics which terrain is in use."""
         age = (self._outlets.now() - ground.stamp_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
@@ -236,11 +236,11 @@ class Station:
         self.report_waiting()
 
     def terrain_refused(self, why: str) -> None:
-        """Report why a survey is not used."""
+        """Report in the diagnostics why a survey is not used."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
 
     def region_of(self, trigger: Trigger) -> Hashable:
-        """Return the wall that a trigger belongs to."""
+        """Return the region of a trigger, that is the wall that its sources belong to."""
         return self.sources.region_of(trigger)
 
     def _decide_without_answer(self, trigger: Trigger, fault: str) -> None:

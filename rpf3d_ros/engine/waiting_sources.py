@@ -1,4 +1,4 @@
-"""The bounded queue of triggers: it keeps the newest trigger of each wall and counts dropped triggers.
+"""The queue of sources that wait for an answer: the newest message of each wall; dropped messages are counted.
 
 Any thread may put triggers in the queue, which is quick. The flyer's thread takes triggers from the walls in turn.
 """
@@ -10,11 +10,11 @@ import numpy as np
 from rpf3d_core.live.triggers import Trigger
 
 NO_SOURCES = "no sources"
-"""Stands for the square of a region: a message without sources applies to all walls that its topic watches."""
+"""Takes the place of a region's square if a message has no sources, because it applies to all walls."""
 
 
 class WaitingSources:
-    """Waiting triggers, one for each region: a newer trigger replaces the waiting trigger of its region.
+    """Waiting triggers (the sources of one message each), one for each region; a newer one replaces an older one.
 
     After a flood of messages about one wall, only the newest message is answered; triggers of other walls stay.
     """
@@ -61,7 +61,7 @@ class WaitingSources:
         return len(self._waiting)
 
     def region_of(self, trigger: Trigger) -> Hashable:
-        """Return the topic of a trigger and the square in which the middle of its sources lies.
+        """Return the region of a trigger: its topic, and the square in plan that contains the middle of its sources.
 
         The topic is part of the region, because a click must not hide a radar's sources.
         """

@@ -1,4 +1,4 @@
-"""The bounded queue of surveys: the latest whole survey, then its patches in order; every lost patch is counted.
+"""The queue of surveys to be built: the latest whole survey, then its patches in order; lost patches are counted.
 
 Any thread may put surveys in the queue, which is quick. The builder's thread takes them.
 """
@@ -14,17 +14,17 @@ from rpf3d_ros.messages.refusals import MessageRefused
 M = TypeVar("M")
 
 UNTRIED = 3
-"""Largest number of untried whole surveys: enough that a bad survey does not replace a good one; limits the memory."""
+"""Largest number of waiting whole surveys, to limit memory; enough that a bad survey does not replace a good one."""
 
 LATE = 10.0
-"""Largest delay (s) of a whole survey after the arrival of patches that were published later than the survey."""
+"""Longest time (s) for which patches are kept for a whole survey that was published earlier but arrives later."""
 
 REMEMBERED = 10_000
-"""Number of patches whose time of publication is kept."""
+"""Number of patches whose time of publication is remembered."""
 
 
 class Moment(NamedTuple):
-    """The publication time and the stamp of a terrain message.
+    """When a terrain message was published, and its stamp, to put surveys and patches in order.
 
     published_ns : time of the publisher's clock (ns); 0 if the middleware gives no time
     stamp_ns : stamp of the message (ns); None if the message has no stamp
@@ -34,9 +34,9 @@ class Moment(NamedTuple):
     stamp_ns: int | None = None
 
     def follows(self, whole: "Moment") -> bool:
-        """True if a patch of this moment was published after the whole survey of moment `whole`, with no older stamp.
+        """True if a patch of this moment belongs on top of the whole survey of moment `whole`.
 
-        A patch with an older stamp would be refused.
+        The patch must be published after the survey, with no older stamp. A patch with an older stamp would be refused.
         """
         older = whole.stamp_ns is not None and self.stamp_ns is not None and self.stamp_ns < whole.stamp_ns
         return self.published_ns > whole.published_ns and not older
@@ -44,8 +44,9 @@ class Moment(NamedTuple):
 
 @dataclass
 class ReceivedPatch(Generic[M]):
-    """A received patch, its moment, and the time (s) of its arrival.
+    """A received patch that may have to be applied again, to a whole survey that arrives late.
 
+    moment : of the patch; at : time of arrival (s)
     patch : None once the patch is too old to be kept
     """
 
@@ -56,7 +57,7 @@ class ReceivedPatch(Generic[M]):
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey, the patches that follow the survey, and the number of lost patches.
+    """A whole survey in the queue, with the patches that belong on top of it and the number of lost ones.
 
     whole : the survey; None for the survey in use
     early : patches that follow the survey but were received before the survey
@@ -71,16 +72,16 @@ class Chapter(Generic[M]):
     lost: int = 0
 
     def take_over(self, later: "Chapter[M]") -> None:
-        """Take over the patches of the next chapter, whose survey is not used."""
+        """Take over the patches of the next survey, because that survey is not used."""
         self.patches += later.patches
         self.lost += later.lost
 
 
 class WaitingTerrain(Generic[M]):
-    """Waiting surveys for one thread: the latest whole survey first, then its patches in order.
+    """The waiting surveys for the builder's thread: the latest whole survey first, then its patches in order.
 
-    Older whole surveys are kept until a newer survey has become the terrain. Their number is limited. The first chapter
-    belongs to the survey in use.
+    Older whole surveys are kept until a newer survey has become the terrain. Their number is limited. A chapter is a
+    whole survey with its patches. The first chapter belongs to the survey in use.
 
     A large mesh may be received after a patch that was published later. Therefore received patches are kept for a
     while, and applied again to a whole survey that they follow, even if they have been taken already. Patches that are
@@ -100,12 +101,12 @@ class WaitingTerrain(Generic[M]):
 
     @property
     def lost_patches(self) -> int:
-        """Number of patches that were received and are neither in the terrain nor in a later whole survey."""
+        """Number of patches missing in the terrain: received, but neither in it nor in a later whole survey."""
         with self._changed:
             return sum(chapter.lost for chapter in self._chapters)
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
-        """Put a whole survey in the queue; if too many wait, drop the oldest untried survey.
+        """Queue a whole survey; if too many wait, drop the oldest that has not been built.
 
         A latched survey may be received again. If it is already in the queue or in use, the repetition is ignored,
         because patches may have been applied to the survey.
@@ -126,7 +127,7 @@ class WaitingTerrain(Generic[M]):
             self._changed.notify()
 
     def put_patch(self, patch: M, moment: Moment | None = None) -> None:
-        """Put a patch in the queue. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
+        """Queue a patch. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
         with self._changed:
             if moment is not None:
                 self._received.append(received := ReceivedPatch(patch=patch, moment=moment, at=time.monotonic()))
@@ -155,7 +156,7 @@ class WaitingTerrain(Generic[M]):
             return "patch", newest.patches.pop(0)
 
     def accepted(self) -> None:
-        """Note that the survey taken last is the terrain; all earlier surveys are dropped."""
+        """Note that the last taken whole survey is now the terrain; all earlier surveys are dropped."""
         with self._changed:
             tried = self._tried
             assert tried is not None
@@ -165,7 +166,7 @@ class WaitingTerrain(Generic[M]):
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def refused(self) -> None:
-        """Note that the survey taken last is not a terrain; the survey before it is next, and all patches stay."""
+        """Note that the last taken whole survey cannot be used; the survey before it is next, and all patches stay."""
         with self._changed:
             tried = self._tried
             assert tried is not None
@@ -178,7 +179,7 @@ class WaitingTerrain(Generic[M]):
             self._patched.lost += 1
 
     def close(self) -> None:
-        """Release the waiting thread."""
+        """Close the queue; a thread that waits in `take` continues."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -194,7 +195,7 @@ class WaitingTerrain(Generic[M]):
             self._kept.clear()
 
     def drop_old_patches(self) -> None:
-        """Free the memory of patches that are too old for a late survey; the caller does this regularly."""
+        """Free the memory of patches that are too old for a late whole survey; call this regularly."""
         with self._changed:
             self._drop_old_patches()
 

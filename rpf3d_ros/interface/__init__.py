@@ -1,1 +1,1 @@
-"""The interface of a node: its topics with their quality of service, its parameters and its health."""
+"""What other programs see of a node: topics with their quality of service, parameters and diagnostics."""

@@ -23,7 +23,7 @@ class AlertPublishers:
         self.closed = False
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
-        """Publish a decision.
+        """Publish the alert of a decision: `alarm` and `alerts`.
 
         The message has the stamp of the decision's sources, or the time of the decision if there is no answer.
 
@@ -39,6 +39,6 @@ class AlertPublishers:
         return True
 
     def sound_alarm(self) -> None:
-        """Publish the alarm without a decision, for use when no decision can be made."""
+        """Publish that the alarm sounds although no decision can be made."""
         if not self.closed and self._alarm.is_activated:
             publish(self._node, self._alarm, Bool(data=True))

@@ -82,7 +82,7 @@ def messages_of(
 
 
 def facts_of_answer(answer: Answer) -> ResultFacts:
-    """Return the facts of an answer that `results` publishes."""
+    """Return the figures of an answer for the topic `results`."""
     return ResultFacts(
         result=answer.result, stage=answer.stage, complete=answer.complete, rocks=answer.rocks,
         sources=answer.sources, seed=answer.standing.scene.seed, seconds=answer.seconds,

@@ -21,17 +21,17 @@ SPACING = 0.005
 """Least time (s) between publications, except repetitions, so that many messages do not cause many diagnostics."""
 
 QUIET = 5.0
-"""Time (s) in which a part logs the same warning only once, even if the numbers in the warning differ.
+"""Time (s) for which a node logs the same warning only once, even if its numbers differ.
 
 /diagnostics has every warning.
 """
 
 NUMBER = re.compile(r"\d+(\.\d+)?")
-"""Numbers in a warning, which differ between warnings of the same kind, such as the stamps of a flood of messages."""
+"""Pattern of the numbers in a warning, which are ignored when warnings are compared."""
 
 
 class HealthReport:
-    """The last state of each part of a node, published together; several threads may use it."""
+    """The last state of each part of a node for /diagnostics, published together; several threads may use it."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -46,8 +46,9 @@ class HealthReport:
         self.closed = False
 
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
-        """Set the state of a part.
+        """Set the state of a part of the node, for example "terrain".
 
+        level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures
         The state is logged if it is not OK, or OK again after a fault; a changed level or sentence is published at
         once.
         """

@@ -24,7 +24,7 @@ ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that rclpy declares by itself."""
 
 LARGEST_COUNT = 2**31 - 1
-"""Upper end of an otherwise unlimited range; a descriptor needs both ends."""
+"""Largest value of a parameter without an upper limit, because a ROS parameter range needs both ends."""
 
 P = TypeVar("P")
 
@@ -48,7 +48,7 @@ class FrameParameters:
 
     @property
     def frame(self) -> MapFrame:
-        """Return the map frame as a value. Raises InputError if the parameters are invalid."""
+        """The map frame and its relation to survey coordinates. Raises InputError if the parameters are invalid."""
         if len(self.map_origin) != 3 or not all(math.isfinite(value) for value in self.map_origin):
             raise InputError(f"map_origin is {list(self.map_origin)}; it must be three finite numbers E, N, H in m")
         if not self.map_frame or self.map_frame.startswith("/") or self.map_frame == self.survey_frame:
@@ -132,9 +132,9 @@ class ScenePublisherParameters(FrameParameters):
 
 
 def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str] = ()) -> P:
-    """Declare the fields of a dataclass as parameters of the node and return their current values.
+    """Declare a node's parameters from the fields of a dataclass, and return their values.
 
-    fixed : whether the parameters are read-only from now on
+    fixed : True if the parameters are read-only from now on
     others : names of parameters that are declared elsewhere, and therefore known
 
     Raises InputError with the name of the parameter for a wrong type, a value outside its range, or an unknown choice.
@@ -152,7 +152,7 @@ def values_of(node: Node, kind: type[P]) -> P:
 
 
 class ParameterLock:
-    """Refuses changes of parameters while the lock is closed, because a configuration belongs to one set of values."""
+    """Refuses changes of parameters while the node is configured, because its configuration uses one set of values."""
 
     def __init__(self, node: Node, free: Sequence[str] = ()) -> None:
         """Check all changes of the node's parameters; free : parameters that may be set at any time."""
@@ -169,7 +169,7 @@ class ParameterLock:
 
 
 def descriptor(about: Field[Any], fixed: bool = True) -> ParameterDescriptor:
-    """Return the description and range of a field as ROS tools show them."""
+    """Return the description and range of a parameter, as ROS tools show them."""
     meta = about.metadata
     described = ParameterDescriptor(description=meta["description"], read_only=fixed)
     if meta["choices"]:

@@ -11,7 +11,7 @@ from rpf3d_ros.interface.recorded_topics import TOPICS
 
 
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
-    """Return a publisher for each given input of the simulator, with the quality of service of `given_qos`."""
+    """Return a publisher for each named input topic of the simulator, to play survey or radar."""
     return {
         name: node.create_publisher(TOPICS[name].message_class, name, given_qos(TOPICS[name].offered))
         for name in topics

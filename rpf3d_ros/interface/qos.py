@@ -9,14 +9,17 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 """Quality of service of states, which are terrain and results: a late subscriber receives the last message."""
 
 RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Quality of service of the recorder's subscription to results, which may wait while a large terrain is written."""
+"""Quality of service of the recorder for results, which may have to wait while a large terrain is written."""
 
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 """Quality of service of events, which are sources and diagnostics: a late subscriber must not receive old events."""
 
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
-"""History, depth and reliability may be overridden by parameters `qos_overrides.<topic>.<publisher|subscription>.*`."""
+"""Setting by which a launch file may override history, depth and reliability of a topic.
+
+The parameters are `qos_overrides.<topic>.<publisher|subscription>.*`.
+"""
 
 
 def terrain_qos(durability: str) -> QoSProfile:
@@ -34,14 +37,14 @@ RECORDED = {
     RESULT: RESULTS,
     EVENT: QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE),
 }
-"""Kind of topic (`recorded_topics`) -> quality of service of its recording.
+"""Quality of service with which each kind of topic (`recorded_topics`) is recorded.
 
 Events may wait while a large terrain is written.
 """
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """Return the quality of service of a publisher that replaces a mine: terrain is latched, other data are events."""
+    """Return the quality of service for a program that plays survey or radar; only terrain is latched."""
     return LATCHED if offered == TERRAIN else EVENTS
 
 

@@ -11,7 +11,7 @@ CLOUD, MARKERS, DIAGNOSTICS = (
 POSES = "geometry_msgs/msg/PoseArray"
 
 STATE, EVENT, RESULT, TERRAIN = "state", "event", "result", "terrain"
-"""Kinds of topics.
+"""Kinds of topics, which decide on their quality of service.
 
 STATE : the last message is latched; EVENT : not latched; RESULT : latched, and many messages may wait
 TERRAIN : a parameter sets the durability
@@ -19,11 +19,11 @@ TERRAIN : a parameter sets the durability
 
 
 class RecordedTopic(NamedTuple):
-    """The type and kind of a recorded topic.
+    """A topic that the recorder records: its message type, its kind, and whether it is an input of the simulator.
 
     kind : type of its messages
     offered : STATE, EVENT, RESULT or TERRAIN
-    given : whether the topic is an input of the simulator
+    given : True if the topic is an input of the simulator
     """
 
     kind: str
@@ -32,7 +32,7 @@ class RecordedTopic(NamedTuple):
 
     @property
     def message_class(self) -> Any:
-        """Return the message class of rclpy; the only property of this file that needs ROS."""
+        """The rclpy class of the topic's messages; nothing else in this file needs ROS."""
         module, _, name = self.kind.rpartition("/")
         return getattr(import_module(module.replace("/", ".")), name)
 
@@ -59,7 +59,10 @@ TOPICS: dict[str, RecordedTopic] = {
     "alarm": RecordedTopic(kind="std_msgs/msg/Bool", offered=STATE),
     "/diagnostics": RecordedTopic(kind=DIAGNOSTICS, offered=EVENT),
 }
-"""Recorded topics, each after the topics that its content depends on; a leading slash is outside every namespace."""
+"""The recorded topics; each follows the topics that its content depends on.
+
+A topic with a leading slash is outside every namespace.
+"""
 
 
 def topic_called(name: str, namespace: str = "") -> str | None:

@@ -24,7 +24,7 @@ ABOUT_SCENE = "path of a scene file, which then says everything that the paramet
 
 
 class SceneParameters:
-    """The fields of a scene as parameters of a node, and their given values."""
+    """The fields of a scene as parameters of the simulator node, and the values that were given for them."""
 
     def __init__(self, node: Node) -> None:
         """Declare all fields. Raises InputError, one line for each parameter, if the given values form no scene."""
@@ -41,12 +41,12 @@ class SceneParameters:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the name of every parameter that is declared here."""
+        """Names of all parameters that are declared here."""
         return (SCENE, *self._fields)
 
     @property
     def given(self) -> dict[str, Any]:
-        """Return name -> value of the parameters that were set by the command line, by a file, or later.
+        """The values that a user gave, by name of the parameter: on the command line, in a file, or later.
 
         All other parameters have the scene's default.
         """
@@ -64,7 +64,7 @@ class SceneParameters:
 
 
 def descriptor_of(field: SceneField) -> ParameterDescriptor:
-    """Return the description, range and choices of a field as ROS tools show them.
+    """Return the description, range and choices of a scene field, as ROS tools show them.
 
     Ranges are closed in ROS. If the model has an open end, `additional_constraints` says so, and the scene refuses the
     end value.
@@ -104,7 +104,7 @@ def _kind(field: SceneField) -> type:
 
 
 def _override(node: Node, name: str) -> Any:
-    """Return the value from the command line or a parameter file.
+    """Return the value of a parameter from the command line or a parameter file, before its type is checked.
 
     The parameter is declared without a type, because the scene's model checks the value.
     """

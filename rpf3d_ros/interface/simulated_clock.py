@@ -1,4 +1,4 @@
-"""A clock for nodes with `use_sim_time`, with an adjustable rate and jumps."""
+"""A simulated clock for nodes with `use_sim_time`: it can run at any speed, and jump."""
 
 import threading
 import time
@@ -15,7 +15,7 @@ TICKS = 100.0
 
 
 class SimulatedClock:
-    """A context manager that publishes /clock from a separate thread."""
+    """Publishes the simulated time on /clock from a separate thread; a context manager."""
 
     def __init__(self, node: Node, begin_ns: int, speed: float = 1.0) -> None:
         """Set the clock.

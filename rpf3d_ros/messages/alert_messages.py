@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import ERROR, OK, WARN, Health
 
 STALE = DiagnosticStatus.STALE[0]
 LEVELS = {"normal": OK, "watch": WARN, "restrict": ERROR, "evacuate": ERROR, "fault": STALE}
-"""Level of an alert -> level of its diagnostic status.
+"""The level of diagnostics (OK, WARN, ERROR, STALE) for each alert level.
 
 A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and above therefore misses no fault.
 """
@@ -43,7 +43,7 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
 
 
 def _of_area(area: AreaAlert, alert: Alert) -> Health:
-    """Return the status of an area; the message begins with the cause of the level, like the reasons of the site."""
+    """Return the diagnostic status of an area; its message begins with the reason for the alert level."""
     held = f"{area.held.word} is held and needs an acknowledgement to step down"
     sentence = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
     faults = "; ".join(alert.faults)
@@ -61,5 +61,5 @@ def _of_area(area: AreaAlert, alert: Alert) -> Health:
 
 
 def alarm_message(alert: Alert) -> Bool:
-    """Return the state of the alarm as a message for a PLC: true while the alarm sounds."""
+    """Return the state of the alarm as a message for a PLC: true means that the alarm sounds."""
     return Bool(data=alert.alarm)

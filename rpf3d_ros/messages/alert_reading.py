@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import Health, healths_of
 from rpf3d_ros.messages.refusals import MessageRefused
 
 LEVELS = ("normal", "watch", "restrict", "evacuate", "fault")
-"""Levels of an alert, from the lowest to the highest; the number of a level is its index."""
+"""The alert levels, from the lowest to the highest; the number of a level is its index."""
 
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ LATEST = 2**63 - 1
 
 
 class ReceivedLevel(NamedTuple):
-    """The level of the site or of an area, as received.
+    """The alert level of the site or of an area, as read from a message.
 
     area : name of the area; None for the site
     level : index into LEVELS
@@ -37,12 +37,12 @@ class ReceivedLevel(NamedTuple):
 
     @property
     def state(self) -> str:
-        """Return the name of the level."""
+        """The name of the alert level."""
         return LEVELS[self.level]
 
 
 def alerts_of(array: "DiagnosticArray") -> list[ReceivedLevel]:
-    """Return the alerts in a message; other statuses are skipped.
+    """Return the alert levels of site and areas in a message; other statuses are skipped.
 
     Raises MessageRefused for an unknown level, and if the message has no alert of the site.
     """
@@ -53,7 +53,7 @@ def alerts_of(array: "DiagnosticArray") -> list[ReceivedLevel]:
 
 
 def decided_at_ns(alerts: Iterable[ReceivedLevel]) -> int:
-    """Return the time (ns) of the decision on the alert of the site; 0 if the time is missing or not a valid number."""
+    """Return the time (ns) of the decision in a message of `alerts`; 0 if it is missing or invalid."""
     number = next((alert.health.values.get("decided_at_ns", "") for alert in alerts if alert.area is None), "")
     is_number = number.isascii() and number.isdigit() and len(number) <= len(str(LATEST))
     return int(number) if is_number and int(number) <= LATEST else 0

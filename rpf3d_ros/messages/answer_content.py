@@ -1,4 +1,4 @@
-"""Arrange the published content of an answer: columns in the map frame, figures and warnings for diagnostics.
+"""Collect what is published of an answer: positions of rocks as columns, figures and warnings for diagnostics.
 
 No message class is used here.
 """
@@ -17,11 +17,14 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES
 
 Columns = Mapping[str, NDArray[Any]]
-"""Channel name -> (N,) values: x, y, z in m, t in s, speed in m/s, energy in J, rock counted from 0."""
+"""Columns of a point cloud: name -> (N,) values.
+
+x, y, z are in m, t in s, speed in m/s, energy in J; rocks are counted from 0.
+"""
 
 
 class AnswerContent(NamedTuple):
-    """The shown rocks of an answer as columns, map frame.
+    """The rocks of an answer that are shown, as columns in the map frame.
 
     trajectories : x, y, z, t, rock, speed, energy; grouped by rock, in order of time
     impacts : x, y, z, t, rock, speed, energy; speed and energy just before each impact
@@ -37,7 +40,10 @@ class AnswerContent(NamedTuple):
 
 
 def content_of(answer: Answer, step: float) -> AnswerContent:
-    """Return the columns of the shown rocks of an answer; step : longest distance between points of a flight (m)."""
+    """Return the rocks of an answer that are shown, as columns for the messages.
+
+    step : longest distance between two points of a flight (m)
+    """
     terrain, flights = answer.standing.ground.terrain, answer.flights
     samples = sample_paths(flights.paths, max_step=step, gravity=answer.standing.scene.gravity)
     columns = {

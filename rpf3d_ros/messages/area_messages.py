@@ -13,14 +13,14 @@ LIVE_AREA, EQUIPMENT = "live_area", "equipment"
 """Names of the areas that areas/polygon and areas/equipment define."""
 
 MOST_CORNERS, MOST_EQUIPMENT = 10_000, 1_000
-"""Most corners and most poses in one message.
+"""Largest number of corners, and of poses, in one message.
 
 A hand-drawn haul road has dozens of corners, a mine some hundred machines.
 """
 
 
 def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArray]:
-    """Return the ring (P, 2) m of a polygon in plan; heights are ignored.
+    """Return the outline (P, 2) m of a live area of interest, in plan, from a polygon message.
 
     A polygon without corners deletes the area: the list is then empty.
     Raises MessageRefused for a foreign frame, for corners that are not finite or too many, and for corners that form no
@@ -43,9 +43,9 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
 
 def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list[FloatArray]:
-    """Return the rings (P, 2) m of circles of a radius (m) around poses; overlapping circles are joined.
+    """Return the outlines (P, 2) m of the area around equipment, within a radius (m) of the poses in a message.
 
-    The list is empty if the message has no poses.
+    Overlapping circles are joined. The list is empty if the message has no poses.
     Raises MessageRefused for a foreign frame, and for poses that are not finite or too many.
     """
     frame.check(poses.header.frame_id)

@@ -12,7 +12,7 @@ from rpf3d_core.live.survey import GridSurvey
 
 
 def cloud_of_columns(header: Header, columns: Mapping[str, NDArray[Any]]) -> PointCloud2:
-    """Return a cloud of the columns, unorganised (N,) or organised (H, W).
+    """Return a point cloud message with one field for each column; (N,) is unorganised, (H, W) organised.
 
     Floats become FLOAT32, integers UINT32. All columns have the same shape. A cloud with a NaN or an infinite value in
     any column is marked as not dense.
@@ -37,7 +37,7 @@ def cloud_of_columns(header: Header, columns: Mapping[str, NDArray[Any]]) -> Poi
 
 
 def cloud_of_grid(header: Header, survey: GridSurvey) -> PointCloud2:
-    """Return the grid as an organised cloud x, y, z in float32; NaN marks a hole."""
+    """Return a survey of points in rows as an organised point cloud, float32; NaN marks a hole."""
     return cloud_of_columns(header, {name: survey.points[..., i] for i, name in enumerate("xyz")})
 
 

@@ -26,16 +26,16 @@ DATATYPES: dict[int, str] = {
     7: "f4",
     8: "f8",
 }
-"""PointField.datatype -> NumPy type without byte order (sensor_msgs/PointField.msg)."""
+"""The NumPy type, without byte order, of each data type of a point cloud (sensor_msgs/PointField.msg)."""
 
 POSITION = ("x", "y", "z")
 
 
 def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Return named columns (height, width) of a cloud, each in the type of its field, as views of the message's data.
+    """Return the named fields of a point cloud as columns (height, width), without copying the data.
 
-    Raises MessageRefused if a field is missing, has an unknown type, has more than one value, or lies outside the
-    point, and if the data are shorter than the announced sizes.
+    Each column has the type of its field. Raises MessageRefused if a field is missing, has an unknown type, has more
+    than one value, or lies outside the point, and if the data are shorter than the announced sizes.
     """
     check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]
@@ -54,7 +54,7 @@ def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, ND
 
 
 def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
-    """Return the points (height, width, 3) m of a cloud in float64, in the frame of the cloud.
+    """Return the positions (height, width, 3) m of a point cloud in float64, in the frame of the cloud.
 
     Only a cloud that is not dense may contain NaN.
 

@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import Health
 
 
 def diagnostics_of(stamp: Time, healths: Iterable[Health]) -> DiagnosticArray:
-    """Return the states as a DiagnosticArray, as published on /diagnostics."""
+    """Return the states of a node's parts as the message for /diagnostics."""
     return DiagnosticArray(header=Header(stamp=stamp), status=[_status(health) for health in healths])
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def percent_of_grid(grid: "OccupancyGrid", frame: MapFrame) -> NDArray[np.int8]:
-    """Return the percentages (H, W) of the cells, the southernmost row first; -1 for unknown values.
+    """Return the reach probability of a grid message in percent (H, W), southernmost row first; -1 if unknown.
 
     Raises MessageRefused for a foreign frame, for a grid without cells, for a size that does not match the data, for a
     resolution that is not above 0 m, and for values outside -1 to 100.

@@ -16,11 +16,11 @@ from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 
 UNKNOWN, NOT_REACHED, LEAST_REACHED, PERCENT = -1, 0, 1, 100
-"""Cell values: no ground; no rock reached the cell; least value of a reached cell; all rocks reached the cell."""
+"""Values of a map cell (%): no ground; no rock; least value of a cell with rocks; all rocks."""
 
 
 def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, made: Time) -> OccupancyGrid:
-    """Return the reach probability in percent as a grid.
+    """Return the map of reach probability as a grid message, in percent, for RViz and navigation.
 
     Rows go northwards and cells eastwards from the south-west corner of the raster. The grid lies at the height of the
     lowest ground, so that it hides nothing.
@@ -40,7 +40,7 @@ def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame:
 
 
 def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
-    """Return the reach probability of all (C,) cells in percent.
+    """Return the reach probability of all map cells (C,) in percent, as the grid message has it.
 
     A cell that at least one rock reached has at least `LEAST_REACHED`, however low its probability.
     """
@@ -51,7 +51,7 @@ def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
 
 
 def hazard_points(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, result: int) -> PointCloud2:
-    """Return a cloud with one point for each cell that a rock reached: the centre of the cell, on the ground.
+    """Return the map cells that rocks reached as a point cloud: one point in the middle of each cell, on the ground.
 
     Fields: x, y, z (m), reach_probability (-), p95_energy (J; NaN if fewer than 20 rocks reached the cell),
     first_arrival (s), rocks, result.
@@ -70,7 +70,7 @@ def hazard_points(header: Header, maps: HazardMaps, cells: TerrainCells, frame: 
 
 
 def _middles(maps: HazardMaps, cells: TerrainCells, frame: Frame) -> FloatArray:
-    """Return the centres (S, 3) m, map frame, of the cells that rocks reached."""
+    """Return the centres (S, 3) m of the map cells that rocks reached, on the ground, map frame."""
     raster, cell = maps.raster, maps.cells.cell
     row, column = np.divmod(cell, raster.nx)
     x, y = raster.x + (column + 0.5) * raster.cell, raster.y + (row + 0.5) * raster.cell

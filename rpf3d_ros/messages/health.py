@@ -11,7 +11,10 @@ if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticArray
 
 OK, WARN, ERROR, STALE = range(4)
-"""Levels of a state (diagnostic_msgs/DiagnosticStatus.msg); a message carries a level as one byte."""
+"""Levels of a state in diagnostics (diagnostic_msgs/DiagnosticStatus.msg).
+
+A message carries a level as one byte.
+"""
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Health:
 
 
 def healths_of(array: "DiagnosticArray") -> list[Health]:
-    """Return the states in a received array."""
+    """Return the states of a node's parts from a diagnostics message."""
     return [
         Health(
             name=status.name,
@@ -44,5 +47,5 @@ def healths_of(array: "DiagnosticArray") -> list[Health]:
 
 
 def _level(level: bytes | int) -> int:
-    """Return the level as a number: rclpy represents a byte as bytes, rosbags as a number."""
+    """Return the level of a state as a number: rclpy has it as bytes, rosbags as a number."""
     return level[0] if isinstance(level, bytes) else int(level)

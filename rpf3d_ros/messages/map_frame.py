@@ -12,12 +12,12 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.refusals import MessageRefused
 
 FARTHEST = 1.0e5
-"""Largest coordinate (m) in the map frame: a float32 step is 8 mm there and grows beyond."""
+"""Largest coordinate (m) that is accepted in the map frame, so that float32 has steps of 8 mm or less."""
 
 
 @dataclass(frozen=True)
 class MapFrame:
-    """The map frame and its relation to survey coordinates.
+    """The frame of all messages, and its relation to survey coordinates.
 
     name : name of the map frame
     survey : name of the frame of survey coordinates; "" if messages never use it
@@ -29,7 +29,7 @@ class MapFrame:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def points(self, points: FloatArray, frame_id: str) -> FloatArray:
-        """Return the points (..., 3) m of a message in frame_id in the map frame; NaN stays NaN.
+        """Return the points (..., 3) m of a message, converted from frame_id to the map frame; NaN stays NaN.
 
         Raises MessageRefused for a foreign frame, and for a point farther than `FARTHEST` from the origin.
         """
@@ -43,7 +43,7 @@ class MapFrame:
         )
 
     def check(self, frame_id: str) -> None:
-        """Check that a frame is the map frame or the survey frame; another frame is never treated as the map frame.
+        """Raise an error if a frame is neither the map frame nor the survey frame.
 
         Raises MessageRefused for any other name, and for an empty name.
         """

@@ -1,4 +1,4 @@
-"""Lay out a visualization_msgs/MarkerArray as CDR bytes.
+"""Write a visualization_msgs/MarkerArray directly as CDR bytes (the byte format of ROS messages), to save time.
 
 A hundred thousand triangles take half a second as Python objects and a few milliseconds as bytes.
 Layout (OMG XCDR1, little endian): 00 01 00 00, then all fields. Offsets count from the first field. Every number
@@ -32,7 +32,7 @@ IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class Layout(NamedTuple):
-    """The marker fields that rpf3d sets; all other fields are zero or empty, and the pose is the identity.
+    """The fields of a marker that rpf3d sets; all others are zero or empty, and the pose does not move the points.
 
     kind, action : type and action of visualization_msgs/Marker
     scale : m; colour : red, green, blue, opacity
@@ -52,7 +52,7 @@ class Layout(NamedTuple):
 
 
 CLEARING = Layout(action=Marker.DELETEALL)
-"""Marker that deletes everything that earlier arrays of the topic have drawn."""
+"""A marker that deletes everything that earlier messages of the topic have drawn."""
 
 
 def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
@@ -69,7 +69,10 @@ def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
 
 
 def _head(header: Header, namespace: str) -> bytes:
-    """Return the bytes of a marker's first fields; both ends of these bytes are at a multiple of 4 bytes."""
+    """Return the bytes of a marker's first fields, up to its namespace.
+
+    Both ends of these bytes are at a multiple of 4 bytes.
+    """
     data = bytearray(STAMP.pack(header.stamp.sec, header.stamp.nanosec))
     _append_string(data, header.frame_id)
     _append_string(data, namespace)
@@ -78,7 +81,10 @@ def _head(header: Header, namespace: str) -> bytes:
 
 
 def _append_middle(data: bytearray, marker: Layout) -> None:
-    """Append the fields between head and tail, in the order of the message; the end is at a multiple of 4 bytes."""
+    """Append the middle fields of a marker, which differ between markers: number, type, points and colours.
+
+    The end is at a multiple of 4 bytes.
+    """
     data += KIND.pack(marker.number, marker.kind, marker.action)
     _align(data, 8)
     data += POSE_AND_SCALE.pack(*IDENTITY, *marker.scale)
@@ -90,7 +96,7 @@ def _append_middle(data: bytearray, marker: Layout) -> None:
 
 
 def _tail(text: str) -> bytes:
-    """Return the bytes of a marker's last fields; the begin is at a multiple of 4 bytes."""
+    """Return the bytes of a marker's last fields, from its text on; they begin at a multiple of 4 bytes."""
     data = bytearray()
     _append_string(data, "")  # texture_resource
     _align(data, 4)
@@ -117,14 +123,14 @@ def _append_length(data: bytearray, length: int) -> None:
 
 
 def _append_string(data: bytearray, text: str) -> None:
-    """Append the length of a string, which counts its final zero byte, and the string."""
+    """Append a text as CDR bytes: its length, which counts a final zero byte, and the text."""
     encoded = text.encode() + b"\0"
     _append_length(data, len(encoded))
     data += encoded
 
 
 def _append_array(data: bytearray, rows: NDArray[np.floating], kind: str) -> None:
-    """Append a sequence of rows of numbers: its length, then its rows; an empty sequence is only its length."""
+    """Append rows of numbers as CDR bytes: the number of rows, then the rows."""
     _append_length(data, len(rows))
     if len(rows):
         numbers = np.ascontiguousarray(rows, dtype=kind)

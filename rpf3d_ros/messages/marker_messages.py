@@ -21,10 +21,10 @@ from rpf3d_ros.messages.marker_layout import CLEARING, WHITE, Layout, cdr_of_mar
 from rpf3d_ros.messages.marker_reading import AREAS, HAZARD
 
 TRAJECTORIES = "trajectories"
-"""Namespace of all trajectories (id = rock); each hazard level and each area of interest has its own namespace."""
+"""Namespace of all trajectory markers (id = rock); each hazard zone and each area has its own."""
 
 FACETS, OUTLINE = 0, 1
-"""Ids of the two markers of a hazard level: its facets and its outline."""
+"""Ids of the two markers of a hazard zone: its facets and its outline."""
 
 LINE_WIDTH = 0.3
 """Width of a line on the screen (m): visible on a pit of 1 km, thinner than its rocks."""
@@ -33,14 +33,14 @@ AREA_WIDTH, AREA_COLOUR = 1.0, (0.9, 0.24, 0.78, 1.0)
 """Outline of an area of interest: width (m); red, green, blue, opacity."""
 
 LEAST, GREATEST = np.array([1.0, 0.85, 0.2, 0.45]), np.array([0.8, 0.05, 0.1, 0.75])
-"""Red, green, blue, opacity of the facets of the first and of the last hazard level.
+"""Red, green, blue and opacity of the facets of the lowest and the highest hazard zone.
 
-Levels in between are interpolated.
+Zones in between are interpolated.
 """
 
 
 def trajectory_markers(header: Header, columns: Columns, most: int, points_each: int, result: int = 0) -> bytes:
-    """Return the CDR bytes of one LINE_STRIP for each rock, coloured by speed.
+    """Return the trajectories as a marker message (CDR bytes): one line for each rock, coloured by speed.
 
     The array has at most `most` rocks and `points_each` points for each rock. If there are more, rocks and points are
     thinned evenly, and the first and last points stay; the topic trajectories/points has all points. The text of each
@@ -71,10 +71,10 @@ def trajectory_markers(header: Header, columns: Columns, most: int, points_each:
 
 
 def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) -> bytes:
-    """Return the CDR bytes of a TRIANGLE_LIST and a LINE_LIST for each zone, in namespace hazard/<name>.
+    """Return the hazard zones as a marker message (CDR bytes): facets and outline of each zone.
 
-    The text of each marker is `result N`. A zone without facets or without an outline has no such marker: RViz refuses
-    a marker without points.
+    The namespace of a zone is hazard/<name>. The text of each marker is `result N`. A zone without facets or without an
+    outline has no such marker: RViz refuses a marker without points.
     """
     zones, text = list(zones), text_of(result)
     markers = [CLEARING]
@@ -105,9 +105,9 @@ def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) ->
 
 
 def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], result: int = 0) -> bytes:
-    """Return the CDR bytes of one LINE_STRIP for each ring, polylines (T, 3) m, in namespace areas/<name>.
+    """Return the outlines of areas of interest as a marker message (CDR bytes).
 
-    The text of each marker is `result N`.
+    areas : name -> outlines (T, 3) m; the namespace of an area is areas/<name>. The text of each marker is `result N`.
     """
     scale, text = (AREA_WIDTH, 0.0, 0.0), text_of(result)
     markers = [CLEARING]
@@ -128,12 +128,12 @@ def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], resu
 
 
 def text_of(result: int) -> str:
-    """Return the text that names the result of a marker."""
+    """Return the text of a marker, which states the result that it belongs to."""
     return f"result {result}"
 
 
 def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np.int64]]:
-    """Return the rows of the points to draw, one array for each drawn rock.
+    """Return which points to draw if there are too many: rows, one array for each drawn rock.
 
     rock : (N,) rock of each point, grouped by rock
     most : largest number of rocks; points_each : largest number of points for each rock

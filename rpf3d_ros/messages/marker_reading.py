@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from visualization_msgs.msg import Marker, MarkerArray
 
 HAZARD, AREAS = "hazard/", "areas/"
-"""Prefixes of the namespaces of hazard levels and of areas of interest."""
+"""Prefixes of the namespaces of hazard zones and of areas of interest."""
 
 ADD, LINE_STRIP, LINE_LIST, TRIANGLE_LIST = 0, 4, 5, 11
-"""Action and types (visualization_msgs/Marker.msg)."""
+"""Numbers of an action and of types of markers (visualization_msgs/Marker.msg)."""
 
 
 Colour = tuple[float, float, float, float]
@@ -40,7 +40,7 @@ class Strip(NamedTuple):
 
 
 def strips_of_markers(array: "MarkerArray", frame: MapFrame) -> list[Strip]:
-    """Return every LINE_STRIP of a received array that has at least two points, in the map frame.
+    """Return the trajectories in a marker message, in the map frame: its lines with at least two points.
 
     Raises MessageRefused for a marker in a foreign frame or with a pose, and for points or colours that are not finite.
     """
@@ -49,9 +49,10 @@ def strips_of_markers(array: "MarkerArray", frame: MapFrame) -> list[Strip]:
 
 
 def facets_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[FloatArray, Colour]]:
-    """Return namespace -> corners (F, 3, 3) m, map frame, and colour of each TRIANGLE_LIST of a received array.
+    """Return the facets of hazard zones in a marker message: namespace -> corners (F, 3, 3) m, and colour.
 
-    Raises MessageRefused as `strips_of_markers`, and if the number of a marker's points is not a multiple of 3.
+    The corners are in the map frame. Raises MessageRefused as `strips_of_markers`, and if the number of a marker's
+    points is not a multiple of 3.
     """
     found = {}
     for marker in _shapes(array, TRIANGLE_LIST):
@@ -63,7 +64,7 @@ def facets_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[
 
 
 def outlines_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[list[FloatArray], Colour]]:
-    """Return namespace -> polylines (T, 3) m, map frame, and colour of its LINE_STRIPs and LINE_LISTs.
+    """Return the outlines in a marker message: namespace -> lines (T, 3) m, map frame, and colour.
 
     Raises MessageRefused as `strips_of_markers`, and if a LINE_LIST has an odd number of points.
     """

@@ -9,10 +9,10 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.refusals import MessageRefused
 
 FRAME = 0.1
-"""Simulated time between frames (s): rocks at 30 m/s move by a few diameters."""
+"""Simulated time between two pictures of the moving rocks (s): a rock at 30 m/s moves by a few diameters."""
 
 MOST_FRAMES = 1200
-"""Largest number of frames of an event: two minutes; longer motion is cut off there."""
+"""Largest number of pictures of an answer: two minutes; longer motion is cut off."""
 
 MOST_ROCKS = 200
 """Largest number of moving rocks, spread evenly over all; `trajectories/points` holds every rock."""
@@ -30,10 +30,10 @@ class RockPositions(NamedTuple):
 
 
 def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> RockPositions:
-    """Return the motion of rocks from the points of their trajectories, linear between points.
+    """Return where rocks are at equally spaced times, from the points of their trajectories.
 
     points : (N, 3) m; t : (N,) s after release; rock : (N,) rock of each point
-    Points are grouped by rock, in order of time.
+    Between points, the motion is linear. Points are grouped by rock, in order of time.
     Raises MessageRefused for times that are not finite, that are negative, or that decrease within a rock.
     """
     if not bool(np.isfinite(t).all()) or bool((t < 0.0).any()):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from rpf3d_core.errors import InputError
 
 TAKEN_UP = "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
-"""Reply to an acknowledgement that the decision log has not stored yet."""
+"""Reply to an acknowledgement that is not yet in the decision log."""
 
 
 class MessageRefused(InputError):

@@ -15,11 +15,11 @@ NAME = "rpf3d: result"
 
 @dataclass(frozen=True)
 class ResultFacts:
-    """The facts of one answer.
+    """The figures of one answer, as published on `results`.
 
     result : number of the answer
     stage : counted from 0; each stage has more rocks than the previous stage
-    complete : whether no further stage follows
+    complete : True if no further stage follows
     rocks, sources : rocks flown, sources released; outcomes : outcome -> number of rocks
     seconds : time since the processing of the trigger began
     terrain_digest, sources_digest : sha256, hex
@@ -40,14 +40,14 @@ class ResultFacts:
 
 
 WHOLE = ("result", "stage", "rocks", "sources", "seed")
-"""Keys of whole numbers."""
+"""Keys of a `results` message with whole numbers."""
 OUTCOME = "outcome."
-"""Prefix of the keys of outcomes."""
+"""Prefix of the keys of a `results` message with numbers of rocks by outcome."""
 COMPLETE = {"true": True, "false": False}
 
 
 def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
-    """Return the message that marks a result as published; all other messages of the result precede it."""
+    """Return the message of `results`, which marks an answer as published; all other messages precede it."""
     done = "complete" if facts.complete else "to be refined"
     summary = f"result {facts.result}: {facts.rocks} rocks from {facts.sources} sources, {done}"
     values = {
@@ -68,7 +68,7 @@ def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
 
 
 def facts_of(message: DiagnosticArray) -> ResultFacts:
-    """Return the facts in a received message.
+    """Return the figures of an answer from a received `results` message.
 
     Raises MessageRefused if the status is missing or damaged.
     """

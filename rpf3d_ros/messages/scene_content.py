@@ -14,12 +14,12 @@ from rpf3d_ros.messages.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.messages.terrain_messages import MeshSurvey
 
 ROUND_ORIGIN = 1000.0
-"""Step (m) of the suggested map_origin: short to type, and close enough to the terrain."""
+"""Step (m) to which a suggested map_origin is rounded: short to type, and close enough to the terrain."""
 
 
 @dataclass(frozen=True, eq=False)
 class SceneContent:
-    """The terrain and the releases of a scene.
+    """The terrain and the releases of a scene, as a survey and a radar would report them.
 
     mesh : map frame
     positions : (R, 3) m, map frame; velocities : (R, 3) m/s, z up
@@ -31,7 +31,7 @@ class SceneContent:
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """Return the least and the greatest speed of release (m/s)."""
+        """The least and the greatest release speed (m/s)."""
         speed = np.linalg.norm(self.velocities, axis=1)
         return float(speed.min()), float(speed.max())
 

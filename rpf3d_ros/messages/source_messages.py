@@ -54,9 +54,10 @@ class Sources:
 
 
 def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> Sources:
-    """Return one source for each pose, thrown at a speed (m/s); a source without orientation starts at rest.
+    """Return the sources in a pose message: one for each pose, thrown at a speed (m/s) along its x axis.
 
-    Raises MessageRefused for a foreign frame, too many poses, and a pose that is not finite or not a rotation.
+    A pose without orientation gives a source at rest. Raises MessageRefused for a foreign frame, too many poses, and a
+    pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
     _check_number(len(poses.poses))
@@ -79,7 +80,7 @@ def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
 
 
 def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
-    """Return the sources of a cloud x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
+    """Return the sources in a point cloud: x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
 
     A point with a NaN in x, y or z is not a source; a cloud that is not dense may have such points. A NaN in diameter
     means that the diameter is unknown. Raises MessageRefused as `columns_of_cloud`, for too many points, and for an
@@ -97,7 +98,7 @@ def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
 
 
 def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArray) -> PoseArray:
-    """Return one pose for each of S sources; the speed is not part of the message.
+    """Return sources as a pose message, one pose for each; speeds are not part of the message.
 
     positions : (S, 3) m; velocities : (S, 3) m/s, the x axis of each pose points along its velocity
     """
@@ -110,9 +111,9 @@ def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArr
 
 
 def quaternions_along(velocities: FloatArray) -> FloatArray:
-    """Return quaternions (S, 4) x, y, z, w that turn the x axis along velocities (S, 3), without roll.
+    """Return the orientations (S, 4) x, y, z, w, as quaternions, that turn the x axis along velocities (S, 3).
 
-    The quaternion of a zero velocity is the identity.
+    There is no roll. The quaternion of a zero velocity is the identity.
     """
     vx, vy, vz = velocities.T
     yaw, pitch = np.arctan2(vy, vx) / 2, -np.arctan2(vz, np.hypot(vx, vy)) / 2
@@ -123,7 +124,7 @@ def quaternions_along(velocities: FloatArray) -> FloatArray:
 def _sources(
     header: Header, frame: MapFrame, positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None = None
 ) -> Sources:
-    """Return the sources in the map frame."""
+    """Return the sources of a message, converted to the map frame."""
     ours = Header(stamp=header.stamp, frame_id=frame.name)
     return Sources(
         header=ours, positions=frame.points(positions, header.frame_id), velocities=velocities, diameters=diameters

@@ -19,10 +19,10 @@ UNIT_TOLERANCE = 1.0e-3
 
 
 def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]:
-    """Return the positions (R, 3) m of the poses, map frame, and their x axes (R, 3).
+    """Return the positions (R, 3) m and the directions (R, 3) of the poses in a message, map frame.
 
-    An x axis is zero for a pose without orientation; R may be 0. Raises MessageRefused for a foreign frame and for a
-    pose that is not finite or not a rotation.
+    A direction is the x axis of a pose; it is zero without orientation. R may be 0. Raises MessageRefused for a foreign
+    frame and for a pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
     at = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses], dtype=float).reshape(-1, 3)
@@ -33,7 +33,7 @@ def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]
 
 
 def x_axes(turns: FloatArray) -> FloatArray:
-    """Return the x axes (R, 3) after rotation by unit quaternions (R, 4) x, y, z, w; zero for a zero quaternion.
+    """Return the directions (R, 3) of the x axis after rotation by quaternions (R, 4); zero for a zero quaternion.
 
     An x axis is the first column of the rotation matrix.
     """

@@ -11,7 +11,7 @@ Survey = GridSurvey | MeshSurvey
 
 
 def ground_mesh(survey: Survey) -> MeshSurvey:
-    """Return the survey as a mesh; a grid is converted by `grid_mesh`.
+    """Return a received survey as a mesh, for drawing or recording; points in rows are connected.
 
     Raises TerrainError for a grid without a complete square.
     """
@@ -19,7 +19,7 @@ def ground_mesh(survey: Survey) -> MeshSurvey:
 
 
 def grid_mesh(points: FloatArray) -> MeshSurvey:
-    """Return the mesh over an organised grid, points (H, W, 3) m with NaN for a hole.
+    """Return the mesh over points in rows, (H, W, 3) m, with NaN for a hole.
 
     Four neighbouring points form a square of two triangles. All squares are cut along the same diagonal, as `io.dem`
     cuts the squares of an elevation grid. A square with a hole at a corner is a hole. Raises TerrainError if no square

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2
 
 Buffer = bytes | memoryview
-"""The CDR bytes of a message; a memoryview if Python does not own their memory."""
+"""The bytes of a message in CDR, the byte format of ROS; a memoryview if Python does not own the memory."""
 
 LITTLE_ENDIAN_CDR = bytes((0, 1, 0, 0))
 HEADER, COUNT, TRIANGLE, VERTEX = 4, 4, 12, 24
@@ -60,7 +60,7 @@ def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POIN
 
 
 def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
-    """Return the grid of an organised cloud; a point with any NaN is a hole.
+    """Return the survey in an organised point cloud: points in rows; a point with any NaN is a hole.
 
     Raises MessageRefused as `positions_of_cloud`, for a foreign frame, for an unorganised cloud, and if every point is
     NaN.
@@ -130,7 +130,7 @@ def _check_count(points: int, most: int) -> None:
 
 
 def _split_mesh(data: Buffer, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return views (F, 3) u32 and (V, 3) f64 of the buffer, after a check of every length."""
+    """Return triangles (F, 3) u32 and vertices (V, 3) f64 of a mesh message as views, after a check of all lengths."""
     if bytes(data[:HEADER]) != LITTLE_ENDIAN_CDR:
         raise MessageRefused("the mesh is not little-endian CDR (00 01 00 00), the only encapsulation rpf3d reads")
     n_triangles = _count(data, HEADER, "triangles")

@@ -83,7 +83,7 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
 
 
 def _ask(options: argparse.Namespace) -> tuple[bool, str]:
-    """Return whether the level was lowered, and the simulator's message.
+    """Ask the simulator to acknowledge; return True if the level was lowered, and the simulator's message.
 
     Raises InputError if the simulator does not answer.
     """

@@ -1,4 +1,4 @@
-"""Additions to rclpy's lifecycle node: long transitions that a signal ends, and refusal of impossible transitions."""
+"""Additions to rclpy's lifecycle nodes: long transitions that a signal can end, and refusal of wrong transitions."""
 
 import functools
 import threading
@@ -21,7 +21,7 @@ REPEAT = 1.0
 """Time (s) between repeated reports of the node's state during a transition."""
 
 BACKWARDS = Duration(nanoseconds=-1)
-"""Smallest step back of the clock that is noticed."""
+"""Smallest step back of the clock that is noticed: any step."""
 
 
 class ContextEnded(Exception):
@@ -75,7 +75,7 @@ def refuse_impossible_transitions(node: LifecycleNode) -> None:
 
 
 def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T]:
-    """Wrap a transition of a node so that `node.broken` describes its exception, because rclpy drops exceptions."""
+    """Wrap a transition of a node so that its exception is kept in `node.broken`, because rclpy drops exceptions."""
 
     @functools.wraps(transition)
     def noted(node: Any, state: Any) -> T:

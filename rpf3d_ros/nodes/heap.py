@@ -5,7 +5,7 @@ import gc
 import sys
 
 MMAP_THRESHOLD = -3
-"""M_MMAP_THRESHOLD of glibc's mallopt(3)."""
+"""The option of glibc's mallopt(3) for the size of large arrays (M_MMAP_THRESHOLD)."""
 
 LARGE = 4_000_000
 """Size (bytes) from which an array has separate pages, which go back to the system when the array is freed.
@@ -29,7 +29,7 @@ def return_large_arrays() -> None:
 
 
 def exempt_from_collection() -> None:
-    """Exclude all objects that exist at this time, mostly objects of libraries, from Python's garbage collection.
+    """Exclude all objects that exist now, mostly of libraries, from garbage collection, so that it is short.
 
     A collection over these 120,000 objects stops every thread for 35 to 65 ms, including the executor. Each patch of
     the terrain makes enough objects to start a collection. Objects made afterwards are collected as usual.

@@ -1,4 +1,4 @@
-"""Measure how long the executor was busy with other work: a timer measures the delay of its own calls."""
+"""Measure how long the node's executor was busy and could not handle messages: a timer measures its own delay."""
 
 import time
 
@@ -9,14 +9,14 @@ from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.health import OK, WARN
 
 BEAT = 0.01
-"""Time (s) between beats."""
+"""Time (s) between two calls of the timer."""
 
 LONGEST = 0.05
-"""Time (s) that no callback may exceed; a longer gap is reported as a warning."""
+"""Longest time (s) that a callback should take; a longer delay is reported as a warning."""
 
 
 class ExecutorHeartbeat:
-    """A timer on the executor that reports the longest delay of a beat in /diagnostics.
+    """A timer that measures how long the executor was busy, and reports the longest delay in /diagnostics.
 
     Each report has the longest delay of the last second.
     """
@@ -35,7 +35,7 @@ class ExecutorHeartbeat:
         self._gap = self.longest = 0.0
 
     def beat(self) -> None:
-        """Measure the delay of this beat."""
+        """Measure the delay of this call; the timer calls it."""
         now = time.monotonic()
         self._gap = max(self._gap, now - self._last - BEAT)
         self._last = now

@@ -31,7 +31,7 @@ from rpf3d_ros.messages.terrain_messages import Buffer, check_cloud, check_mesh,
 
 
 class Inputs:
-    """The subscriptions of an active node."""
+    """The subscriptions of an active simulator node, and what is done with each message."""
 
     def __init__(
         self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport
@@ -66,11 +66,11 @@ class Inputs:
     # --- on the thread of the surveys
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
-        """Accept a cloud (CDR) as the terrain: a grid, or scattered points to be triangulated."""
+        """Take a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points."""
         self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns))
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
-        """Accept a mesh (CDR) as the terrain; a mesh has no stamp, so its time of arrival is the time of the survey."""
+        """Take a mesh (CDR bytes) as the new terrain; its time of arrival counts as its stamp."""
         now = self._now()
 
         def take() -> None:
@@ -83,7 +83,7 @@ class Inputs:
         self._try("terrain", take)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
-        """Accept a cloud (CDR) as a patch that replaces the terrain in the footprint of the cloud."""
+        """Take a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""
 
         def take(cloud: PointCloud2) -> None:
             arrival = self._arrival(cloud)
@@ -94,16 +94,16 @@ class Inputs:
     # --- on the executor's thread
 
     def on_poses(self, poses: PoseArray) -> None:
-        """Answer one source for each pose; a message without poses means that no rock is moving."""
+        """Take each pose as a source of rocks; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
         self._sources("sources", poses.header, lambda: sources_of_poses(poses, self._frame, speed))
 
     def on_point(self, point: PointStamped) -> None:
-        """Answer the source at a clicked point."""
+        """Take a clicked point as a source of rocks."""
         self._sources("/clicked_point", point.header, lambda: sources_of_point(point, self._frame))
 
     def on_cloud(self, cloud: PointCloud2) -> None:
-        """Answer one source for each point, with its size and velocity if the cloud has these fields."""
+        """Take each point of a cloud as a source of rocks, with size and velocity if the cloud has these fields."""
         self._sources("source_cloud", cloud.header, lambda: sources_of_cloud(cloud, self._frame))
 
     def on_polygon(self, polygon: PolygonStamped) -> None:
@@ -127,7 +127,7 @@ class Inputs:
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch with an older stamp is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None]) -> None:
-        """Accept a serialized cloud, which may be unreadable; rclpy would drop an unreadable message silently."""
+        """Take a point cloud as bytes, because rclpy would drop an unreadable message silently."""
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)
         except RMWError as error:
@@ -160,7 +160,7 @@ class Inputs:
         self._take("areas", topic, header, take)
 
     def _take(self, part: str, topic: str, header: Header, take: Callable[[], None]) -> None:
-        """Accept a message if its stamp is not older than the last stamp of its topic."""
+        """Take a message if its stamp is neither older than the last stamp of its topic nor in the future."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:

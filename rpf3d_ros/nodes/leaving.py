@@ -10,7 +10,7 @@ CLEANING_UP = 5.0
 
 
 def unless_signalled(work: Callable[[], int]) -> int:
-    """Do work and return its exit code, or 128 + the signal's number after SIGINT or SIGTERM.
+    """Do the work of a program, and return its exit code; after SIGINT or SIGTERM, 128 + the signal's number.
 
     A second signal does not interrupt the cleaning up. rclpy must not handle signals: after rclpy has shut a context
     down, the next call in this context fails for no clear reason.

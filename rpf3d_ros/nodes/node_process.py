@@ -23,11 +23,11 @@ BAD_INPUT = 2
 USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/reference/parameters.md lists them)"
 
 SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
-"""Pattern of a file and line of rcl's C sources in an error message."""
+"""Pattern of file and line of rcl's C code in an error message, which are removed for users."""
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
-    """Spin a node; return 0 after SIGINT or SIGTERM, 2 if the arguments or the node's parameters are refused.
+    """Run a node until a signal; return 0 after SIGINT or SIGTERM, 2 if arguments or parameters are refused.
 
     make_node : returns the node
     """

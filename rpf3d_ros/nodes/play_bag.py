@@ -51,7 +51,7 @@ def inputs_of(bag: Path, namespace: str) -> list[str]:
 
 
 def with_times(messages: Iterator[Raw]) -> tuple[Iterator[Raw], int]:
-    """Return the messages, and the time (ns) of the first message that has one.
+    """Return the messages unchanged, and the time (ns) of the first message whose time is known.
 
     A recorder on a simulated clock receives the latched terrain at time 0, before the clock begins.
     """
@@ -126,7 +126,7 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
-    """Return a clock that stands still until `run_at` is called."""
+    """Return a simulated clock that stands still until `run_at` is called."""
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     return SimulatedClock(node, begin_ns, speed=0.0)

@@ -33,7 +33,7 @@ FILE, BAG, VIEWER = "file", "bag", "viewer"
 DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
 
 LOOK_AFTER = 1.0
-"""Time (s) between checks whether the recording needs a new file, and of the viewer."""
+"""Time (s) between checks of the recording (is a new file due?) and of the viewer."""
 
 LEAVING = 1.0
 """Time (s) that a viewer has to disconnect."""
@@ -145,7 +145,7 @@ class RecorderNode(Node):
 
 
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
-    """Open the first file. Raises InputError if it cannot be created."""
+    """Begin the first file of the recording. Raises InputError if it cannot be created."""
     path = Path(parameters.file)
     rotation = Rotation(megabytes=parameters.rotate_mb, minutes=parameters.rotate_minutes, keep=parameters.keep_files)
     try:

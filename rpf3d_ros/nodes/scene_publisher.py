@@ -57,7 +57,7 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Publish the terrain when a subscriber has joined, and the first sources when all subscribers have joined."""
+        """Check for new subscribers: publish the terrain for them, and the first sources once all have joined."""
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)
@@ -66,7 +66,7 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again, if they have been published, but fewer times than configured."""
+        """Publish the sources again, if they have been published and the wanted number is not reached."""
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()

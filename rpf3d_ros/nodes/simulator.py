@@ -154,7 +154,10 @@ class SimulatorNode(LifecycleNode):
             self.trigger_activate()
 
     def _tick(self) -> None:
-        """Do the station's regular work, and check the clock, because ROS reports jumps of simulated time only."""
+        """Do the station's regular work, and check if the clock went back.
+
+        The clock is checked here, because ROS reports jumps of simulated time only.
+        """
         now = self._now()
         if now < self._ticked:
             self._clock_went_back((self._ticked - now) * 1e-9)

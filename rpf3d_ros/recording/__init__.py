@@ -1,1 +1,1 @@
-"""Convert messages to recordings and bags, live or from a stored bag."""
+"""Convert messages of the nodes to recordings for the viewer and to bags, live or from a stored bag."""

@@ -13,11 +13,11 @@ COUNT_OF_RECORDED = "rpf3d_recorder: recording"
 """Name of the status that counts recorded messages; this status is not recorded, because recording would change it."""
 
 LEVELS_OF_AREA = ("held", "evident")
-"""Levels in the values of an area's alert, in addition to the shown level."""
+"""Levels of an area that are compared, in addition to the shown level, to notice a change."""
 
 
 class AlertEntries:
-    """Converts alerts, the alarm and diagnostics."""
+    """Converts messages of alerts, the alarm and diagnostics to entries of a recording."""
 
     def __init__(self, times: EntryTimes) -> None:
         """Begin without alerts."""
@@ -25,15 +25,16 @@ class AlertEntries:
         self._areas_with_alerts: set[str] = set()
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return the method of each topic."""
+        """Return for each topic the method that converts its messages."""
         return {"alerts": self.alerts, "alarm": self.alarm, "/diagnostics": self.diagnostics}
 
     def alerts(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the level of the site, and the texts and lanes that have changed.
+        """Yield the alert level of the site, and the states and texts of site and areas that have changed.
 
-        The level is logged every time, because the level is a series. Text and lane of the site are logged if the level
-        or the sentence changes. Text and lane of an area are logged if a level of the area changes. The lane of an area
-        ends if the message does not contain the area, for example because a machine has left.
+        A lane is a coloured bar over time that shows the states of one area. The level is logged every time, because
+        the level is a series. Text and lane of the site are logged if the level or the sentence changes. Text and lane
+        of an area are logged if a level of the area changes. The lane of an area ends if the message does not contain
+        the area, for example because a machine has left.
 
         The entries have the time of the decision, if the message contains this time. The stamp of the message is the
         stamp of the sources, which is not enough: if the same sources become stale, the next decision has the same
@@ -60,7 +61,7 @@ class AlertEntries:
             yield self._times.at(self._times.now(), lambda r: r.alert_state("alarm", state), "alarm")
 
     def diagnostics(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield a state if it has changed.
+        """Yield the state of each part of a node that has changed.
 
         A node repeats its states every second. The count of recorded messages is left out.
         """
@@ -71,7 +72,7 @@ class AlertEntries:
 
 
 def _shown_content(alert: ReceivedLevel) -> object:
-    """Return the content whose changes are logged: the sentence of the site, or the levels of an area."""
+    """Return what is compared to notice a change of an alert: the site's sentence, or the area's levels."""
     if alert.area is None:
         return alert.health.message
     return [alert.health.values.get(name) for name in LEVELS_OF_AREA]
@@ -83,7 +84,7 @@ def _draw_alert(recording: Recording, alert: ReceivedLevel) -> None:
 
 
 def _lane_of(area: str | None) -> str:
-    """Return the lane of an area, or of the site for None.
+    """Return the name of the lane (bar of states over time) of an area, or of the site for None.
 
     The prefix of area lanes gives an area named "site" or "alarm" a separate lane.
     """

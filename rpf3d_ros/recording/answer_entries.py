@@ -12,19 +12,19 @@ from rpf3d_ros.messages.moving_rocks import motion_of
 from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, by_name, column_of, finite_positions
 
 REACH_COLUMNS = ("p95_energy", "first_arrival", "rocks", "result")
-"""Optional columns of hazard/points that are recorded."""
+"""Optional fields of hazard/points that are recorded as well."""
 
 
 class AnswerEntries:
-    """Converts the messages of an answer; an answer belongs to the same event as its sources."""
+    """Converts the messages of an answer to entries of a recording, in the same event as the answer's sources."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
-        """Begin without hazard levels."""
+        """Begin without hazard zones."""
         self._frame, self._times = frame, times
         self._levels: set[str] = set()
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return topic -> method that converts the topic's messages."""
+        """Return for each topic the method that converts its messages."""
         clouds = {topic: partial(self.cloud, topic) for topic in ("trajectories/points", "impacts", "deposits")}
         return {
             **clouds,
@@ -36,7 +36,7 @@ class AnswerEntries:
         }
 
     def trajectories(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the thinned trajectories."""
+        """Yield the trajectories to be drawn, already thinned by the node."""
         strips = strips_of_markers(array, self._frame)
         yield self._times.of_markers(array, lambda r: r.trajectories(strips))
 
@@ -59,7 +59,7 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield entries that delete the last hazard levels, then the facets and the outline of each level."""
+        """Yield the hazard zones: entries that delete the last zones, then facets and outline of each zone."""
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
         for level in sorted(self._levels):
@@ -71,7 +71,7 @@ class AnswerEntries:
             yield self._times.of_markers(array, lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
     def reach(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the reached cells; a cloud without points deletes the reached cells of the last event."""
+        """Yield the map cells that rocks reached; a cloud without points deletes the cells of the last event."""
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
             yield self._times.of_message(cloud, lambda r: r.clear("hazard/points"))
@@ -82,11 +82,11 @@ class AnswerEntries:
         yield self._times.of_message(cloud, lambda r: r.reach(points, reach, columns))
 
     def reach_grid(self, grid: Any) -> Iterator[RecordingEntry]:
-        """Yield the reach probability in plan."""
+        """Yield the map of reach probability, drawn in plan."""
         percent = percent_of_grid(grid, self._frame)
         yield self._times.of_message(grid, lambda r: r.grid(percent))
 
     def results(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the facts of a result as text."""
+        """Yield the figures of an answer as text."""
         for health in healths_of(array):
             yield self._times.of_message(array, lambda r, health=health: r.text("results", health))

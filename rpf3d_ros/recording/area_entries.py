@@ -20,7 +20,7 @@ from rpf3d_ros.recording.entries import (
 
 
 class AreaEntries:
-    """Converts messages of areas."""
+    """Converts messages of areas of interest to entries of a recording."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
         """Begin without areas."""
@@ -29,7 +29,7 @@ class AreaEntries:
         self._outlined: set[str] = set()
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return topic -> method that converts the topic's messages."""
+        """Return for each topic the method that converts its messages."""
         return {"areas/polygon": self.polygon, "areas/equipment": self.equipment, "areas/outlines": self.outlines}
 
     def polygon(self, polygon: Any) -> Iterator[RecordingEntry]:

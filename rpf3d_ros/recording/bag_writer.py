@@ -25,13 +25,13 @@ def import_rosbags() -> Any:
 
 
 def typestore() -> Any:
-    """Return the message definitions of ROS 2 Jazzy."""
+    """Return the definitions of ROS 2 Jazzy's messages, which a bag needs."""
     rosbags = import_rosbags()
     return rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_JAZZY)
 
 
 class BagWriter:
-    """An open bag.
+    """A bag that is open for writing received messages.
 
     `close` writes the index. A bag without an index, because the process was killed, must be repaired with `mcap
     recover`.

@@ -1,4 +1,4 @@
-"""Recording entries: rows with the same time and event number, and helpers that make them."""
+"""Entries of a recording: what is drawn at one time, and helpers that make entries from messages."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
@@ -16,16 +16,16 @@ SECOND = 1_000_000_000
 """One second in nanoseconds."""
 
 EVENTS_KEPT = 1000
-"""Number of stamps with a remembered event; a result after more than a thousand newer stamps counts as a new event."""
+"""Number of time stamps whose event is remembered; a result for an older stamp counts as a new event."""
 
 Drawn = TypeVar("Drawn")
 
 
 class RecordingEntry(NamedTuple):
-    """Rows of a recording at one time.
+    """What is added to a recording at one time, such as the terrain or the impacts of an answer.
 
     stamp_ns, event : the time (ns) and the number of the event of the rows
-    draw : logs the rows
+    draw : adds the rows to a recording
     keeps : name of the state that the entry replaces, "" if it is not a state; a new file begins with the last entry of
         each state
     """
@@ -37,11 +37,17 @@ class RecordingEntry(NamedTuple):
 
 
 EntryMaker = Callable[[Any], Iterator[RecordingEntry]]
-"""Yields the entries of a message; terrain/mesh is given as CDR bytes. Raises MessageRefused."""
+"""A function that yields the entries of a message; terrain/mesh is given as CDR bytes.
+
+Raises MessageRefused.
+"""
 
 
 class EventNumbers:
-    """Event numbers by stamp (ns), counted from 1; old stamps are kept, because results may follow newer sources."""
+    """Numbers of events: each time stamp of sources begins an event, to which its results belong.
+
+    Old stamps are kept, because results may follow newer sources.
+    """
 
     def __init__(self) -> None:
         self.last = 0
@@ -82,13 +88,13 @@ class EntryTimes:
 
 
 class LoggedStates:
-    """The last logged state of each name, so that a repeated state is logged once."""
+    """The last recorded state of each name, so that a repeated state is recorded once."""
 
     def __init__(self) -> None:
         self._states: dict[str, object] = {}
 
     def is_new(self, name: str, state: object) -> bool:
-        """Note a state; return True if the state differs from the last state with the same name."""
+        """Note a state; return True if it must be recorded, because it differs from the last one of the same name."""
         if self._states.get(name) == state:
             return False
         self._states[name] = state
@@ -117,8 +123,9 @@ def column_of(cloud: Any, name: str) -> np.ndarray:
 
 
 def by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
-    """Return name -> drawn shape, where each namespace is the root followed by the name.
+    """Return the shapes of a marker message by name, from namespaces that consist of a prefix and the name.
 
+    root : the prefix
     what : the kind of the names, for the message of a refusal
     Raises MessageRefused for a namespace outside the root.
     """

@@ -1,4 +1,4 @@
-"""Flush and close a rerun stream to a file without waiting for a writer thread that has ended.
+"""Flush and close rerun's files without waiting for ever if rerun's writing thread has ended.
 
 rerun writes each file in a separate thread. The thread ends if writing fails, for example on a full disk. rerun (0.41)
 then still waits for the thread: a flush waits until its timeout, and the release of the stream waits for ever. This

@@ -25,7 +25,7 @@ FAULTS = (OSError, RuntimeError)
 
 @dataclass(frozen=True)
 class Rotation:
-    """Limits of one file, and the number of files that are kept.
+    """When a recording begins a new file, and how many files are kept.
 
     megabytes, minutes : size and age at which a new file begins; 0: no limit
     keep : number of files kept; 0: all
@@ -42,13 +42,13 @@ class Rotation:
 
 
 class Head:
-    """The last entry of each state: terrain and its patches, sources, areas, alerts; every file begins with them."""
+    """The state with which every new file of a recording begins: terrain, patches, sources, areas, alerts."""
 
     def __init__(self) -> None:
         self._kept: dict[str, RecordingEntry] = {}
 
     def note(self, entries: Iterable[RecordingEntry]) -> None:
-        """Keep the entries of states; new terrain deletes the patches of the old terrain."""
+        """Keep the entries that are part of the state; new terrain deletes the patches of the old terrain."""
         for entry in entries:
             if entry.keeps == "terrain":
                 self._kept = {name: kept for name, kept in self._kept.items() if not name.startswith("terrain/")}
@@ -62,14 +62,14 @@ class Head:
 
 
 def draw(recording: Recording, entries: Iterable[RecordingEntry]) -> None:
-    """Log entries, each at its own time."""
+    """Add entries to a recording, each at its own time."""
     for entry in entries:
         recording.at(entry.stamp_ns, entry.event)
         entry.draw(recording)
 
 
 class RecordingFiles:
-    """The current file of a recording and its successors. `write` returns when the entries are in the file."""
+    """The files of a recording, of which one is open; `write` returns when the entries are on disk."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class RecordingFiles:
         self._begin()
 
     def write(self, entries: list[RecordingEntry]) -> None:
-        """Log entries and flush.
+        """Write entries to the open file.
 
         Raises OSError or RuntimeError if the entries cannot be written; the next call tries again. `lost` counts the
         entries that are not written. Entries of a state stay in `head` and are in the next file.
@@ -116,7 +116,7 @@ class RecordingFiles:
             self._next()
 
     def check(self) -> None:
-        """Begin a new file if the last file could not be written or has reached its limit.
+        """Begin a new file if the open one could not be written, or is too large or too old.
 
         Raises OSError or RuntimeError as `write`.
         """
@@ -175,7 +175,7 @@ class RecordingFiles:
             raise
 
     def _give_up(self, lost: int) -> None:
-        """Abandon the current file: all entries before the fault are readable, and `rpf3d recover` repairs the file."""
+        """Abandon the open file after a fault; its earlier entries are readable, and `rpf3d recover` repairs it."""
         self.lost += lost
         recording, self._recording = self._recording, None
         self._retry_at = self._monotonic() + RETRY
@@ -190,7 +190,7 @@ class RecordingFiles:
 
 
 def numbered(file: Path, number: int, at: datetime) -> Path:
-    """Return the path of a file of a series.
+    """Return the path of a file of a recording, with its time and number.
 
     >>> numbered(Path("shift.rrd"), 3, datetime(2026, 11, 21, 6, 30, 5, tzinfo=UTC)).name
     'shift_20261121T063005Z_0003.rrd'
@@ -199,12 +199,12 @@ def numbered(file: Path, number: int, at: datetime) -> Path:
 
 
 def numbered_files(file: Path) -> list[Path]:
-    """Return the files of a series on disk, oldest first."""
+    """Return the files of a recording on disk, oldest first."""
     name = re.compile(re.escape(file.stem) + r"_\d{8}T\d{6}Z_\d{4,}" + re.escape(file.suffix))
     return sorted(path for path in file.parent.glob(f"*{file.suffix}") if name.fullmatch(path.name))
 
 
 def _drop(recording: Recording) -> None:
-    """Close a recording that cannot be written."""
+    """Close a recording that cannot be written, and ignore further errors."""
     with suppress(*FAULTS):  # the caller has reported the original fault
         recording.close()

@@ -98,12 +98,12 @@ def _reading(bag: Path) -> Iterator[Any]:
 
 
 def _chosen(reader: Any, namespace: str) -> list[Any]:
-    """Return the connections of the recorded topics."""
+    """Return the connections of a bag that belong to recorded topics, to read only their messages."""
     return [c for c in reader.connections if _kind(c.topic, namespace) == c.msgtype]
 
 
 def _is_cut_off(bag: Path) -> bool:
-    """True if a file of the bag begins as MCAP but has no MCAP end, as after a kill.
+    """True if a file of the bag was cut off, as by a kill: it begins as MCAP but has no MCAP end.
 
     False if the files cannot be read.
     """
@@ -122,7 +122,7 @@ def _begins_only(file: Path) -> bool:
 
 
 def convert(bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "") -> Converted:
-    """Write the recording of a bag.
+    """Convert a bag into a recording file, and return the numbers of recorded and refused messages.
 
     Raises InputError if the bag is not a bag or has none of the topics, OSError if the recording cannot be written.
     """

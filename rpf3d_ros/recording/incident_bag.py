@@ -15,7 +15,7 @@ At a site with more patches between two surveys, later bags lack the oldest patc
 
 
 class IncidentBag:
-    """The bags of a recording; nothing is written if no bag is wanted.
+    """The bags that are written in parallel with a recording, one for each of its files; none if not wanted.
 
     A bag that cannot be written is abandoned; the next file of the recording begins another bag.
     """
@@ -30,7 +30,7 @@ class IncidentBag:
         self.fault = ""
 
     def begin_with(self, recording: Path) -> None:
-        """Close the current bag and begin the bag of a file of the recording.
+        """Begin the bag for a new file of the recording, and close the last bag.
 
         Raises OSError if the first bag cannot be written. For later bags, `fault` states the error.
         """
@@ -82,7 +82,10 @@ class IncidentBag:
         return self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
 
     def _begin(self, stamp_ns: int) -> None:
-        """Write the terrain into a new bag, at the time of the first message: a replay begins with the terrain."""
+        """Write the terrain first into a new bag, so that a replay of the bag begins with the terrain.
+
+        It has the time of the first message.
+        """
         if self._is_new and self._writer is not None:
             self._is_new = False
             for topic, name, data in self._ground:

@@ -1,4 +1,4 @@
-"""Convert received messages to entries of a recording; the modules `*_entries` convert the messages of each topic.
+"""Convert each received message to entries of a recording; the modules `*_entries` do this topic by topic.
 
 No message class is imported: messages are read by the names of their fields, from rclpy or from a bag.
 """
@@ -16,9 +16,9 @@ from rpf3d_ros.recording.terrain_entries import TerrainEntries
 
 
 class MessageLog:
-    """Converts messages to entries; all messages with the stamp of the same source message belong to one event.
+    """Converts the messages of all topics to entries of a recording.
 
-    A refused message gives no entry.
+    All messages with the stamp of the same sources belong to one event. A refused message gives no entry.
     """
 
     def __init__(self, frame: MapFrame, mesh_frame: str, now: Callable[[], int]) -> None:
@@ -37,7 +37,7 @@ class MessageLog:
         }
 
     def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
-        """Return the entries of a message of a topic of TOPICS; terrain/mesh is given as CDR bytes.
+        """Return the entries of one message; topic : a key of TOPICS. A message of terrain/mesh is given as CDR bytes.
 
         Raises MessageRefused.
         """

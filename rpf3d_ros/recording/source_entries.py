@@ -19,13 +19,13 @@ from rpf3d_ros.recording.entries import (
 
 
 class SourceEntries:
-    """Converts messages of sources; each stamp begins an event."""
+    """Converts messages of sources to entries of a recording; each stamp begins an event."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
         self._frame, self._times = frame, times
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return topic -> method that converts the topic's messages."""
+        """Return for each topic the method that converts its messages."""
         return {"sources": self.poses, "/clicked_point": self.click, "source_cloud": self.cloud}
 
     def poses(self, poses: Any) -> Iterator[RecordingEntry]:

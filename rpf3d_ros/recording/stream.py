@@ -1,4 +1,4 @@
-"""Write the rows of an open recording, map frame, to a file or to a viewer.
+"""Draw terrain, sources, answers and alerts into an open recording of rerun, to a file or to a viewer.
 
 `recordings.log.import_rerun` imports rerun when a recording is opened: the simulator does not need rerun.
 """
@@ -23,7 +23,7 @@ from rpf3d_ros.recording.views import STATE_COLOURS, blueprint, extent_of
 APPLICATION = "rpf3d_live"
 SOURCE_COLOUR, UPDATE_COLOUR, AREA_COLOUR, ROCK_COLOUR = (255, 140, 0), (60, 130, 200), (230, 60, 200), (20, 20, 20)
 LINE_PIXELS, POINT_PIXELS, DEPOSIT_PIXELS, OUTLINE_PIXELS, ROCK_PIXELS = 0.7, 1.5, 3.0, 2.0, 4.0
-"""Radii on the screen (pixels), because a rock of 1 m is invisible in a pit of 1 km.
+"""Sizes on the screen (pixels), because a rock of 1 m is invisible in a pit of 1 km.
 
 Rerun interprets negative radii as radii on the screen.
 """
@@ -35,7 +35,7 @@ UNKNOWN = (0, 0, 0, 0)
 """Colour of grid cells with unknown values."""
 
 FARTHER = 1.5
-"""The eye moves if trajectories extend this many times farther than at the last move: early ones may be short."""
+"""Factor by which trajectories must extend farther than before until the viewer's eye moves."""
 
 FLUSH_TIMEOUT = 60.0
 """Timeout of a flush (s); the terrain of 2.3 million triangles takes 1.3 s to write."""
@@ -45,16 +45,16 @@ MILLISECONDS_A_FRAME = round(1000 * FRAME)
 
 
 class Recording:
-    """An open stream of rows: set the time, log rows, then `flush`; rows up to the last flush survive a kill.
+    """An open recording: set the time with `at`, add rows, then `flush`; flushed rows survive a kill.
 
     `RecordingEntry.draw` calls one method for each kind of row.
     """
 
     def __init__(self, stream: Any, in_file: bool = False) -> None:
-        """Log the coordinate system and the styles that never change.
+        """Write what never changes: the coordinate system and the styles.
 
         stream : a rerun.RecordingStream that already has its sink
-        in_file : whether the sink is a file
+        in_file : True if the sink is a file
         """
         self._rerun, self._stream, self._in_file = import_rerun(), stream, in_file
         self._extent_in_view = 0.0
@@ -70,7 +70,7 @@ class Recording:
         self._stream.set_time("event", sequence=event)
 
     def terrain(self, vertices: FloatArray, triangles: IntArray) -> None:
-        """Log the terrain, vertices (V, 3) m, as one zone; the patches of the previous terrain are cleared."""
+        """Add the terrain as one zone, vertices (V, 3) m; the patches of the previous terrain are cleared."""
         zone = np.zeros(len(triangles), dtype=np.int32)
         mesh = coloured_mesh(Terrain(vertices=vertices, triangles=triangles, zone=zone, zones=("terrain",)))
         self.clear("terrain/updates")
@@ -85,36 +85,36 @@ class Recording:
         )
 
     def update(self, number: int, points: FloatArray) -> None:
-        """Log a patch of the terrain as its points (N, 3) m; patches with other numbers stay."""
+        """Add a patch of the terrain as points (N, 3) m; patches with other numbers stay."""
         self._log(f"terrain/updates/{number}", self._points(points, UPDATE_COLOUR, POINT_PIXELS))
 
     def sources(self, positions: FloatArray, directions: FloatArray) -> None:
-        """Log release points (R, 3) m and directions (R, 3); R = 0 means that no rock is moving."""
+        """Add sources: release points (R, 3) m and directions (R, 3); R = 0 means that no rock is moving."""
         self._log("sources", self._points(positions, SOURCE_COLOUR, DEPOSIT_PIXELS))
         arrows = self._rerun.Arrows3D(origins=positions, vectors=ARROW_LENGTH * directions, colors=SOURCE_COLOUR)
         self._log("sources/direction", arrows)
 
     def area(self, name: str, corners: FloatArray) -> None:
-        """Log an area of interest as its outline, corners (N, 3) m; an area with one corner appears as a point."""
+        """Add an area of interest as its outline, corners (N, 3) m; an area with one corner appears as a point."""
         outline = [np.vstack([corners, corners[:1]])] if len(corners) else []
         self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
 
     def area_outline(self, name: str, lines: list[FloatArray]) -> None:
-        """Log the rings of an area of interest, polylines (T, 3) m on the ground, in addition to its definition."""
+        """Add the outlines of an area of interest on the ground, lines (T, 3) m, besides its definition."""
         strips = [_lifted(line) for line in lines]
         entity = _outline_of_area(name)
         self._log(entity, self._rerun.LineStrips3D(strips, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR, labels=[name]))
 
     def clear_area(self, name: str) -> None:
-        """Delete the rings of an area of interest from the screen."""
+        """Delete the outlines of an area of interest from the screen."""
         self.clear(_outline_of_area(name))
 
     def places(self, name: str, positions: FloatArray) -> None:
-        """Log the centres of areas of interest, (N, 3) m."""
+        """Add the centres (N, 3) m of areas of interest, such as vehicles."""
         self._log(_under("areas", name), self._points(positions, AREA_COLOUR, DEPOSIT_PIXELS))
 
     def trajectories(self, strips: list[Strip]) -> None:
-        """Log the thinned trajectories as one row of single segments, because rerun gives a strip one colour."""
+        """Add the trajectories, as single pieces, because rerun gives a line one colour."""
         pieces = [np.stack([strip.points[:-1], strip.points[1:]], axis=1) for strip in strips]
         colours = [strip.colours[:-1] for strip in strips]
         lines = self._rerun.LineStrips3D(
@@ -128,10 +128,11 @@ class Recording:
             self._extent_in_view = extent
 
     def motion(self, motion: RockPositions) -> None:
-        """Log the motion of rocks, one row for each frame, over simulated time and from the event's stamp on.
+        """Add the motion of rocks, one row for each moment, so that the viewer can play it.
 
-        On both timelines, all frame times are multiples of the frame step, so this event replaces the frames of an
-        earlier event. If the earlier event had more frames, frames without rocks follow.
+        The motion is on two timelines: simulated time, and from the event's stamp on. On both timelines, all frame
+        times are multiples of the frame step, so this event replaces the frames of an earlier event. If the earlier
+        event had more frames, frames without rocks follow.
         """
         rocks, frames = motion.positions.shape[1], len(motion.times)
         self._frames = max(self._frames, frames)
@@ -148,24 +149,24 @@ class Recording:
             self._stream.send_columns("trajectories/rocks", timelines, rows)
 
     def points(self, entity: str, positions: FloatArray, energy: FloatArray) -> None:
-        """Log a cloud (N, 3) m coloured by energy (N,) J, together with the energies."""
+        """Add points (N, 3) m, coloured by energy (N,) J, such as impacts."""
         self._coloured(entity, positions, energy, float(np.max(energy, initial=0.0)), {"energy_j": energy})
 
     def energies(self, energy: FloatArray) -> None:
-        """Log the largest and the 95th percentile of an event's energies at impacts, (N,) J, in kJ."""
+        """Add the largest and the 95th percentile of an event's energies at impacts, (N,) J, to the plots, in kJ."""
         if len(energy):
             for name, value in (("largest", energy.max()), ("p95", np.percentile(energy, 95))):
                 self._log(f"energy/{name}", self._rerun.Scalars(float(value) / JOULE_PER_KJ))
 
     def reach(self, positions: FloatArray, reach: FloatArray, columns: dict[str, NDArray[Any]]) -> None:
-        """Log the reached cells, (N, 3) m, coloured by the share of rocks (N,) that reach each cell.
+        """Add the map cells that rocks reached, (N, 3) m, coloured by the share of rocks (N,) that reach each cell.
 
         columns : further columns, name -> (N,)
         """
         self._coloured("hazard/points", positions, reach, 1.0, {"reach_probability": reach, **columns})
 
     def grid(self, percent: NDArray[np.int8]) -> None:
-        """Log a grid of reach probability (H, W) in percent, the southernmost row first, -1 for unknown values."""
+        """Add the map of reach probability (H, W) in percent, southernmost row first, -1 for unknown values."""
         colours = np.zeros((*percent.shape, 4), dtype=np.uint8)
         colours[..., :3] = speed_colours(percent.ravel().clip(0).astype(float), 100.0).reshape(*percent.shape, 3)
         colours[..., 3] = 255
@@ -173,32 +174,32 @@ class Recording:
         self._log("plan/reach_probability", self._rerun.Image(colours[::-1]))
 
     def hazard(self, level: str, corners: FloatArray, colour: Colour) -> None:
-        """Log the facets of a level, corners (F, 3, 3) m, lifted a little so that the ground does not hide them."""
+        """Add the facets of a hazard zone, corners (F, 3, 3) m, lifted so that the ground does not hide them."""
         lifted = _lifted(corners.reshape(-1, 3))
         triangles = np.arange(len(lifted)).reshape(-1, 3)
         mesh = self._rerun.Mesh3D(vertex_positions=lifted, triangle_indices=triangles, albedo_factor=list(colour))
         self._log(_under("hazard", level), mesh)
 
     def outline(self, level: str, lines: list[FloatArray], colour: Colour) -> None:
-        """Log the outline of a level, polylines (T, 3) m."""
+        """Add the outline of a hazard zone, lines (T, 3) m."""
         solid = [int(255 * share) for share in colour[:3]]
         strips = self._rerun.LineStrips3D([_lifted(line) for line in lines], radii=-OUTLINE_PIXELS, colors=solid)
         self._log(_under("hazard", level) + "/outline", strips)
 
     def clear(self, entity: str) -> None:
-        """Delete an entity, and everything below it, from the screen."""
+        """Delete a part of the recording, and everything below it, from the screen."""
         self._log(entity, self._rerun.Clear(recursive=True))
 
     def clear_hazard(self, level: str) -> None:
-        """Delete the facets and the outline of a level from the screen."""
+        """Delete the facets and the outline of a hazard zone from the screen."""
         self.clear(_under("hazard", level))
 
     def alert(self, level: int) -> None:
-        """Log the level of the alert, an index into LEVELS, as a series."""
+        """Add the alert level, an index into LEVELS, to its plot."""
         self._log("alert_level", self._rerun.Scalars(float(level)))
 
     def alert_state(self, name: str, state: str | None) -> None:
-        """Log the state of the site, the alarm or an area (area/<name>) as a lane over time; None ends the lane."""
+        """Add the state of site, alarm or area (area/<name>) to its lane, a bar over time; None ends the bar."""
         lane = _under("alert_state", name)
         if lane not in self._lanes:
             self._lanes.add(lane)
@@ -207,21 +208,21 @@ class Recording:
         self._log(lane, self._rerun.StateChange(state=[state]))
 
     def text(self, entity: str, health: Health) -> None:
-        """Log the state of a part of a node as a line of text."""
+        """Add the state of a part of a node as a line of text."""
         levels = {OK: self._rerun.TextLogLevel.INFO, WARN: self._rerun.TextLogLevel.WARN}
         text = "; ".join([health.message, *(f"{key} {value}" for key, value in health.values.items())])
         level = levels.get(health.level, self._rerun.TextLogLevel.ERROR)
         self._log(entity, self._rerun.TextLog(f"{health.name}: {text}", level=level))
 
     def flush(self, seconds: float = FLUSH_TIMEOUT) -> None:
-        """Pass on all logged rows. Raises RuntimeError if this fails or takes more than `seconds`."""
+        """Wait until all added rows are written. Raises RuntimeError if this fails or takes more than `seconds`."""
         if self._in_file:
             file_writer.flush(self._stream, seconds)
         else:
             self._stream.flush(timeout_sec=seconds)
 
     def close(self) -> None:
-        """Write the footer of a file; no row can be logged afterwards. Raises RuntimeError if this fails."""
+        """Complete the file; nothing can be added afterwards. Raises RuntimeError if this fails."""
         file_writer.close(self._stream, FLUSH_TIMEOUT)
 
     def leave(self) -> None:
@@ -229,7 +230,7 @@ class Recording:
         self._stream.disconnect()
 
     def _style(self) -> None:
-        """Log the style of rocks, series and lanes, which never changes."""
+        """Write the styles of rocks, plots and lanes (bars of states), which never change."""
         rr = self._rerun
         rocks = rr.Points3D.from_fields(colors=[ROCK_COLOUR], radii=[-ROCK_PIXELS])
         self._log("trajectories/rocks", rocks, static=True)
@@ -270,7 +271,7 @@ def file_recording(path: Path) -> Recording:
 
 
 def _under(root: str, name: str) -> str:
-    """Return the entity path of a received name below the root; special characters are escaped."""
+    """Return the name of a part of the recording below `root`; special characters of a received name are escaped."""
     return str(import_rerun().new_entity_path([root, *filter(None, name.split("/"))]))
 
 

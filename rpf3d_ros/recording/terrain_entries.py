@@ -21,7 +21,7 @@ LARGEST_PATCH = 10_000_000
 
 
 class TerrainEntries:
-    """Converts surveys; a repeated survey gives no entry."""
+    """Converts surveys to entries of a recording; a repeated survey gives no entry."""
 
     def __init__(self, frame: MapFrame, mesh_frame: str, times: EntryTimes) -> None:
         """Begin without terrain; mesh_frame : frame of terrain/mesh."""
@@ -29,11 +29,11 @@ class TerrainEntries:
         self._digest, self._updates = b"", 0
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return topic -> method that converts the topic's messages."""
+        """Return for each topic the method that converts its messages."""
         return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
     def grid(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the terrain of an organised cloud."""
+        """Yield the terrain from a point cloud with points in rows."""
         survey = grid_of_cloud(cloud, self._frame)
         digest = hashlib.sha256(survey.points.tobytes()).digest()
         if digest != self._digest:
@@ -46,7 +46,7 @@ class TerrainEntries:
             yield self._terrain(mesh_of_cdr(data, self._frame, self._mesh_frame), digest, self._times.now())
 
     def update(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield a patch."""
+        """Yield a patch of the terrain."""
         if cloud.width * cloud.height > LARGEST_PATCH:
             raise MessageRefused(f"the patch holds {cloud.width * cloud.height} points; {LARGEST_PATCH} is the most")
         points = self._frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)

@@ -1,4 +1,4 @@
-"""Send the recording to a viewer, which may be absent, slow, hung or dead; the file never waits for the viewer.
+"""Send the recording to a viewer, which may be absent, slow or dead; the file never waits for the viewer.
 
 A separate thread owns the viewer's stream and takes entries from a bounded queue. If the queue is full, entries are
 dropped and counted. After a fault the thread opens a new stream and first sends the current state (`Head`), so a viewer
@@ -47,14 +47,17 @@ class Viewer:
     port: int = 9876
 
     def check(self) -> None:
-        """Check the kind. Raises InputError for an unknown kind."""
+        """Raise InputError if the kind of viewer is unknown."""
         if self.kind not in (NONE, SERVE) and not self.kind.startswith(PREFIXES):
             raise InputError(
                 f"viewer is '{self.kind}'; it must be none, serve, or a url such as rerun+http://127.0.0.1:9876/proxy"
             )
 
     def stream(self) -> Any:
-        """Return a rerun.RecordingStream to the viewer; this may take seconds, or raise OSError or RuntimeError."""
+        """Connect to the viewer and return the stream to it.
+
+        This may take seconds, or raise OSError or RuntimeError.
+        """
         rerun = import_rerun()
         stream = rerun.RecordingStream(APPLICATION)
         if self.kind == SERVE:
@@ -66,7 +69,7 @@ class Viewer:
 
 
 class ViewerFeed:
-    """The thread that feeds a viewer. `offer` never waits."""
+    """Sends entries to a viewer on its own thread; `offer` never waits."""
 
     def __init__(self, viewer: Viewer, head: Head, stream: Callable[[], Any] | None = None) -> None:
         """Start the thread.
@@ -103,7 +106,7 @@ class ViewerFeed:
                 self._closing.wait(RETRY)
 
     def _feed(self) -> None:
-        """Open the stream and send entries until a fault or the end; then disconnect the stream."""
+        """Connect to the viewer and send entries until a fault or the end; then disconnect."""
         recording = Recording(self._open())
         try:
             self._empty()
@@ -124,7 +127,7 @@ class ViewerFeed:
         recording.flush(PATIENCE)
 
     def _empty(self) -> None:
-        """Drop the entries that waited while there was no viewer; the head contains the current state."""
+        """Drop the entries that waited while there was no viewer; the state that is sent first replaces them."""
         while True:
             try:
                 self._queue.get_nowait()

@@ -21,23 +21,23 @@ STATE_COLOURS = {
     "off": 0x4C9F50FF,
     "on": 0xC02020FF,
 }
-"""Colour of each level and of the alarm: red, green, blue, opacity."""
+"""Colour of each alert level and of the alarm: red, green, blue, opacity."""
 
 NOWHERE = Terrain(
     vertices=np.zeros((0, 3)), triangles=np.zeros((0, 3), dtype=np.int32), zone=np.zeros(0, dtype=np.int32), zones=()
 )
-"""Empty terrain for `point_of_view`: only the trajectories determine the position of the eye."""
+"""Empty terrain for `point_of_view`, so that only the trajectories determine where the viewer's eye is."""
 
 COVERING = ("trajectories/points", "hazard/points")
-"""Entities that are hidden by default, because they would cover other entities."""
+"""Parts of the recording that are hidden at first, because they would cover others."""
 
 
 BEFORE, AFTER = -300.0, 150.0
-"""Range of the time series around the current moment (s)."""
+"""Range of the plots around the current moment (s)."""
 
 
 def blueprint(strips: Sequence[Strip] = ()) -> Any:
-    """Return the layout, which shows the newest time; the eye looks at the trajectories, if any, from the front."""
+    """Return the viewer's layout; the eye looks at the trajectories, if there are any, from the front."""
     rrb = import_rerun().blueprint
     around = _around()
     series = (
@@ -68,7 +68,7 @@ def blueprint(strips: Sequence[Strip] = ()) -> Any:
 
 
 def _around() -> Any:
-    """Return the time axis of the series."""
+    """Return the time axis of the plots, which moves with the current moment."""
     rerun = import_rerun()
     boundary = rerun.blueprint.TimeRangeBoundary.cursor_relative
     return rerun.blueprint.TimeAxis(
@@ -77,13 +77,13 @@ def _around() -> Any:
 
 
 def extent_of(strips: Sequence[Strip]) -> float:
-    """Return the diagonal (m) of the bounding box of strips; 0 without points."""
+    """Return how far trajectories extend: the diagonal (m) of their box; 0 without points."""
     points = np.concatenate([np.empty((0, 3)), *(strip.points for strip in strips)])
     return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
 
 def _places(strips: Sequence[Strip]) -> Any:
-    """Return the views of the map frame in 3D and of the reach probability in plan."""
+    """Return the views of the terrain in 3D and of the map of reach probability in plan."""
     rrb = import_rerun().blueprint
     eye = None
     if strips:
@@ -101,7 +101,7 @@ def _places(strips: Sequence[Strip]) -> Any:
 
 
 def _as_samples(strips: Sequence[Strip]) -> PathSamples:
-    """Return the points of strips as samples, one rock for each strip.
+    """Return the points of trajectories as samples of paths, for `point_of_view`.
 
     Times and velocities are unknown and set to zero.
     """
