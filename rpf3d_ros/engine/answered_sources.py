@@ -1,4 +1,7 @@
-"""Keep the sources of all valid answers: the last trigger of each region, until the trigger is too old."""
+"""Keep the last trigger of each region until it is too old, so that all can be answered again after a change.
+
+The change may be of the ground or of an area. A region is a topic and a square in plan (`WaitingSources.region_of`).
+"""
 
 from collections.abc import Hashable
 

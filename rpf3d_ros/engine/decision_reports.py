@@ -32,7 +32,7 @@ class DecisionReports:
         self._outlets = self._outlets.silenced()
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """Publish an alert, and log it if the level has changed."""
+        """Publish an alert; if the level has changed, also print it to the node's ROS log."""
         if self._is_silent:
             return
         is_published = self._outlets.alerts.publish(alert, evidence, self._map_frame)

@@ -29,7 +29,7 @@ ANGLES = (0.0, 22.5, 67.5, 76.0)
 CENTIMETRE = 0.01
 SQUARE_METRES_PER_HA = 10_000.0
 MOST_TREES = 20_000_000
-"""Largest number of trees of a scene; so many trees take 1 GB of memory."""
+"""Largest number of trees of a scene; this number of trees takes 1 GB of memory."""
 OFF_GROUND = 2.0
 """Largest height (m) of a tree's foot above or below the ground: surveys of trees and of ground differ."""
 ROOM = 1.0 + 1e-9
