@@ -1,4 +1,4 @@
-"""Decide the alert level of each area of interest: the level of the whole site does not show which area to clear.
+"""Decide the alert level of each area of interest: the level of the whole site does not show which to evacuate.
 
 An area follows the same rules as the site. The level held for an area rises at once. The level held for an area falls
 only when an acknowledgement lowers the level of the site, and then the levels of all areas fall together. Therefore the

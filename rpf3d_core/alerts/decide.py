@@ -86,7 +86,7 @@ def decide(
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
-    """True if rocks flew, but too few to lower an alert level or to clear an area."""
+    """True if rocks flew, but too few to lower an alert level or to show that an area is safe."""
     return evidence.sources != 0 and any(is_small(area, thresholds.evidence) for area in evidence.areas)
 
 

@@ -29,14 +29,14 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 
 
 class EvacuationSpec(StrictModel):
-    """The limit on the first arrival of a rock: time to clear the area (s) plus time to spare (s)."""
+    """The limit on the first arrival of a rock: time to evacuate the area (s) plus time to spare (s)."""
 
-    evacuation: Seconds = Field(description="a number >= 0 (s), the time it takes to clear the area")
+    evacuation: Seconds = Field(description="a number >= 0 (s), the time it takes to evacuate the area")
     margin: Seconds = Field(description="a number >= 0 (s), the time to spare")
 
     @property
     def seconds(self) -> float:
-        """Shortest time (s) in which the area can be cleared: a first arrival up to this time reaches the limit."""
+        """Limit of the first arrival (s): a rock that arrives no later leaves no time to evacuate the area."""
         return self.evacuation + self.margin
 
 
@@ -108,7 +108,7 @@ class EvidenceSpec(StrictModel):
         description="a number >= 0 (s), how far stamps may be ahead of this machine's clock"
     )
     fewest_rocks: Annotated[Count, Field(ge=1)] = Field(
-        description="a whole number of at least 1; an answer of fewer rocks may raise a level, and clears none"
+        description="a whole number of at least 1; an answer of fewer rocks may raise a level, and lowers none"
     )
     most_unfinished: Annotated[Number, Field(ge=0, le=1)] = Field(
         description="a share from 0 to 1 (-), of rocks whose flight was cut off; more are a fault"

@@ -35,7 +35,10 @@ class CapFacets(NamedTuple):
 
 
 class CapLocator(NamedTuple):
-    """The caps with the locator that finds passages of rocks through them; facets and layered as in `CapFacets`."""
+    """The caps with the locator that finds passages of rocks through them.
+
+    facets, layered : see `CapFacets`
+    """
 
     locator: Any
     facets: Facets

@@ -3,7 +3,7 @@
 The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
 zero inside the facet, the rock hits the free side. Where d rises through zero, the rock hits the back.
 
-Rounding decides nothing silently (docs/explanation/physics.md):
+Rounding errors decide no case; fixed rules do (docs/explanation/physics.md):
 
 - For a facet that the rock has just left, d = 0 at t = 0: this root is divided out, and the later root is kept.
 - A rock within tolerance of another facet, or below that facet by at most a crack's width, hits the facet at t = 0
@@ -13,8 +13,8 @@ Rounding decides nothing silently (docs/explanation/physics.md):
 - A glancing arc may reach the plane of a facet just outside the facet. The arc then meets the facet where it crosses
   the facet's edge (`_entry_time`).
 - If a rock would leave the terrain, or if a sliding rock would meet the back of the ground, the search runs again with
-  slightly wider facets (`contact_or_crack`). In this search a facet also carries a rock that moves along its edge,
-  just outside the facet.
+  slightly wider facets (`contact_or_crack`). In this search a facet also counts as the ground under a rock that moves
+  along its edge, just outside the facet.
 """
 
 import math
@@ -222,9 +222,7 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
-    """Return the contact with facet f at time t if it is inside the facet and earlier than `best`; else `best`.
-
-    """
+    """Return the contact with facet f at time t if it is inside the facet and earlier than `best`; else `best`."""
     if t > best.t or t == math.inf:
         return best
     approach = _approach(facets, f, arc, n, t)

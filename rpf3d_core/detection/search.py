@@ -1,4 +1,4 @@
-"""Find the next contact of a rock: search once, search again with wider facets, and check for falls through the ground.
+"""Find the next contact of a rock: search, search again with wider facets, and check if it fell through the ground.
 
 A locator finds the first contact of an arc (`contact.py`). This module decides whether this contact is final. If the
 rock would leave the terrain or meet the back of the ground, the search runs again with facets that are wider by a
@@ -21,7 +21,7 @@ LAST_LOOK = 1.0 + 2.0**-40
 The value is above 1 only to distinguish the last search from the second search.
 """
 FALLEN = -2
-"""Facet number that marks a contact as a fall through the ground."""
+"""Number in place of a facet: the rock has fallen through the ground."""
 
 
 @model_function
@@ -43,12 +43,12 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
 @model_function
 def notices_falls(locator: object) -> bool:
-    """True if a search checks rocks that leave the terrain, or meet its back, for a fall through the ground."""
+    """True if a search checks whether rocks that leave the terrain, or meet its back, fell through the ground."""
 
 
 @notices_falls.otherwise
 def takes_them_as_they_are(locator: object) -> bool:
-    """Return False: fixed-step methods exist to show such falls, and spheres have a separate contact test."""
+    """Return False: fixed-step methods are to show how rocks fall through the ground; spheres have a separate test."""
     return False
 
 
@@ -56,13 +56,13 @@ def takes_them_as_they_are(locator: object) -> bool:
 def sight(contact: object) -> tuple[float, float]:
     """Return the share of a line of sight (-) up to the facet that it meets, and the side of this facet.
 
-    The check for falls through the ground reads both; the share is inf if the line meets no facet.
+    The check whether a rock has fallen through the ground reads both; the share is inf if the line meets no facet.
     """
 
 
 @sight.otherwise
 def sees_nothing(contact: object) -> tuple[float, float]:
-    """Return inf: the check for falls does not use contacts of spheres."""
+    """Return inf: the check whether a rock has fallen through the ground does not use contacts of spheres."""
     return math.inf, 1.0
 
 
@@ -74,29 +74,29 @@ def seen(contact: Contact) -> tuple[float, float]:
 
 @model_function
 def fall_of(contact: object) -> Any:
-    """Return the contact that reports a fall through the ground to the simulation."""
+    """Return the contact that reports to the simulation that the rock has fallen through the ground."""
 
 
 @fall_of.otherwise
 def no_fall(contact: object) -> Any:
-    """Return the contact unchanged: the check for falls does not use contacts of spheres."""
+    """Return the contact unchanged: no check whether a sphere has fallen through the ground uses its contacts."""
     return contact
 
 
 @fall_of.rule(Contact)
 def fall_of_point(contact: Contact) -> Contact:
-    """Return the report of a fall of a lumped mass: time inf, and FALLEN in place of the facet."""
+    """Return the report that a lumped mass fell through the ground: time inf, and FALLEN in place of the facet."""
     return Contact(t=math.inf, facet=FALLEN, side=1.0, approach=0.0)
 
 
 @model_function
 def is_fall(contact: object) -> bool:
-    """True if a contact reports a fall through the ground, as made by `fall_of`."""
+    """True if a contact reports that the rock has fallen through the ground, as made by `fall_of`."""
 
 
 @is_fall.otherwise
 def is_no_fall(contact: object) -> bool:
-    """Return False: contacts of spheres never report a fall."""
+    """Return False: contacts of spheres never report that the rock has fallen through the ground."""
     return False
 
 

@@ -36,7 +36,7 @@ NONE_BROKEN = Broken(np.empty(0, dtype=np.int64), np.empty(0), *(np.empty((0, 3)
 
 
 def rows_of_broken(broken: Broken, which: slice) -> Broken:
-    """Return a slice of the rocks that broke, to make their fragments in parts."""
+    """Return a slice of the broken rocks, so that fragments are made for a few rocks at a time, which limits memory."""
     return Broken(*(getattr(broken, name)[which] for name in ("rows", "t", "x", "v", "n")))
 
 

@@ -107,7 +107,10 @@ def pieces_of(
 def _sized(
     effect: Fragmentation, releases: Releases, broken: Broken, compiled: bool
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
-    """Return the size law of the fragments of N rocks, exponent and largest share (N, 2), and the fragment counts."""
+    """Return the size law of the fragments of each of N broken rocks (N, 2), and the number of its fragments (N,).
+
+    The columns of the size law are the exponent, and the share of the rock's volume in the largest fragment (-).
+    """
     mass, radius = releases.mass[broken.rows], releases.radius[broken.rows]
     cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
     size: Any = _size_all

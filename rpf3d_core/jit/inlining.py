@@ -42,7 +42,7 @@ class _Copied(JITCodeLibrary):
         return _NoMachineCode()
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Return 0 as the address of the machine code, because a kernel has no machine code."""
+        """Return 0 as the address: the kernel is copied into the loop that calls it, and has no machine code itself."""
         return 0
 
     def _optimize_final_module(self) -> None:

@@ -147,7 +147,7 @@ def _ring(
 
 
 def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
-    """Raise TerrainError if a gap would remain: an edge of the remaining ground without a new triangle."""
+    """Raise TerrainError if a gap would remain: an edge of the remaining ground without a triangle of the ring."""
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):

@@ -39,9 +39,10 @@ class ConstantSpec(ModelSpec):
 
 
 class NoGroundSpec(ModelSpec):
-    """A rock slower than stop_speed when its bounces have died out stops; a faster rock is left unresolved.
+    """Ground model `none`: no motion along the ground.
 
-    Friction is ignored, so a rock may stop on any slope.
+    When its bounces have died out, a rock slower than stop_speed stops; a faster rock ends with outcome
+    `unresolved_contact`. Friction is ignored, so a rock may stop on any slope.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.ground:NoGround"

@@ -1,4 +1,7 @@
-"""Keep the last sources of each wall, to answer them again when the terrain or the areas change."""
+"""Keep the last trigger of each region until it is too old, so that all can be answered again after a change.
+
+The change may be of the ground or of an area. A region is a topic and a square in plan (`WaitingSources.region_of`).
+"""
 
 from collections.abc import Hashable
 
@@ -8,7 +11,7 @@ from rpf3d_ros.messages.stamps import SECOND
 
 
 class AnsweredSources:
-    """The last trigger (sources of one message) of each region, that is of each wall."""
+    """The last trigger of each region; all are answered again after a change of the ground or the areas."""
 
     def __init__(self, age_s: float = 0.0, most: int = 0) -> None:
         """Keep at most `most` triggers.
@@ -35,11 +38,11 @@ class AnsweredSources:
             del self._last[next(iter(self._last))]
 
     def others(self, latest: Trigger) -> list[Trigger]:
-        """Return the triggers that must be answered again besides `latest`: all that are not too old, in order."""
+        """Return all kept triggers except `latest` that are not too old, in the order in which they were noted."""
         return [one for one in self._last.values() if one is not latest and one.stamp_ns >= latest.stamp_ns - self._age]
 
     def holds(self, trigger: Trigger) -> bool:
-        """True if no newer trigger of its region has replaced a trigger."""
+        """True if a trigger is still the last trigger of its region."""
         return any(one is trigger for one in self._last.values())
 
     def clear(self) -> None:

@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import ERROR, OK
 
 
 class DecisionReports:
-    """Publishes each decision and reports problems, as the `DecisionListener` of a simulator."""
+    """The `DecisionListener` of a station."""
 
     def __init__(self, outlets: Outlets, map_frame: str) -> None:
         """Publish to `outlets`; map_frame : frame of the alerts."""
@@ -32,7 +32,7 @@ class DecisionReports:
         self._outlets = self._outlets.silenced()
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """Publish an alert, and write it to the node's log if the alert level has changed."""
+        """Publish an alert; if the level has changed, also print it to the node's ROS log."""
         if self._is_silent:
             return
         is_published = self._outlets.alerts.publish(alert, evidence, self._map_frame)
@@ -58,5 +58,5 @@ class DecisionReports:
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
     def logged(self, fault: str) -> None:
-        """Report if decisions are on disk; fault : why the last is not, "" if it is."""
+        """Report whether decisions are on disk."""
         self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")

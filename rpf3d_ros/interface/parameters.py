@@ -87,7 +87,9 @@ class SimulatorParameters(InputParameters):
     region_size: float = parameter(
         50.0, "side (m) of squares in plan; the newest sources of a square replace older waiting ones", 1.0, 1e5
     )
-    waiting_sources: int = parameter(10, "messages of sources that may wait; older ones are dropped", 1, 10_000)
+    waiting_sources: int = parameter(
+        10, "messages of sources that may wait; of more, the oldest is answered last (no site file: dropped)", 1, 10_000
+    )
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
     most_ahead: float = parameter(
         10.0, "how far stamps may be ahead of the node's clock (s); later ones are refused", 0.0, 1e9

@@ -62,8 +62,8 @@ def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POIN
 def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
     """Return the survey in an organised point cloud: points in rows; a point with any NaN is a hole.
 
-    Raises MessageRefused as `positions_of_cloud`, for a foreign frame, for an unorganised cloud, and if every point is
-    NaN.
+    Raises MessageRefused in every case in which `positions_of_cloud` does, and also if the frame is foreign, if the
+    cloud is unorganised, if a point is too far away (`MapFrame.points`), and if every point is NaN.
     """
     frame.check(cloud.header.frame_id)
     if cloud.height < 2 or cloud.width < 2:

@@ -1,4 +1,4 @@
-"""Pieces of a terrain that overlap, and what a user is told of them."""
+"""Pieces of a terrain that overlap, and what is reported of them to a user."""
 
 import numpy as np
 import pytest

@@ -147,7 +147,11 @@ def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> 
 
 @kernel
 def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> Cursor:
-    """Record a visit to facet f, and its zone, between two times of the track (s), and the height in map cells."""
+    """Record that the rock passes over facet f, and its zone, from `low` to `high` (s).
+
+    In each map cell on the way, note the rock's largest height above f. A rock below f does not visit f.
+    Returns the cursor at the last cell.
+    """
     ground, squares, track = walk.ground, walk.scratch.squares, walk.track
     c, b = above_plane(ground.facets, f, track.arc)
     gravity, begin, most = track.arc.gravity, low, -np.inf

@@ -23,8 +23,10 @@ def turn_wrong_pieces(
     Each facet keeps its first corner.
 
     vertices : (V, 3) m; triangles : (F, 3), changed in place
-    starts (V + 1,), to : end vertices of the sides that start at each vertex v, to[starts[v] : starts[v + 1]]; no side
-        occurs twice in the same direction
+    starts (V + 1,), to : the directed edges of the mesh: each facet has three, from each corner to its next corner.
+        to[starts[v] : starts[v + 1]] are the end vertices of the directed edges that start at vertex v; no directed
+        edge occurs twice
+    memory : provides the arrays that are needed only during the call; share : runs functions in parallel (`jit.memory`)
     """
     count = len(triangles)
     of, cursor = memory("out_of", len(to), np.int32), memory("out_cursor", len(starts), np.int32)
@@ -39,7 +41,7 @@ def turn_wrong_pieces(
 
 @loop
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
-    """Write the facet of each side that starts at a vertex from `begin` to `end`, in the order of the sides in `to`."""
+    """Write the facet of each directed edge that starts at a vertex from `begin` to `end` - 1, in the order of `to`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:

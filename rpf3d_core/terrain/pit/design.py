@@ -88,14 +88,18 @@ class Design:
         return sampled(p % 1.0, 1.0, self.width)
 
     def plan(self, p: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y, m, of places on the wall, from their fraction p of a turn and their offset (m) outwards."""
+        """Return x and y, m, of places on the wall.
+
+        p : position around the pit, as a fraction of one full turn
+        offset : horizontal distance (m) from the outline of the pit floor, outwards along the outline's normal
+        """
         x, y, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return x + offset * nx, y + offset * ny
 
     def outward(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return x and y of the floor outline's unit normal, outwards, at places around the pit.
 
-        P : fraction of a turn.
+        p : fraction of a turn
         """
         _, _, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return nx, ny
