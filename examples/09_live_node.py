@@ -45,7 +45,7 @@ try:
     seen = PoseArray(poses=[Pose(position=Point(x=-178.0, y=0.0, z=60.0))])  # thrown along its x axis, to the east
     seen.header.frame_id = "map"
     for _ in range(6000):  # at most ten minutes: the first start on a machine compiles for a minute or more
-        if sites[-1]["level"] != "fault" or simulator.poll() is not None:
+        if (sites[-1]["level"] != "fault" and grids) or simulator.poll() is not None:
             break
         rclpy.spin_once(node, timeout_sec=0.1)
         if radar.get_subscription_count() and not seen.header.stamp.sec:
