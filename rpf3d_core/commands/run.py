@@ -85,7 +85,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     _print_benches(result)
     _print_maps(result)
     _print_barriers(result)
-    of_scene = [*overlap_warnings(prepared.terrain), *warnings_of(result.scene)]
+    of_scene = [*overlap_warnings(prepared.terrain, prepared.faults.pieces), *warnings_of(result.scene)]
     print_warnings([*lost, *of_scene, *zones_without_cells(result.maps, result.scene.hazard), *broken])
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
     screen.print(

@@ -183,7 +183,7 @@ def check_scene(scene: Scene) -> Check:
     heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
-    of_scene = [*overlap_warnings(prepared.terrain), *warnings_of(scene)]
+    of_scene = [*overlap_warnings(prepared.terrain, prepared.faults.pieces), *warnings_of(scene)]
     warnings = [*of_scene, *_unused_points(prepared, rocks), *_partly_off(prepared)]
     assumed = without_friction(scene, prepared.terrain.zones)
     report = Check(

@@ -29,8 +29,8 @@ def test_pieces_with_a_common_volume_of_their_boxes_are_counted(squares, count):
 
 
 def test_a_user_is_told_how_many_and_what_to_do():
-    assert list(overlap_warnings(pieces((0, 0, 4, 1)))) == []
-    (sentence,) = overlap_warnings(pieces((0, 0, 4, 1), (3, 1, 2, 2)))
+    assert list(overlap_warnings(pieces((0, 0, 4, 1)), 1)) == []
+    (sentence,) = overlap_warnings(pieces((0, 0, 4, 1), (3, 1, 2, 2)), 2)
     assert sentence.startswith("2 pieces of the terrain") and sentence.endswith("merge them into one surface")
 
 

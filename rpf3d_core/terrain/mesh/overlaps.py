@@ -34,9 +34,12 @@ def pieces_that_overlap(terrain: Terrain) -> int:
     return int(overlaps.any(axis=1).sum())
 
 
-def overlap_warnings(terrain: Terrain) -> Iterator[str]:
-    """Yield a sentence for the user if pieces of the terrain overlap."""
-    count = pieces_that_overlap(terrain)
+def overlap_warnings(terrain: Terrain, pieces: int) -> Iterator[str]:
+    """Yield a sentence for the user if pieces of the terrain overlap.
+
+    pieces : number of components of the fault report; a terrain of one piece is not searched
+    """
+    count = pieces_that_overlap(terrain) if pieces > 1 else 0
     if count:
         yield (
             f"{count:,} pieces of the terrain have no common edge and overlap: where two pieces pass through each "
