@@ -1,13 +1,15 @@
-"""Build an engine over a whole terrain, with caps over its gaps: facets that end the rocks that fall through."""
+"""Build an engine over a whole terrain: with caps that end rocks in its gaps, and with its pieces if they overlap."""
 
 import numpy as np
 
 from rpf3d_core.detection.caps import CapFacets
+from rpf3d_core.detection.terrain_pieces import PieceNumbers
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import CRACK, Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.gaps import Caps, caps_over
 from rpf3d_core.terrain.mesh.border import border_of
+from rpf3d_core.terrain.mesh.overlaps import may_cross, pieces_of
 
 FEWEST = 2
 """Least number of cap facets, so that numba compiles the search for contacts only once.
@@ -23,7 +25,13 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
     Raises ValueError under the same conditions as `engine_of`.
     """
     facets = facets or facets_of(terrain)
-    return engine_of(name, facets, gap_facets(terrain, facets.tolerance))
+    return engine_of(name, facets, gap_facets(terrain, facets.tolerance), piece_numbers(terrain))
+
+
+def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
+    """Return the pieces of a terrain; None if no two pieces can pass through each other, as in nearly all terrains."""
+    number = pieces_of(terrain)
+    return PieceNumbers(number, True) if may_cross(terrain, number) else None
 
 
 def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:

@@ -38,7 +38,14 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     after = rebounded(physics, before, contact.facet, n, rock_now)
     note_impact(record, state.tally, before, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    left = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=False, before=-1)
+    between = state.left.facet >= 0 and state.left.side != contact.side
+    left = PreviousContact(
+        facet=contact.facet,
+        other=-1,
+        side=contact.side,
+        resting=False,
+        before=state.left.facet if between else -1,
+    )
     passed = still_at(physics.effects, after, state.passed, rock_now)
     bounced = State(motion=after, left=left, stands=False, tally=tally, outcome=MOVING, passed=passed)
     if breaks(physics.effects, before, after, n, rock_now):

@@ -4,13 +4,15 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.detection.contact import PreviousContact
+from rpf3d_core.detection.contact import Contact, PreviousContact
+from rpf3d_core.detection.terrain_pieces import TerrainPieces, contact_on_way
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle, still_at
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
 from rpf3d_core.kinetics.gully import gully, line_between
 from rpf3d_core.kinetics.sliding import SlidePlane, SlideSegment, slide_in_gully, slide_on_facet
 from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.landing import land_point
 from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
 from rpf3d_core.simulation.settings import Settings
@@ -66,11 +68,23 @@ def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock:
     At the end of the segment the rock stops, changes its direction, or flies off the facet. All ground models that have
     a `Law` use this rule.
     """
-    return along_piece(physics, state, _slide(physics, state, rock), rock, record)
+    return along_piece(physics.pieces, physics, state, _slide(physics, state, rock), rock, record)  # type: ignore[no-any-return]
 
 
-@kernel
-def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record) -> State:
+@model_function
+def along_piece(
+    pieces: object, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
+) -> State:
+    """Return the state of a rock at the end of a ground segment, or where something on the segment changes its motion.
+
+    pieces : `TerrainPieces`, or None if no pieces of the terrain overlap
+    """
+
+
+@along_piece.otherwise
+def along_own_piece(
+    pieces: object, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
+) -> State:
     """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment."""
     meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
@@ -90,6 +104,52 @@ def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockC
         outcome=_outcome(physics.settings, piece, tally.idle),
         passed=passed,
     )
+
+
+@along_piece.rule(TerrainPieces)
+def up_to_other_piece(
+    pieces: TerrainPieces, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
+) -> State:
+    """Return the state of a rock at the end of a ground segment, or at the first obstacle or other piece of terrain.
+
+    The segment bends by 7 degrees at most. Its chord decides where the rock meets another piece, as for obstacles.
+    """
+    way = subtract(piece.motion.x, state.motion.x)
+    contact = contact_on_way(pieces, physics.facets, state.motion.x, way, state.left)
+    if contact.t < obstacle_on(physics.effects, state, piece, rock).t:
+        return _onto_other_piece(physics, state, piece, contact, rock, record)
+    return along_own_piece(pieces, physics, state, piece, rock, record)
+
+
+@kernel
+def _onto_other_piece(
+    physics: Physics, state: State, piece: SlideSegment, contact: Contact, rock: RockContext, record: Record
+) -> State:
+    """Return the state of a rock that meets a facet of another piece of terrain on a ground segment.
+
+    The rock comes to this facet as from its own facet over an edge: the rock slides on, in the gully between both
+    facets or onto the other facet, or it rebounds. In a gully, the rock comes from the first facet of the gully.
+
+    contact : the contact with this facet; `contact.t` is the share of the segment's chord
+    """
+    before = _towards(on_piece(state.motion, piece.motion, contact.t), subtract(piece.motion.x, state.motion.x))
+    length, tolerance = contact.t * piece.length, physics.facets.tolerance
+    note_piece(record, state.tally, state.motion, before.v, SLIDING)
+    tally = with_slide(state.tally, length, before, tolerance, False)
+    left, behind = state.left, state.left.before if length <= tolerance else -1
+    on = PreviousContact(facet=left.facet, other=-1, side=left.side, resting=True, before=behind)
+    outcome = _outcome_of_stuck(physics.settings, before.v, tally.idle)
+    met = State(motion=before, left=on, stands=False, tally=tally, outcome=outcome, passed=state.passed)
+    return met if outcome != MOVING else land_point(contact, physics, met, rock, record)
+
+
+@kernel
+def _towards(motion: Motion, way: Vec) -> Motion:
+    """Return the motion with its velocity turned into the direction `way` (3,), at the same speed.
+
+    On a curved segment the rock then moves into a facet that the chord of the segment passes through.
+    """
+    return Motion(t=motion.t, x=motion.x, v=scale(norm(motion.v) / norm(way), way), w=motion.w)
 
 
 @kernel
@@ -156,16 +216,22 @@ def along_line(v: Vec, line: Vec) -> Vec:
 
 @kernel
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
-    """Return the outcome of a rock after a ground segment, or MOVING if the rock continues.
-
-    A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
-    contact is unresolved.
-    """
+    """Return the outcome of a rock after a ground segment, or MOVING if the rock continues."""
     if piece.late:
         return MAX_TIME
     if piece.stopped:
         return STOPPED
-    speed2 = dot(piece.motion.v, piece.motion.v)
+    return _outcome_of_stuck(settings, piece.motion.v, idle)
+
+
+@kernel
+def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
+    """Return the outcome of a rock with velocity v after `idle` segments without progress, or MOVING if it continues.
+
+    A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
+    contact is unresolved.
+    """
+    speed2 = dot(v, v)
     if idle >= STUCK and 0.0 < speed2 <= STILL * STILL:
         return STOPPED
     if idle < WEDGED:
