@@ -5,13 +5,13 @@ own. Facets that share vertices belong to one piece. A flight meets the facets o
 looks for facets of other pieces along the straight line between both ends of a ground segment. An engine for a terrain
 whose pieces cannot pass through each other has None in place of pieces, and compiles nothing of this file.
 
-Pieces that only touch, such as tiles of one surface, must not stop a rock. So a facet counts only if the line passes
-through the facet from its free side to its back:
+A facet counts only if the line passes through the facet from its free side to its back: at the end of the line, the rock
+must be behind the facet by more than rounding. If the rock meets the facet later, the next search finds the facet. At
+the start of the line, the rock must not leave the facet at once.
 
-- At the end of the line, the rock must be more than a crack's width behind the facet. If the rock is less deep there,
-  or meets the facet later, the next search finds the facet.
-- At the start of the line, the rock must move over the facet for more than `ALONGSIDE` cracks. The rock has just left
-  all other facets there, or passes their corners.
+Pieces that only touch, such as tiles of one surface, must not stop a rock, although they may overlap by a crack. So at
+the rim of a piece, `ALONGSIDE` cracks wide, the rock must get deeper than a crack, and must stay over the facet for
+longer than the rim is wide.
 
 A rock that comes from behind passes through a facet: the rock is then below the other piece, and comes out.
 """
@@ -30,45 +30,50 @@ from rpf3d_core.terrain.facet_geometry import (
     NEAR,
     contains,
     corner,
-    line_exit,
+    edge_distance,
+    edge_inward,
     stored_normal,
 )
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
-from rpf3d_core.vectors import dot, norm, scale, subtract
+from rpf3d_core.vectors import dot, norm, subtract
 
 
 class PieceNumbers(NamedTuple):
     """The pieces of a terrain: `number` (F,) is the piece of each facet.
 
+    rims : (F,) for each facet, bit k is set if edge k is at the rim of its piece, where no other facet follows
     overlap : False if no two pieces can pass through each other, so that no search is needed
     """
 
     number: Any
+    rims: Any
     overlap: bool
 
 
 class TerrainPieces(NamedTuple):
     """The pieces of a terrain with the locator over all its facets, for the search along ground segments.
 
-    number, overlap : see `PieceNumbers`
+    number, rims, overlap : see `PieceNumbers`
     """
 
     locator: Any
     number: Any
+    rims: Any
     overlap: bool
 
 
 class OnGround(NamedTuple):
     """The contact of a rock that moves along the ground, in place of the `PreviousContact` of a flight.
 
-    facet, other, side : as in `PreviousContact`; number : (F,) piece of each facet
+    facet, other, side : as in `PreviousContact`; number, rims : as in `PieceNumbers`
     """
 
     facet: int
     other: int
     side: float
     number: Any
+    rims: Any
 
 
 @model_function
@@ -93,7 +98,7 @@ def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: 
     """Return the first contact with a facet of another piece on a straight path along the ground."""
     if not pieces.overlap or dot(way, way) == 0.0:
         return NO_CONTACT
-    on = OnGround(facet=left.facet, other=left.other, side=left.side, number=pieces.number)
+    on = OnGround(facet=left.facet, other=left.other, side=left.side, number=pieces.number, rims=pieces.rims)
     return first_contact(pieces.locator, facets, Arc(x=x, v=way, gravity=STRAIGHT), on, 1.0)  # type: ignore[no-any-return]
 
 
@@ -107,24 +112,47 @@ def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Cont
         return best
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     b, c = on.side * dot(n, arc.v), on.side * dot(n, subtract(arc.x, origin))
-    if b >= 0.0 or c < -NEAR * facets.crack or c + b >= -facets.crack:
+    if b >= 0.0 or c < -NEAR * facets.crack or c + b >= -facets.tolerance:
         return best
-    t = max(c, 0.0) / -b
+    rims, deep, t = on.rims[f], c + b < -facets.crack, max(c, 0.0) / -b
     if c <= NEAR * facets.crack and contains(facets, f, position(arc, t), False, NEAR * facets.crack):
-        leads = _leads_over(facets, f, position(arc, t), way_over(facets, f, arc.v, on.side))
-        return _sooner(facets, Contact(t=t, facet=f, side=on.side, approach=-b), arc, best) if leads else best
+        x, way = position(arc, t), way_over(facets, f, arc.v, on.side)
+        counts = (deep or not _is_at_rim(facets, f, rims, x)) and _leads_over(facets, f, rims, x, way)
+        return _sooner(facets, Contact(t=t, facet=f, side=on.side, approach=-b), arc, best) if counts else best
     left = PreviousContact(facet=on.facet, other=-1, side=on.side, resting=True, before=-1)
     found = earlier_contact(facets, f, arc, left, best)
-    return found if found.facet == f and found.side == on.side and found.t <= 1.0 else best
+    if found.facet != f or found.side != on.side or found.t > 1.0:
+        return best
+    return found if deep or not _is_at_rim(facets, f, rims, position(arc, found.t)) else best
 
 
 @kernel
-def _leads_over(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """True if a straight path from x (3,) m along `way` (3,) stays over facet f for more than ALONGSIDE cracks."""
-    length = norm(way)
-    if length == 0.0:
-        return True
-    return line_exit(facets, f, x, scale(1.0 / length, way), ALONG_EDGE, 0.0) > ALONGSIDE * facets.crack
+def _is_at_rim(facets: Facets, f: int, rims: int, x: Vec) -> bool:
+    """True if x (3,) m on facet f lies within ALONGSIDE cracks of an edge at the rim of the facet's piece.
+
+    rims : bits of these edges, as in `PieceNumbers`
+    """
+    at_rim, wide = False, ALONGSIDE * facets.crack
+    for k in range(3):
+        squared, distance = edge_distance(facets, f, k, x)
+        at_rim = at_rim or ((rims >> k) & 1 == 1 and (distance <= 0.0 or distance * distance <= wide * wide * squared))
+    return at_rim
+
+
+@kernel
+def _leads_over(facets: Facets, f: int, rims: int, x: Vec, way: Vec) -> bool:
+    """True if a straight path from x (3,) m along `way` (3,) stays over facet f, and does not leave it at once.
+
+    rims : bits of the edges at the rim of the piece; where another facet follows, the path may be shorter
+    """
+    length, leads = norm(way), True
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        closing = -dot(inward, way)
+        if closing > ALONG_EDGE * norm(inward) * length:
+            least = ALONGSIDE * facets.crack if (rims >> k) & 1 == 1 else facets.tolerance
+            leads = leads and edge_distance(facets, f, k, x)[1] * length > least * closing
+    return leads
 
 
 @kernel

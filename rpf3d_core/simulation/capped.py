@@ -9,7 +9,7 @@ from rpf3d_core.terrain.facets import CRACK, Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.gaps import Caps, caps_over
 from rpf3d_core.terrain.mesh.border import border_of
-from rpf3d_core.terrain.mesh.overlaps import may_cross, pieces_of
+from rpf3d_core.terrain.mesh.overlaps import may_cross, pieces_of, rims_of
 
 FEWEST = 2
 """Least number of cap facets, so that numba compiles the search for contacts only once.
@@ -31,7 +31,7 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
 def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
     """Return the pieces of a terrain; None if no two pieces can pass through each other, as in nearly all terrains."""
     number = pieces_of(terrain)
-    return PieceNumbers(number, True) if may_cross(terrain, number) else None
+    return PieceNumbers(number, rims_of(terrain), True) if may_cross(terrain, number) else None
 
 
 def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:

@@ -87,6 +87,19 @@ def tile(draw: Draw, ground: np.ndarray) -> Piece:
 PIECES: tuple[Callable[[Draw, np.ndarray], Piece], ...] = (heap, body, blade, tile)
 
 
+def within(ground: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> Piece:
+    """Return a piece, made so narrow about its middle that it lies over the ground in plan."""
+    low, high = ground[:, :, :2].min(axis=(0, 1)), ground[:, :, :2].max(axis=(0, 1))
+    begin, end = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
+    if (begin >= low).all() and (end <= high).all():
+        return vertices, triangles
+    middle = np.clip(0.5 * (begin + end), low + 0.1 * (high - low), high - 0.1 * (high - low))
+    room = np.minimum(middle - low, high - middle) * 0.99
+    share = min(1.0, float((room / (0.5 * (end - begin))).min()))
+    plan = middle + share * (vertices[:, :2] - 0.5 * (begin + end))
+    return np.column_stack([plan, vertices[:, 2]]), triangles
+
+
 def _place(draw: Draw, ground: np.ndarray) -> np.ndarray:
     """Return a place (3,) m on the ground: a vertex, or a place within a facet."""
     facet = ground[draw.integers(len(ground))]

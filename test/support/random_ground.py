@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
-from cutting_pieces import PIECES, Legs, highest, is_closed, meeting_points, parts_of, passed_through, rim_of
+from cutting_pieces import PIECES, Legs, highest, is_closed, meeting_points, parts_of, passed_through, rim_of, within
 from matplotlib.tri import Triangulation
 from models_by_name import models_called
 from scenes_of_facets import terrain_of
@@ -193,7 +193,7 @@ def pieces(draw: Draw) -> Terrain:
     ground = (rough, planes, ridges, steps, benches, scattered)[draw.integers(6)](draw)
     facets = ground.vertices[ground.triangles]
     parts = [(ground.vertices, ground.triangles)]
-    parts += [PIECES[draw.integers(len(PIECES))](draw, facets) for _ in range(draw.integers(1, 4))]
+    parts += [within(facets, *PIECES[draw.integers(len(PIECES))](draw, facets)) for _ in range(draw.integers(1, 4))]
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     triangles = np.concatenate([part[1] + start for part, start in zip(parts, starts, strict=False)])
     return terrain_of(np.concatenate([vertices for vertices, _ in parts]), triangles)

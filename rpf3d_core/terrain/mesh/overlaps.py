@@ -8,10 +8,12 @@ terrains.
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.mesh.edges import edges_of
 
 
 def pieces_of(terrain: Terrain) -> IntArray:
@@ -21,11 +23,25 @@ def pieces_of(terrain: Terrain) -> IntArray:
     return np.asarray(owner[a])
 
 
+def rims_of(terrain: Terrain) -> NDArray[np.uint8]:
+    """Return the edges of each facet (F,) at the rim of a piece: bit k for the edge from corner k to the next corner.
+
+    An edge is at the rim if no other facet has the same edge.
+    """
+    edges, rims = edges_of(terrain.triangles, len(terrain.vertices)), np.zeros(len(terrain.triangles), np.uint8)
+    alone = edges.uses == 1
+    facet, ends = edges.facet[edges.start[alone]], np.stack([edges.low[alone], edges.high[alone]], axis=1)
+    for k in range(3):
+        sides = np.sort(terrain.triangles[facet][:, [k, (k + 1) % 3]], axis=1)
+        rims[facet[(sides == ends).all(axis=1)]] |= np.uint8(1 << k)
+    return rims
+
+
 def may_cross(terrain: Terrain, piece: IntArray) -> bool:
     """True if the bounding boxes of two pieces overlap: the pieces may pass through each other.
 
-    A level piece has a flat box, which overlaps the boxes that it cuts. Boxes that only touch, as those of tiles, do
-    not overlap. Pieces whose boxes overlap may still pass one above the other.
+    Boxes that only touch at their sides, as those of tiles, do not overlap. Boxes that touch from above do: a rock may
+    slide over a level piece under the other piece. Pieces whose boxes overlap may also pass one above the other.
 
     piece : (F,) from `pieces_of`
     """
@@ -48,8 +64,8 @@ def _any_overlap(low: Any, high: Any) -> bool:
         for j in range(i + 1, len(low)):
             if low[j, 0] >= high[i, 0]:
                 break
-            apart = False
-            for k in range(3):
+            apart = low[i, 2] > high[j, 2] or low[j, 2] > high[i, 2]
+            for k in range(2):
                 apart = apart or low[i, k] >= high[j, k] or low[j, k] >= high[i, k]
             if not apart:
                 return True
