@@ -107,8 +107,9 @@ def test_an_interrupted_flight_leaves_a_whole_result_of_what_has_flown(
     assert Counter(outcome for *_, outcome in lines) == {
         name: told["rocks"] for name, told in facts["outcomes"].items()
     }  # fmt: skip
-    # Batches take every n-th rock: each has its share of every source, to within a rock.
-    assert sum(source == "top" for source, *_ in lines) / len(lines) == pytest.approx(0.75, abs=0.05)
+    # Batches take every n-th rock: each has its share of every source, to within a rock (much of a small batch).
+    from_top = sum(source == "top" for source, *_ in lines)
+    assert from_top == pytest.approx(0.75 * len(lines), abs=max(1.0, 0.05 * len(lines)))
     assert parquet.read_metadata(out / "impacts.parquet").num_rows == facts["impacts"]
     with rasterio.open(out / "hazard" / "deposits.tif") as raster:
         counts = raster.read(1, masked=True)
