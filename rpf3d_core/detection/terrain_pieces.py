@@ -5,9 +5,9 @@ own. Facets that share vertices belong to one piece. A flight meets the facets o
 looks for facets of other pieces along the straight line between both ends of a ground segment. An engine for a terrain
 whose pieces cannot pass through each other has None in place of pieces, and compiles nothing of this file.
 
-A facet counts only if the line passes through the facet from its free side to its back: at the end of the line, the rock
-must be behind the facet by more than rounding. If the rock meets the facet later, the next search finds the facet. At
-the start of the line, the rock must not leave the facet at once.
+A facet counts only if the line passes through the facet from its free side to its back. At the end of the line, the
+rock must be behind the facet by more than rounding. If the rock meets the facet later, the next search finds the facet.
+At the start of the line, the rock must not leave the facet at once.
 
 Pieces that only touch, such as tiles of one surface, must not stop a rock, although they may overlap by a crack. So at
 the rim of a piece, `ALONGSIDE` cracks wide, the rock must get deeper than a crack, and must stay over the facet for

@@ -17,6 +17,9 @@ FEWEST = 2
 The corner array of a single facet has another memory layout, for which numba would compile all functions again.
 """
 
+APART = PieceNumbers(np.zeros(1, np.int32), np.zeros(1, np.uint8), False)
+"""The pieces of a terrain whose pieces cannot pass through each other; no search reads the two arrays."""
+
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
     """Return the engine `name` for a terrain, with its search structure built and all terrain gaps closed by caps.
@@ -30,8 +33,14 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
 
 def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
     """Return the pieces of a terrain; None if no two pieces can pass through each other, as in nearly all terrains."""
+    pieces = pieces_that_cross(terrain)
+    return pieces if pieces.overlap else None
+
+
+def pieces_that_cross(terrain: Terrain) -> PieceNumbers:
+    """Return the pieces of a terrain, or APART if no two pieces can pass through each other."""
     number = pieces_of(terrain)
-    return PieceNumbers(number, rims_of(terrain), True) if may_cross(terrain, number) else None
+    return PieceNumbers(number, rims_of(terrain), True) if may_cross(terrain, number) else APART
 
 
 def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:
