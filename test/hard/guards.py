@@ -454,6 +454,23 @@ GUARDS = (
         "`fly_on`: a rock that leaves from below the ground has fallen through it",
         "it counts as one that left the terrain",
     ),
+    Guard(
+        "test_pieces.py::test_no_rock_passes_below_a_muck_pile_that_cuts_through_the_slope[sliding-constant-reference]",
+        SUSTAINED,
+        "    if contact.t < obstacle_on(physics.effects, state, piece, rock).t:\n",
+        "    if False:\n",
+        "`up_to_other_piece`: a slide ends where another piece of terrain cuts its segment",
+        "a rock slides on below a muck pile that cuts through the slope",
+    ),
+    Guard(
+        "test_pieces.py::test_tiles_of_one_plane_that_touch_change_no_result"
+        "[overlapping by half a crack-sliding-constant-reference]",
+        "rpf3d_core/detection/terrain_pieces.py",
+        "    if b >= 0.0 or c < -NEAR * facets.crack or c + b >= -facets.tolerance:\n",
+        "    if c < -NEAR * facets.crack:\n",
+        "`earlier_on_ground`: only a facet that the path passes through stops a slide",
+        "a slide is cut at a tile that continues its plane",
+    ),
 )
 
 

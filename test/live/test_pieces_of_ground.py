@@ -6,32 +6,34 @@ from surveyed_hills import EAST, NORTH, grid, heights, mesh
 
 from rpf3d_core.live.ground import LiveTerrain, Workshop
 from rpf3d_core.live.survey import MeshSurvey
-from rpf3d_core.values import Outcome
 
-TOP = np.array([22.0, 20.0])
-"""Place of the muck pile's top in plan (m), from the corner of the hills."""
+TOP, STEEP = np.array([22.0, 20.0]), 2.25
+"""Place of the muck pile's top in plan (m), from the corner of the hills, and the slope of its four sides."""
+
+
+def top() -> np.ndarray:
+    """The top of the muck pile (3,) m, 3 m over the hills."""
+    return np.array([EAST + TOP[0], NORTH + TOP[1], heights(*TOP[:, None], 0)[0] + 3.0])
 
 
 def with_a_muck_pile() -> MeshSurvey:
     """The hills, and a pyramid of 8 m by 8 m that cuts through them, with its own vertices."""
     hills = mesh(grid())
-    top = np.array([EAST + TOP[0], NORTH + TOP[1], heights(*TOP[:, None], 0)[0] + 3.0])
-    pile = top + np.array([(0, 0, 0), (-4, -4, -15), (4, -4, -15), (4, 4, -15), (-4, 4, -15)], dtype=float)
+    pile = top() + 4.0 * np.array([(0, 0, 0), *((i, j, -STEEP) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1)))])
     sides = len(hills.vertices) + np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1)], dtype=np.int32)
     return MeshSurvey(np.vstack([hills.vertices, pile]), np.vstack([hills.triangles, sides]))
 
 
 def passed_below(ground: LiveTerrain) -> int:
-    """How many of some rocks that slide towards the pile from all sides end below its surface."""
+    """How many of some rocks that slide towards the pile from all sides come inside it."""
     angle = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
-    way = np.column_stack([np.cos(angle), np.sin(angle)])
-    local = np.array([EAST, NORTH, 0.0]) - np.array(ground.terrain.frame.origin)
-    x = np.column_stack([TOP - 4.5 * way, np.full(60, 99.0)]) + local
+    way, tip = np.column_stack([np.cos(angle), np.sin(angle)]), top() - np.array(ground.terrain.frame.origin)
+    x = np.column_stack([tip[:2] - 3.0 * way, np.full(60, 99.0)])
     x[:, 2] -= ground.engine.ground_below(x)[:, 0]
-    v = np.column_stack([4.0 * way, np.zeros(60)])
-    ends = fly(ground.engine, flight(surface(0.0, 1.0, 5.0)), x, v).deposits
-    stopped = ends.outcome == Outcome.STOPPED
-    return int((ground.engine.ground_below(ends.x[stopped] + (0.0, 0.0, 50.0))[:, 0] < 50.0 - 1e-6).sum())
+    paths = fly(ground.engine, flight(surface(0.0, 1.0, 5.0)), x, np.column_stack([3.0 * way, np.zeros(60)])).paths
+    aside = np.abs(paths.x[:, :2] - tip[:2]).max(axis=1)
+    inside = (aside < 4.0) & (paths.x[:, 2] < tip[2] - STEEP * aside - 1e-6)
+    return len(np.unique(paths.row[inside]))
 
 
 def test_a_rock_does_not_slide_below_a_muck_pile_of_a_mesh_survey():
