@@ -76,7 +76,6 @@ def _print_run(result: "Run", write_s: float) -> None:
     from rpf3d_core.hazard.benches import lost_in_words
     from rpf3d_core.results.hazard_zones import zones_without_cells
     from rpf3d_core.setup.warnings import warnings_of
-    from rpf3d_core.terrain.mesh.overlaps import overlap_warnings
 
     prepared, totals, flights = result.prepared, result.totals, result.flights
     broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
@@ -85,7 +84,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     _print_benches(result)
     _print_maps(result)
     _print_barriers(result)
-    of_scene = [*overlap_warnings(prepared.terrain, prepared.faults.pieces), *warnings_of(result.scene)]
+    of_scene = warnings_of(result.scene)
     print_warnings([*lost, *of_scene, *zones_without_cells(result.maps, result.scene.hazard), *broken])
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
     screen.print(

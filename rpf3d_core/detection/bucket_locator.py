@@ -13,7 +13,7 @@ import numpy as np
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.detection.bucket_grid import Grid, cell_index, sorted_into_buckets
 from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
-from rpf3d_core.detection.narrow_phase import earlier_contact
+from rpf3d_core.detection.narrow_phase import earlier_of
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.search import notices_falls
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
@@ -76,7 +76,7 @@ def first_contact_in_buckets(
 
     The facet that the rock has just left is tested first: if the rock falls back onto this facet, the search is short.
     """
-    best = earlier_contact(facets, left.facet, arc, left, NO_CONTACT) if left.facet >= 0 else NO_CONTACT
+    best = earlier_of(left, facets, left.facet, arc, NO_CONTACT) if left.facet >= 0 else NO_CONTACT
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
     j = cell_index(arc.x[1], locator.y, locator.cell, locator.ny)
     pace_x, pace_y = _pace(arc.v[0]), _pace(arc.v[1])
@@ -169,7 +169,7 @@ def _earliest_in_bucket(
         entry += 1
         if f == left.facet or out_of_reach(facets, f, stretch):
             continue
-        best = earlier_contact(facets, f, arc, left, best)
+        best = earlier_of(left, facets, f, arc, best)
         if best.t < until:
             until = best.t
             stretch = stretch_of(grid_of(locator), crossing.i, crossing.j, arc, crossing.begin, until)

@@ -29,7 +29,8 @@ class PreviousContact(NamedTuple):
         none
     side : +1.0 for the free side, -1.0 for the back
     resting : True if the rock was sliding there or at rest, so its speed along the normal is only rounding error
-    before : the facet that the rock left at the same place just before `facet`; -1 for none
+    before : the facet that the rock left just before `facet`; -1 for none. A sliding rock left it at the same place; a
+        rock that bounces between two sheets of ground left it from the other side
     """
 
     facet: int

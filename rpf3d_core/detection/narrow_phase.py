@@ -22,7 +22,7 @@ import math
 from rpf3d_core.arc import Arc, gravity_along, position, velocity
 from rpf3d_core.detection.contact import GRAZING, Contact, PreviousContact
 from rpf3d_core.detection.ties import wins_tie
-from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import (
     ALONG_EDGE,
     NEAR,
@@ -48,6 +48,14 @@ UPRIGHT = 1e-6
 """Vertical component of a unit normal below which a facet counts as a wall: in plan it is too narrow to test."""
 
 
+@model_function
+def earlier_of(left: object, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
+    """Return the earlier of two contacts of an arc: `best`, found so far, or the first contact with facet f.
+
+    One rule per class of the contact from which the rock starts, `left`: a rock flies, or moves along the ground.
+    """
+
+
 @kernel
 def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, best: Contact) -> Contact:
     """Return the earlier of two contacts of an arc: `best`, found so far, or the first contact with facet f.
@@ -63,10 +71,18 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
     if f == left.facet and not left.resting:
         return _prefer(facets, f, arc, n, _return_time(left, b, a), left.side, best)
     c, s = dot(n, subtract(arc.x, corner(facets, f, 0))), left.side
+    if f == left.before and not left.resting:
+        s = -s
     if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:
         return _prefer(facets, f, arc, n, _time_from_near(facets, f, arc, left, s * c, s * b, s * a), s, best)
     best = _prefer(facets, f, arc, n, falling_time(c, b, a), 1.0, best)
     return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)
+
+
+@earlier_of.rule(PreviousContact)
+def earlier_in_flight(left: PreviousContact, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
+    """Return the earlier of two contacts of a flying rock."""
+    return earlier_contact(facets, f, arc, left, best)
 
 
 @kernel
@@ -174,7 +190,7 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
     might lead onto none of them, and the rock would fall between the facets. A wall has no area in plan, so for a wall
     the projection at right angles decides. A rock at rest, or a rock that moves straight into facet f, stays on it.
     """
-    way = _way_over(facets, f, arc.v, side)
+    way = way_over(facets, f, arc.v, side)
     length = norm(way)
     if length == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE):
         return True
@@ -182,7 +198,7 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
 
 @kernel
-def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
+def way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
     """Return the velocity v projected into the plane of facet f: the direction of a rock's motion on the facet.
 
     On an upward facet the projection is vertical, so v keeps its components in plan. On a wall the projection removes
@@ -201,7 +217,7 @@ def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
     """
     if facets.tolerance < facets.crack:
         return False
-    return goes_beside(facets, f, arc.x, _way_over(facets, f, arc.v, side))
+    return goes_beside(facets, f, arc.x, way_over(facets, f, arc.v, side))
 
 
 @kernel

@@ -37,8 +37,12 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """True if a rock meets the other side of the ground than at its last contact; without holes, it fell through."""
-    return left.facet >= 0 and contact.side != left.side
+    """True if a rock meets the other side of the ground than at its last contact; without holes, it fell through.
+
+    A rock that goes to and fro between two sheets of ground has not fallen.
+    """
+    to_and_fro = left.before >= 0 and not left.resting and contact.facet == left.before
+    return left.facet >= 0 and contact.side != left.side and not to_and_fro
 
 
 @model_function

@@ -13,7 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCe
 
 from rpf3d_core.arc import Arc, position, time_over
 from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
-from rpf3d_core.detection.narrow_phase import earlier_contact
+from rpf3d_core.detection.narrow_phase import earlier_of
 from rpf3d_core.detection.search import notices_falls
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
@@ -89,7 +89,7 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
             leave = end
         locator.locator.FindCellsWithinBounds(_box(arc, begin, leave, REACH * facets.tolerance), locator.found)
         for k in range(locator.found.GetNumberOfIds()):
-            best = earlier_contact(facets, locator.found.GetId(k), arc, left, best)
+            best = earlier_of(left, facets, locator.found.GetId(k), arc, best)
         if best.t <= leave or not leave < end:
             return best
         begin, length = leave, min(2.0 * length, LONGEST_BOX)

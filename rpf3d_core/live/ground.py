@@ -2,6 +2,9 @@
 
 A whole ground is built in memory that no ground in use occupies, so rocks can fly over another ground at the same time.
 A patch changes the memory of the ground itself: no rock may fly over the old ground meanwhile or afterwards.
+
+Only a mesh survey can have pieces that pass through each other. Grids and clouds have one height at each place in plan,
+and a patch removes all facets in its footprint.
 """
 
 import time
@@ -17,6 +20,7 @@ from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
 from rpf3d_core.detection.bucket_patch import Plan
 from rpf3d_core.detection.caps import CapFacets
 from rpf3d_core.detection.footprint import STAYS
+from rpf3d_core.detection.terrain_pieces import PieceNumbers
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
@@ -24,7 +28,7 @@ from rpf3d_core.live.patching import PatchChange, change_of
 from rpf3d_core.live.room import Room, Rooms
 from rpf3d_core.live.sewing import IndexedTerrain, sewn
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
-from rpf3d_core.simulation.capped import caps_within
+from rpf3d_core.simulation.capped import APART, caps_within, pieces_that_cross
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
 from rpf3d_core.terrain.cloud import cloud_mesh
 from rpf3d_core.terrain.facets import Facets, Terrain, contact_tolerance, facets_from, lay_out
@@ -75,6 +79,7 @@ class LiveTerrain:
     patches : number of patches since the ground was built whole
     locator : search structure over the facets; room : the memory of all arrays
     border : the sides of facets without a neighbour, and the caps over the gaps there
+    pieces : the pieces of the terrain; every ground has them, overlapping or not, so that flights are compiled once
     changed : where the last patch changed the ground; None if the ground was built whole
     """
 
@@ -88,6 +93,7 @@ class LiveTerrain:
     locator: BucketLocator
     room: Room
     border: Border
+    pieces: PieceNumbers
     changed: Changed | None = None
 
 
@@ -132,7 +138,8 @@ class Workshop:
             locator = bucket_locator(facets, room.memory, self._share)
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
-            return self._ground(indexed, room, border, told.result(), stamp_ns, 0)
+            pieces = pieces_that_cross(terrain) if isinstance(survey, MeshSurvey) else APART
+            return self._ground(indexed, room, border, pieces, told.result(), stamp_ns)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the ground after a patch, that is a survey of a part of the terrain.
@@ -171,17 +178,29 @@ class Workshop:
         border = _border_after(ground, change)
         indexed = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(block=change.block, low=change.low, high=change.high)
-        patches = ground.room.patches
-        return self._ground(indexed, ground.room, border, digest, stamp_ns, patches, changed)
+        pieces = pieces_that_cross(indexed.terrain) if ground.pieces.overlap else APART
+        return self._ground(indexed, ground.room, border, pieces, digest, stamp_ns, changed)
 
     def _ground(
-        self, indexed: IndexedTerrain, room: Room, border: Border, digest: str, stamp_ns: int, patches: int,
+        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, digest: str, stamp_ns: int,
         changed: Changed | None = None,
     ) -> LiveTerrain:  # fmt: skip
         (terrain, facets, locator), caps = indexed, border.caps
-        engine: Engine = Reference(facets, caps) if self._reference else Compiled(facets, locator, caps)
-        now = time.time_ns()
-        ground = LiveTerrain(terrain, facets, engine, digest, stamp_ns, now, patches, locator, room, border, changed)
+        engine: Engine = Reference(facets, caps, pieces) if self._reference else Compiled(facets, locator, caps, pieces)
+        ground = LiveTerrain(
+            terrain=terrain,
+            facets=facets,
+            engine=engine,
+            digest=digest,
+            stamp_ns=stamp_ns,
+            received_ns=time.time_ns(),
+            patches=room.patches,
+            locator=locator,
+            room=room,
+            border=border,
+            pieces=pieces,
+            changed=changed,
+        )
         room.used_by(ground, terrain, engine)
         return ground
 

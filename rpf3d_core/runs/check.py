@@ -30,7 +30,6 @@ from rpf3d_core.setup.sources import source_outline
 from rpf3d_core.setup.warnings import warnings_of
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference, is_precompiled
 from rpf3d_core.terrain.mesh.faults import FaultReport
-from rpf3d_core.terrain.mesh.overlaps import overlap_warnings
 from rpf3d_core.values import Outcome
 
 PILOT_ROCKS = 20
@@ -183,7 +182,7 @@ def check_scene(scene: Scene) -> Check:
     heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
-    of_scene = [*overlap_warnings(prepared.terrain, prepared.faults.pieces), *warnings_of(scene)]
+    of_scene = warnings_of(scene)
     warnings = [*of_scene, *_unused_points(prepared, rocks), *_partly_off(prepared)]
     assumed = without_friction(scene, prepared.terrain.zones)
     report = Check(

@@ -1,19 +1,24 @@
-"""Build an engine over a whole terrain, with caps over its gaps: facets that end the rocks that fall through."""
+"""Build an engine over a whole terrain: with caps that end rocks in its gaps, and with its pieces if they overlap."""
 
 import numpy as np
 
 from rpf3d_core.detection.caps import CapFacets
+from rpf3d_core.detection.terrain_pieces import PieceNumbers
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import CRACK, Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.gaps import Caps, caps_over
 from rpf3d_core.terrain.mesh.border import border_of
+from rpf3d_core.terrain.mesh.overlaps import may_cross, pieces_of, rims_of
 
 FEWEST = 2
 """Least number of cap facets, so that numba compiles the search for contacts only once.
 
 The corner array of a single facet has another memory layout, for which numba would compile all functions again.
 """
+
+APART = PieceNumbers(np.zeros(1, np.int32), np.zeros(1, np.uint8), False)
+"""The pieces of a terrain whose pieces cannot pass through each other; no search reads the two arrays."""
 
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
@@ -23,7 +28,19 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
     Raises ValueError under the same conditions as `engine_of`.
     """
     facets = facets or facets_of(terrain)
-    return engine_of(name, facets, gap_facets(terrain, facets.tolerance))
+    return engine_of(name, facets, gap_facets(terrain, facets.tolerance), piece_numbers(terrain))
+
+
+def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
+    """Return the pieces of a terrain; None if no two pieces can pass through each other, as in nearly all terrains."""
+    pieces = pieces_that_cross(terrain)
+    return pieces if pieces.overlap else None
+
+
+def pieces_that_cross(terrain: Terrain) -> PieceNumbers:
+    """Return the pieces of a terrain, or APART if no two pieces can pass through each other."""
+    number = pieces_of(terrain)
+    return PieceNumbers(number, rims_of(terrain), True) if may_cross(terrain, number) else APART
 
 
 def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:

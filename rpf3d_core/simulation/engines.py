@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rpf3d_core.detection.caps import CapFacets, CapLocator
 from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
+from rpf3d_core.detection.terrain_pieces import PieceNumbers, TerrainPieces
 from rpf3d_core.effects.hooks import Chain, links_of
 from rpf3d_core.jit.cache import is_cached
 from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
@@ -64,11 +65,12 @@ class Reference:
 
     method : finds the contacts of flights: the locator, which finds every event, or fixed steps (`stepping`)
     caps : finds passages through the caps over the gaps of the terrain; None if no caps are given
+    pieces : finds other pieces of terrain on the way of a sliding rock; None if no pieces are given
     """
 
     name = "reference"
 
-    def __init__(self, facets: Facets, caps: CapFacets | None = None) -> None:
+    def __init__(self, facets: Facets, caps: CapFacets | None = None, pieces: PieceNumbers | None = None) -> None:
         from rpf3d_core.detection.vtk_locator import VtkLocator  # only this engine needs VTK
 
         self.facets = plain(facets)
@@ -79,6 +81,7 @@ class Reference:
             if caps is None
             else CapLocator(locator=VtkLocator(caps.facets), facets=plain(caps.facets), layered=caps.layered)
         )
+        self.pieces = None if pieces is None else TerrainPieces(self.locator, *plain(pieces))
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
@@ -88,7 +91,7 @@ class Reference:
         Returns the number of the first rock that did not fit into the record; R if all rocks fitted.
         """
         listed = Starts(**{name: column.tolist() for name, column in starts._asdict().items()})
-        physics = _physics(plain(models), self.facets, plain(materials), settings, self.caps)
+        physics = _physics(plain(models), self, plain(materials), settings)
         launches = launches_of(_parts(models), materials, settings.seed, listed)
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
@@ -104,12 +107,14 @@ class Compiled:
 
     Several threads may call the engine at once.
 
-    method, caps : as in `Reference`; locator : the buckets over the facets, built here if not given
+    method, caps, pieces : as in `Reference`; locator : the buckets over the facets, built here if not given
     """
 
     name = "compiled"
 
-    def __init__(self, facets: Facets, locator: Any = None, caps: CapFacets | None = None) -> None:
+    def __init__(
+        self, facets: Facets, locator: Any = None, caps: CapFacets | None = None, pieces: PieceNumbers | None = None
+    ) -> None:
         from rpf3d_core.detection.bucket_locator import bucket_locator  # compiles on first use
 
         self.facets = facets
@@ -120,12 +125,13 @@ class Compiled:
             if caps is None
             else CapLocator(locator=bucket_locator(caps.facets), facets=caps.facets, layered=caps.layered)
         )
+        self.pieces = None if pieces is None else TerrainPieces(self.locator, *pieces)
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
         """Fly rocks and write their flights into the logbook, as `Reference.follow` does."""
-        physics = _physics(models, self.facets, materials, settings, self.caps)
+        physics = _physics(models, self, materials, settings)
         launches = launches_of(_parts(models), materials, settings.seed, starts)
         return int(_follow_all(physics, self.method, launches, logbook, begin))
 
@@ -144,23 +150,25 @@ def _parts(models: Models) -> tuple[Any, ...]:
     return models.rebound, models.ground, *links_of(models.effects)
 
 
-def _physics(models: Models, facets: Facets, materials: Any, settings: Settings, caps: CapLocator | None) -> Physics:
-    """Return the models, the ground properties and the settings as the one value that the flight loop reads."""
+def _physics(models: Models, engine: Engine, materials: Any, settings: Settings) -> Physics:
+    """Return the models, the terrain, the materials and the settings as the one value that the flight loop reads."""
     return Physics(
         rebound=models.rebound,
         ground=models.ground,
         effects=models.effects,
-        facets=facets,
+        facets=engine.facets,
         materials=materials,
         settings=settings,
-        caps=caps,
+        caps=engine.caps,
+        pieces=engine.pieces,
     )
 
 
-def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:
+def engine_of(name: str, facets: Facets, caps: CapFacets | None = None, pieces: PieceNumbers | None = None) -> Engine:
     """Return the engine of the given name ("reference" or "compiled"), with its search structure over the facets built.
 
     caps : facets that close the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
+    pieces : the piece of each facet (`capped.piece_numbers`); None if no pieces of the terrain overlap
 
     Raises
     ------
@@ -168,9 +176,9 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engin
         Unknown name, or "compiled" without numba.
     """
     if name == Reference.name:
-        return Reference(facets, caps)
+        return Reference(facets, caps, pieces)
     if name == Compiled.name and HAS_NUMBA:
-        return Compiled(facets, caps=caps)
+        return Compiled(facets, caps=caps, pieces=pieces)
     reason = "numba is not installed" if name == Compiled.name else "engines are reference and compiled"
     raise ValueError(f"engine {name!r} cannot be used: {reason}")
 

@@ -4,32 +4,27 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.detection.contact import Contact, PreviousContact
+from rpf3d_core.detection.contact import PreviousContact
 from rpf3d_core.detection.search import is_fall
-from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, in_ground, still_at
+from rpf3d_core.effects.hooks import Meeting, at_obstacle
 from rpf3d_core.jit.dispatch import guarded, kernel, model_function
-from rpf3d_core.kinetics.rebound import rebound
-from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.landing import land
 from rpf3d_core.simulation.parabola import next_parabola, out_of_air
 from rpf3d_core.simulation.physics import Physics, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
-from rpf3d_core.simulation.settling import settle, stand
 from rpf3d_core.simulation.state import (
     RockTally,
     State,
     ended,
     past,
     released,
-    with_impact,
     with_meeting,
     with_piece,
 )
-from rpf3d_core.simulation.sustained import carry_on, held_by
-from rpf3d_core.terrain.facet_geometry import NEAR, corner, on_plane, stored_normal
+from rpf3d_core.simulation.sustained import carry_on
 from rpf3d_core.terrain.facets import Facets
-from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
-from rpf3d_core.vectors import dot, scale, subtract
+from rpf3d_core.values import MOVING, Mode, Motion, Outcome
 
 STRETCHES = 10_000
 """Number of flight segments that a rock may always use, in addition to two path segments per contact.
@@ -39,7 +34,7 @@ The number holds even if max_impacts is smaller.
 
 FLIGHT, END = int(Mode.FLIGHT), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
-FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
+FAILED = int(Outcome.FAILED)
 FELL_THROUGH = int(Outcome.FELL_THROUGH)
 
 
@@ -177,83 +172,3 @@ def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, recor
         outcome=met.outcome,
         passed=past(met.motion, meeting.number),
     )
-
-
-@model_function
-def land(contact: object, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after a contact with the ground; one rule per class of contacts: lumped mass or sphere."""
-
-
-@land.rule(Contact)
-def land_point(contact: Contact, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state of a lumped mass after a contact: it slides on if the contact is slight, else it rebounds."""
-    facets = physics.facets
-    n = scale(contact.side, stored_normal(facets, contact.facet))
-    released_on_ground = state.left.facet < 0 and contact.t == 0.0
-    if state.left.resting or released_on_ground:
-        held = held_by(facets, physics.settings, state, contact, n)
-        if held.left.facet >= 0:
-            return stand(facets, state, held.left, held.v)
-    rock_now, before = rock_at(rock, state), _raised(facets, contact.facet, n, state.motion)
-    after = rebounded(physics, before, contact.facet, n, rock_now)
-    note_impact(record, state.tally, before, after, contact.facet, n)
-    tally = with_impact(state.tally, contact.facet, after)
-    left = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=False, before=-1)
-    passed = still_at(physics.effects, after, state.passed, rock_now)
-    bounced = State(motion=after, left=left, stands=False, tally=tally, outcome=MOVING, passed=passed)
-    if breaks(physics.effects, before, after, n, rock_now):
-        return ended(bounced, FRAGMENTED)
-    return settle(physics, bounced, n, rock, record)
-
-
-@kernel
-def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
-    """Return the motion of a rock that touches facet f, moved up to the facet's plane if the rock is slightly below it.
-
-    n : (3,) normal of the facet, turned towards the rock
-
-    After a crack a rock may be below the facet that it touches next (`detection.contact`). These depths would add up
-    from facet to facet, until the rock touches no facet. Contacts found in fixed steps are far deeper; their rocks are
-    not moved.
-    """
-    depth = -dot(n, subtract(motion.x, corner(facets, f, 0)))
-    if not NEAR * facets.tolerance < depth <= NEAR * facets.crack:
-        return motion
-    return Motion(t=motion.t, x=on_plane(facets, f, motion.x), v=motion.v, w=motion.w)
-
-
-@kernel
-def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a rock after an impact on a facet, by the rebound model and the effects.
-
-    n : (3,) normal of the facet, turned towards the rock
-
-    An effect may replace the facet's normal by another one (the felt normal). The facet's normal is used if the rock
-    would not hit a surface with the felt normal, or if the rebound would send the rock into the ground. If the rock
-    still moves into the ground, its speed into the ground is set to zero. A rock that already moves off the facet
-    receives no impulse.
-    """
-    if dot(motion.v, n) > 0.0:
-        return motion
-    zone = physics.facets.zone[facet]
-    surface = surface_of(physics.materials, zone, rock)
-    felt = felt_normal(physics.effects, n, motion, rock)
-    if dot(motion.v, felt) >= 0.0:
-        felt = n
-    after = _struck(physics, zone, surface, motion, felt, rock)
-    if physics.effects is not None and dot(after.v, n) < 0.0:
-        after = _struck(physics, zone, surface, motion, n, rock)
-    into = dot(after.v, n)
-    if into >= 0.0:
-        return after
-    return Motion(t=after.t, x=after.x, v=subtract(after.v, scale(into, n)), w=after.w)
-
-
-@kernel
-def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a rock after its rebound from a surface of normal n, without the safeguards of `rebounded`.
-
-    An effect may let the rock enter the ground first.
-    """
-    entering = in_ground(physics.effects, zone, surface, motion, n, rock)
-    return rebound(physics.rebound, surface, entering, n, rock)  # type: ignore[no-any-return]

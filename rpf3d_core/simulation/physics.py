@@ -16,6 +16,7 @@ class Physics(NamedTuple):
     rebound, ground : parameters of a rebound model and of a ground model; effects : a `Chain`, or None
     materials : `Materials` or `DrawnMaterials`; facets : the terrain
     caps : a `CapLocator` over the gaps of the terrain; None if the terrain has no gap
+    pieces : the `TerrainPieces` of a terrain whose pieces may pass through each other; None for all other terrains
     """
 
     rebound: Any
@@ -25,6 +26,7 @@ class Physics(NamedTuple):
     materials: Any
     settings: Settings
     caps: Any = None
+    pieces: Any = None
 
 
 @kernel

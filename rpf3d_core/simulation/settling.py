@@ -5,6 +5,7 @@ from typing import Any
 
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.contact import PreviousContact
+from rpf3d_core.detection.terrain_pieces import contact_on_way
 from rpf3d_core.effects.hooks import felt_normal, first_obstacle
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import rest_of_bounces
@@ -46,9 +47,9 @@ def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
 def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Record) -> State:
     """Return the state after an impact; if the remaining bounces are small and stay on the facet, they are summed up.
 
-    The rock continues to fly if the bounces are larger, if they leave the facet or meet an obstacle, or if gravity does
-    not press the rock onto the facet. If the ground properties are drawn for each impact, all remaining bounces use the
-    properties of the next impact.
+    The rock continues to fly if the bounces are larger, if they leave the facet or meet an obstacle or another piece of
+    terrain, or if gravity does not press the rock onto the facet. If the ground properties are drawn for each impact,
+    all remaining bounces use the properties of the next impact.
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
@@ -61,7 +62,8 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     x = add(motion.x, way)
     in_time = rest.ends and motion.t + rest.t <= settings.max_time
     clear = no_obstacle_on(physics.effects, motion.x, way, state.passed, rock_at(rock, state))
-    if in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down):
+    stays = in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down)
+    if stays and contact_on_way(physics.pieces, facets, motion.x, way, state.left).t == math.inf:
         end = Motion(t=motion.t + rest.t, x=x, v=rest.v, w=motion.w)
         note_piece(record, state.tally, motion, rest.v, SETTLING)
         tally = with_piece(state.tally, norm(way), end, facets.tolerance)

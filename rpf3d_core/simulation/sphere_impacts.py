@@ -11,7 +11,8 @@ from rpf3d_core.effects.hooks import breaks, still_at
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
 from rpf3d_core.materials.rock_context import RockContext
-from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
+from rpf3d_core.simulation.landing import FRAGMENTED, land, rebounded
+from rpf3d_core.simulation.march import locator_for, set_down
 from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import Record, note_impact
 from rpf3d_core.simulation.state import State, ended, with_ground, with_impact

@@ -1,33 +1,25 @@
-"""Sliding, rolling and stopping of a rock on the ground: when this begins, and how a ground model moves the rock."""
+"""Sliding, rolling and stopping of a rock on the ground: how a ground model moves the rock, segment by segment."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact
+from rpf3d_core.detection.contact import Contact, PreviousContact
+from rpf3d_core.detection.terrain_pieces import TerrainPieces, contact_on_way
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle, still_at
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
-from rpf3d_core.kinetics.gully import WEAKEST, excursion, gully, kink, line_between
+from rpf3d_core.kinetics.gully import gully, line_between
 from rpf3d_core.kinetics.sliding import SlidePlane, SlideSegment, slide_in_gully, slide_on_facet
 from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.landing import land_point
 from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import NONE_PASSED, State, ended, past, with_meeting, with_piece, with_slide
-from rpf3d_core.terrain.facet_geometry import (
-    ALONG_GULLY,
-    NEAR,
-    PARALLEL,
-    corner,
-    goes_beside,
-    leads_on,
-    lies_below,
-    stored_normal,
-)
-from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.terrain.facet_geometry import goes_beside, stored_normal
 from rpf3d_core.values import MOVING, ZERO, Mode, Motion, Outcome, Vec
-from rpf3d_core.vectors import add, along, dot, norm, scale, subtract, without
+from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SLIDING = int(Mode.SLIDING)
 STOPPED, MAX_TIME, UNRESOLVED = int(Outcome.STOPPED), int(Outcome.MAX_TIME), int(Outcome.UNRESOLVED_CONTACT)
@@ -76,11 +68,23 @@ def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock:
     At the end of the segment the rock stops, changes its direction, or flies off the facet. All ground models that have
     a `Law` use this rule.
     """
-    return along_piece(physics, state, _slide(physics, state, rock), rock, record)
+    return along_piece(physics.pieces, physics, state, _slide(physics, state, rock), rock, record)  # type: ignore[no-any-return]
 
 
-@kernel
-def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record) -> State:
+@model_function
+def along_piece(
+    pieces: object, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
+) -> State:
+    """Return the state of a rock at the end of a ground segment, or where something on the segment changes its motion.
+
+    pieces : `TerrainPieces`, or None if no pieces of the terrain overlap
+    """
+
+
+@along_piece.otherwise
+def along_own_piece(
+    pieces: object, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
+) -> State:
     """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment."""
     meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
@@ -100,6 +104,52 @@ def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockC
         outcome=_outcome(physics.settings, piece, tally.idle),
         passed=passed,
     )
+
+
+@along_piece.rule(TerrainPieces)
+def up_to_other_piece(
+    pieces: TerrainPieces, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
+) -> State:
+    """Return the state of a rock at the end of a ground segment, or at the first obstacle or other piece of terrain.
+
+    The segment bends by 7 degrees at most. Its chord decides where the rock meets another piece, as for obstacles.
+    """
+    way = subtract(piece.motion.x, state.motion.x)
+    contact = contact_on_way(pieces, physics.facets, state.motion.x, way, state.left)
+    if contact.t < obstacle_on(physics.effects, state, piece, rock).t:
+        return _onto_other_piece(physics, state, piece, contact, rock, record)
+    return along_own_piece(pieces, physics, state, piece, rock, record)
+
+
+@kernel
+def _onto_other_piece(
+    physics: Physics, state: State, piece: SlideSegment, contact: Contact, rock: RockContext, record: Record
+) -> State:
+    """Return the state of a rock that meets a facet of another piece of terrain on a ground segment.
+
+    The rock comes to this facet as from its own facet over an edge: the rock slides on, in the gully between both
+    facets or onto the other facet, or it rebounds. In a gully, the rock comes from the first facet of the gully.
+
+    contact : the contact with this facet; `contact.t` is the share of the segment's chord
+    """
+    before = _towards(on_piece(state.motion, piece.motion, contact.t), subtract(piece.motion.x, state.motion.x))
+    length, tolerance = contact.t * piece.length, physics.facets.tolerance
+    note_piece(record, state.tally, state.motion, before.v, SLIDING)
+    tally = with_slide(state.tally, length, before, tolerance, False)
+    left, behind = state.left, state.left.before if length <= tolerance else -1
+    on = PreviousContact(facet=left.facet, other=-1, side=left.side, resting=True, before=behind)
+    outcome = _outcome_of_stuck(physics.settings, before.v, tally.idle)
+    met = State(motion=before, left=on, stands=False, tally=tally, outcome=outcome, passed=state.passed)
+    return met if outcome != MOVING else land_point(contact, physics, met, rock, record)
+
+
+@kernel
+def _towards(motion: Motion, way: Vec) -> Motion:
+    """Return the motion with its velocity turned into the direction `way` (3,), at the same speed.
+
+    On a curved segment the rock then moves into a facet that the chord of the segment passes through.
+    """
+    return Motion(t=motion.t, x=motion.x, v=scale(norm(motion.v) / norm(way), way), w=motion.w)
 
 
 @kernel
@@ -166,16 +216,22 @@ def along_line(v: Vec, line: Vec) -> Vec:
 
 @kernel
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
-    """Return the outcome of a rock after a ground segment, or MOVING if the rock continues.
-
-    A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
-    contact is unresolved.
-    """
+    """Return the outcome of a rock after a ground segment, or MOVING if the rock continues."""
     if piece.late:
         return MAX_TIME
     if piece.stopped:
         return STOPPED
-    speed2 = dot(piece.motion.v, piece.motion.v)
+    return _outcome_of_stuck(settings, piece.motion.v, idle)
+
+
+@kernel
+def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
+    """Return the outcome of a rock with velocity v after `idle` segments without progress, or MOVING if it continues.
+
+    A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
+    contact is unresolved.
+    """
+    speed2 = dot(v, v)
     if idle >= STUCK and 0.0 < speed2 <= STILL * STILL:
         return STOPPED
     if idle < WEDGED:
@@ -214,67 +270,3 @@ def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -
     return PreviousContact(
         facet=facet, other=-1, side=left.side, resting=True, before=left.before if piece.length <= tolerance else -1
     )
-
-
-class Hold(NamedTuple):
-    """The facets that carry a rock on the ground (`left.facet` -1: none), and the velocity that the rock keeps."""
-
-    left: PreviousContact
-    v: Vec
-
-
-@kernel
-def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec) -> Hold:
-    """Return how a facet carries a rock that slides, or is released, onto it: the facet alone, a gully, or not at all.
-
-    The gully lies between this facet and the last one. A contact that lifts the rock by less than smallest_bounce is
-    not an impact; otherwise a rock would lose speed at every slight kink of a mesh.
-
-    n : (3,) normal of the facet, turned towards the rock
-    """
-    v, last = state.motion.v, state.left.facet
-    into, g_n = -dot(v, n), settings.gravity * n[2]
-    slight = g_n > 0.0 and into * into < 2.0 * g_n * settings.smallest_bounce
-    before = last if state.left.resting and state.tally.idle > 0 else -1
-    alone = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=True, before=before)
-    line = _held_line(facets, settings, state, contact, n, slight)
-    if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
-        x, kept = state.motion.x, scale(dot(v, line), line)
-        if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
-            return Hold(
-                PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
-            )
-        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; an overhang holds no rock
-    return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
-
-
-@kernel
-def _held_line(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec, slight: bool) -> Vec:
-    """Return the direction of the gully between the contact's facet (normal n) and the last facet.
-
-    The result is zero if there is no gully.
-
-    Two facets form a gully if both push the rock, and if the rock climbs neither facet by smallest_bounce or more. Two
-    facets that are almost one plane form a gully only if the rock goes back and forth between them without progress.
-    """
-    last, x, v = state.left.facet, state.motion.x, state.motion.v
-    if last < 0 or last == contact.facet or not state.left.resting or contact.side != state.left.side:
-        return ZERO
-    m = scale(state.left.side, stored_normal(facets, last))
-    off_last = abs(dot(m, subtract(x, corner(facets, last, 0))))
-    one_plane = kink(n, m) <= PARALLEL
-    if off_last > NEAR * facets.tolerance or (one_plane and contact.facet != state.left.before):
-        return ZERO
-    line = line_between(facets, contact.facet, last, x, v)
-    if one_plane:
-        return line
-    if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):
-        return ZERO  # the formula also gives two pushes at a ridge, but a ridge holds no rock
-    held = gully(n, m, line, settings.gravity)
-    weakest = -WEAKEST * settings.gravity
-    if held.first < weakest or held.second < weakest:
-        return ZERO
-    onto, off = without(v, n), subtract(v, scale(2.0 * dot(v, n), n))
-    climbs = excursion(n, m, onto, settings.gravity) >= settings.smallest_bounce
-    bounces = not slight and excursion(m, n, off, settings.gravity) >= settings.smallest_bounce
-    return ZERO if climbs or bounces else line

@@ -25,6 +25,7 @@ NARROW, SEARCH = "rpf3d_core/detection/narrow_phase.py", "rpf3d_core/detection/s
 GEOMETRY = "rpf3d_core/terrain/facet_geometry.py"
 TIES = "rpf3d_core/detection/ties.py"
 MARCH, SUSTAINED = "rpf3d_core/simulation/march.py", "rpf3d_core/simulation/sustained.py"
+LANDING, HOLDING = "rpf3d_core/simulation/landing.py", "rpf3d_core/simulation/holding.py"
 SETTLING = "rpf3d_core/simulation/settling.py"
 SLIDING, REBOUND = "rpf3d_core/kinetics/sliding.py", "rpf3d_core/kinetics/rebound.py"
 
@@ -105,7 +106,7 @@ GUARDS = (
     Guard(
         "test_edges_and_vertices.py::"
         "test_a_rock_released_at_rest_on_a_steep_slope_slides_off_it_wherever_it_lies[on a vertex-on it-reference]",
-        MARCH,
+        LANDING,
         "    if state.left.resting or released_on_ground:\n",
         "    if state.left.resting:\n",
         "`land_point`: a release on the ground is no impact",
@@ -122,7 +123,7 @@ GUARDS = (
     ),
     Guard(
         "test_gullies.py::test_a_rock_that_slides_along_the_line_of_a_meshed_gully_passes_its_vertices[40-compiled]",
-        SUSTAINED,
+        HOLDING,
         "    return ZERO if climbs or bounces else line\n",
         "    return ZERO\n",
         "`_held_line`: two facets that both push hold a rock on their line",
@@ -130,7 +131,7 @@ GUARDS = (
     ),
     Guard(
         "test_gullies.py::test_a_slight_ridge_takes_no_speed_from_a_rock_that_slides_over_it[1e-05-9.0-reference]",
-        SUSTAINED,
+        HOLDING,
         "    if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):\n",
         "    if False:\n",
         "`_held_line`: facets that meet at a ridge hold nothing",
@@ -373,7 +374,7 @@ GUARDS = (
     ),
     Guard(
         "test_effects.py::test_rocks_that_come_in_flat_on_rough_ground_bounce_off_it_whichever_way_it_is_tilted[reference]",
-        MARCH,
+        LANDING,
         "    if physics.effects is not None and dot(after.v, n) < 0.0:\n",
         "    if False:\n",
         "`rebounded`: a felt normal that would send the rock into the ground is dropped",
@@ -452,6 +453,23 @@ GUARDS = (
         "    if False and ",
         "`fly_on`: a rock that leaves from below the ground has fallen through it",
         "it counts as one that left the terrain",
+    ),
+    Guard(
+        "test_pieces.py::test_no_rock_passes_below_a_muck_pile_that_cuts_through_the_slope[sliding-constant-reference]",
+        SUSTAINED,
+        "    if contact.t < obstacle_on(physics.effects, state, piece, rock).t:\n",
+        "    if False:\n",
+        "`up_to_other_piece`: a slide ends where another piece of terrain cuts its segment",
+        "a rock slides on below a muck pile that cuts through the slope",
+    ),
+    Guard(
+        "test_pieces.py::test_tiles_of_one_plane_that_touch_change_no_result"
+        "[overlapping by half a crack-sliding-constant-reference]",
+        "rpf3d_core/detection/terrain_pieces.py",
+        "    if b >= 0.0 or c < -NEAR * facets.crack or c + b >= -facets.tolerance:\n",
+        "    if c < -NEAR * facets.crack:\n",
+        "`earlier_on_ground`: only a facet that the path passes through stops a slide",
+        "a slide is cut at a tile that continues its plane",
     ),
 )
 

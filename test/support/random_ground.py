@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
+from cutting_pieces import PIECES, Legs, highest, is_closed, meeting_points, parts_of, passed_through, rim_of, within
 from matplotlib.tri import Triangulation
 from models_by_name import models_called
 from scenes_of_facets import terrain_of
@@ -37,6 +38,9 @@ NEXT_TO = 1e-6
 
 ROUNDED = 2e-4
 """Share of the size of a mesh: a rock this close to a rounded rim, which is not convex, is not checked any further."""
+
+LEGS = 8
+"""Number of legs of each flight, at whose ends the check sees on which side of a facet the rock is."""
 
 Draw = np.random.Generator
 
@@ -184,6 +188,17 @@ def overhangs(draw: Draw) -> Terrain:
     return terrain_of(ROUNDINGS[draw.integers(len(ROUNDINGS))](corners @ about), _strips(draw, len(rows)))
 
 
+def pieces(draw: Draw) -> Terrain:
+    """Return a height field over the square, and one to three pieces that cut through it (`cutting_pieces`)."""
+    ground = (rough, planes, ridges, steps, benches, scattered)[draw.integers(6)](draw)
+    facets = ground.vertices[ground.triangles]
+    parts = [(ground.vertices, ground.triangles)]
+    parts += [within(facets, *PIECES[draw.integers(len(PIECES))](draw, facets)) for _ in range(draw.integers(1, 4))]
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    triangles = np.concatenate([part[1] + start for part, start in zip(parts, starts, strict=False)])
+    return terrain_of(np.concatenate([vertices for vertices, _ in parts]), triangles)
+
+
 def _strips(draw: Draw, rows: int) -> np.ndarray:
     """Return triangles (F, 3) between rows of four points; each cell is cut along either diagonal."""
     a = (np.arange(rows - 1)[:, None] * 4 + np.arange(3)).ravel()
@@ -203,7 +218,7 @@ ROUNDINGS: tuple[Callable[[np.ndarray], np.ndarray], ...] = (
 
 FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
     each.__name__: each
-    for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams, overhangs)
+    for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams, overhangs, pieces)
 }
 
 
@@ -241,7 +256,7 @@ def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Ca
         f"{family} seed {seed}: R_n {R_n:.3g}, R_t {R_t:.3g}, mu {mu:.3g}, stop_speed {stop_speed:g}, "
         f"smallest_bounce {bounce:g}, {ground}, {rebound}{', survey coordinates' if far else ''}"
     )
-    x, v = _releases(draw, terrain, rocks)
+    x, v = (_releases_on_top if family == pieces.__name__ else _releases)(draw, terrain, rocks)
     return Case(family=family, seed=seed, terrain=terrain, x=x, v=v, flight=flight, ground=ground, words=words)
 
 
@@ -267,6 +282,26 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
     level = draw.uniform(size=rocks) < 0.15
     v[level] = draw.normal(0.0, 2.0, (int(level.sum()), 3)) * (1.0, 1.0, 0.0)
     v[~dropped & (v[:, 2] < 0.0) & ~along] = 0.0
+    return x, v
+
+
+def _releases_on_top(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (R, 3) m and velocities (R, 3) m/s as `_releases` does, but on or above the highest facet there.
+
+    A third of the rocks start where pieces cut each other. Two thirds move, in any direction in plan.
+    """
+    x, v = _releases(draw, terrain, rocks)
+    facets, (ground, *others) = terrain.vertices[terrain.triangles], parts_of(terrain.triangles)
+    meet = meeting_points(facets[ground], facets[np.concatenate(others)])
+    some = np.flatnonzero(draw.uniform(size=rocks) < 0.33)
+    if len(meet):
+        one, other = meet[draw.integers(0, len(meet), (2, len(some)))]
+        share = draw.choice([0.0, 0.5, 1.0], (len(some), 1))
+        x[some] = np.where(draw.uniform(size=(len(some), 1)) < 0.7, one, share * one + (1.0 - share) * other)
+        v[some] = 0.0
+    x[:, 2] = np.maximum(x[:, 2], highest(facets, x[:, :2]))
+    pushed = draw.uniform(size=rocks) < 0.5
+    v[pushed] += draw.normal(0.0, 3.0, (rocks, 3))[pushed] * (1.0, 1.0, 0.0)
     return x, v
 
 
@@ -298,13 +333,70 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
         out = ~_within(case.terrain, points, ROUNDED * np.ptp(case.terrain.vertices, axis=0).max())
         np.minimum.at(left, rows[out], times[out])
         return np.unique(rows[(times < left[rows]) & _has_odd_above(facets, points)])
+    if case.family == pieces.__name__:
+        return np.union1d(_below_a_piece(case, rows, times, points), _through_a_facet(case, flights))
+    return np.unique(rows[_is_below_all(facets, points) & _within(case.terrain, points)])
+
+
+def _is_below_all(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return whether each of points (N, 3) is more than DEEP below all of facets (F, 3, 3) there, of which are some."""
     over, above = (np.zeros(len(points), dtype=bool) for _ in range(2))
     for facet in facets:
         here = _lies_over(facet, points)
         normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
         over |= here
         above |= here & ((points - facet[0]) @ (normal / np.linalg.norm(normal)) >= -DEEP)
-    return np.unique(rows[over & ~above & _within(case.terrain, points)])
+    return np.asarray(over & ~above)
+
+
+def _ground_alone(terrain: Terrain) -> Terrain:
+    """Return the first piece of a terrain: the height field that the other pieces cut."""
+    triangles = terrain.triangles[parts_of(terrain.triangles)[0]]
+    return terrain_of(terrain.vertices[: triangles.max() + 1], triangles)
+
+
+def _below_a_piece(case: Case, rows: np.ndarray, times: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the rows of the rocks that were below the height field, within a closed body, or below a buried heap.
+
+    A heap is buried if its whole rim is lower than the height field. A place under another sheet is not below ground.
+    A path does not count from the moment when the rock leaves the height field in plan.
+    """
+    terrain, ground = case.terrain, _ground_alone(case.terrain)
+    left = np.full(len(case.x), np.inf)
+    out = ~_within(ground, points)
+    np.minimum.at(left, rows[out], times[out])
+    below = np.zeros(len(points), dtype=bool)
+    for number, part in enumerate(parts_of(terrain.triangles)):
+        triangles = terrain.triangles[part]
+        if is_closed(triangles):
+            below |= _has_odd_above(terrain.vertices[triangles], points)
+        elif number == 0 or terrain.vertices[rim_of(triangles), 2].max() < ground.vertices[:, 2].min():
+            below |= _is_below_all(terrain.vertices[triangles], points)
+    return np.unique(rows[below & (times < left[rows])])
+
+
+def _through_a_facet(case: Case, flights: Flights) -> np.ndarray:
+    """Return the rows of the rocks whose path leads through a facet, from its free side to its back."""
+    paths, gravity = flights.paths, case.flight.settings.gravity
+    last = np.concatenate([paths.row[1:] != paths.row[:-1], [True]])
+    flies, way = (paths.mode == Mode.FLIGHT) & ~last, np.vstack([np.diff(paths.x, axis=0), np.zeros((1, 3))])
+    lasts = np.where(last, 0.0, np.where(flies, np.append(np.diff(paths.t), 0.0), 1.0))
+    begin, gravity = np.where(flies[:, None], paths.v, way), np.where(flies, case.flight.settings.gravity, 0.0)
+    shares = np.linspace(0.0, 1.0, LEGS + 1)[:-1]
+    t = lasts[:, None] * shares
+    kept = (flies[:, None] | (shares == 0.0)).ravel()
+    fall = gravity[:, None, None] * t[:, :, None] * np.array([0.0, 0.0, 1.0])
+    places = paths.x[:, None] + t[:, :, None] * (begin[:, None] - 0.5 * fall)
+    legs = (
+        np.repeat(paths.row, LEGS), places.reshape(-1, 3), (begin[:, None] - fall).reshape(-1, 3),
+        np.repeat(np.where(flies, lasts / LEGS, lasts), LEGS), np.repeat(gravity, LEGS),
+    )  # fmt: skip
+    rows, out = legs[0][kept], ~_within(_ground_alone(case.terrain), legs[1][kept])
+    leaves = np.full(len(case.x), len(rows))
+    np.minimum.at(leaves, rows[out], np.flatnonzero(out))
+    on = np.arange(len(rows)) < leaves[rows]
+    facets = case.terrain.vertices[case.terrain.triangles]
+    return passed_through(facets, Legs(*(each[kept][on] for each in legs)), DEEP, NEXT_TO)
 
 
 def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.materials.library import Surface, materials_of
+from rpf3d_core.simulation.capped import piece_numbers
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
@@ -178,8 +179,8 @@ def surface(R_n: float = 0.5, R_t: float = 0.8, friction_angle: float = 30.0, st
 
 
 def engine_over(name: str, terrain: Terrain) -> Engine:
-    """Return the engine of a name over a terrain."""
-    return engine_of(name, facets_of(terrain))
+    """Return the engine of a name over a terrain, with its pieces if they overlap, but without caps over gaps."""
+    return engine_of(name, facets_of(terrain), pieces=piece_numbers(terrain))
 
 
 def flight(

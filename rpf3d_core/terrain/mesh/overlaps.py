@@ -1,62 +1,72 @@
-"""Find pieces of a terrain that may pass through each other: a sliding rock would go on below one of them.
+"""Find pieces of a terrain that may pass through each other, such as a slope and a muck pile in a file of its own.
 
-A slide follows the facets of its own piece, from edge to edge. It does not look for other pieces that cut through these
-facets, as a muck pile does that is a file of its own. A flight meets the facets of all pieces.
+Facets with a vertex in common belong to one piece. A rock that slides over one piece must look for the others if they
+overlap (`detection.terrain_pieces`). That costs a search for each ground segment, so it is left out for all other
+terrains.
 """
 
-from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.mesh.components import components
-
-MOST_COMPARED = 2_000
-"""Largest number of pieces whose boxes are compared with each other: 2,000 take 0.1 s. Of more pieces, the largest."""
-
-Boxes = NDArray[np.float64]
+from rpf3d_core.terrain.mesh.edges import edges_of
 
 
-def pieces_that_overlap(terrain: Terrain) -> int:
-    """Return the number of pieces whose bounding box has a volume in common with the box of another piece.
-
-    Pieces have no vertex in common. Tiles that only touch do not overlap. Pieces whose boxes overlap may still pass one
-    above the other, without a common point.
-    """
-    boxes = _boxes_of_pieces(terrain)
-    low, high = boxes[:, 0], boxes[:, 1]
-    overlaps = np.ones((len(boxes), len(boxes)), dtype=bool)
-    for k in range(3):
-        overlaps &= low[:, None, k] < high[None, :, k]
-    overlaps &= overlaps.T
-    np.fill_diagonal(overlaps, val=False)
-    return int(overlaps.any(axis=1).sum())
-
-
-def overlap_warnings(terrain: Terrain, pieces: int) -> Iterator[str]:
-    """Yield a sentence for the user if pieces of the terrain overlap.
-
-    pieces : number of components of the fault report; a terrain of one piece is not searched
-    """
-    count = pieces_that_overlap(terrain) if pieces > 1 else 0
-    if count:
-        yield (
-            f"{count:,} pieces of the terrain have no common edge and overlap: where two pieces pass through each "
-            "other, a rock that slides may go on below one of them and be counted there, or end as left_terrain or "
-            "unresolved_contact; merge them into one surface"
-        )
-
-
-def _boxes_of_pieces(terrain: Terrain) -> Boxes:
-    """Return the boxes (P, 2, 3) m, low and high corner, of the pieces; at most MOST_COMPARED, the widest."""
+def pieces_of(terrain: Terrain) -> IntArray:
+    """Return the piece (F,) of each facet: the smallest vertex number in it."""
     a, b, c = terrain.triangles.T
-    piece = components(len(terrain.vertices), np.concatenate([a, b]), np.concatenate([b, c]))
-    used = np.unique(terrain.triangles)
-    owners, number = np.unique(piece[used], return_inverse=True)
+    owner = components(len(terrain.vertices), np.concatenate([a, b]), np.concatenate([b, c]))
+    return np.asarray(owner[a])
+
+
+def rims_of(terrain: Terrain) -> NDArray[np.uint8]:
+    """Return the edges of each facet (F,) at the rim of a piece: bit k for the edge from corner k to the next corner.
+
+    An edge is at the rim if no other facet has the same edge.
+    """
+    edges, rims = edges_of(terrain.triangles, len(terrain.vertices)), np.zeros(len(terrain.triangles), np.uint8)
+    alone = edges.uses == 1
+    facet, ends = edges.facet[edges.start[alone]], np.stack([edges.low[alone], edges.high[alone]], axis=1)
+    for k in range(3):
+        sides = np.sort(terrain.triangles[facet][:, [k, (k + 1) % 3]], axis=1)
+        rims[facet[(sides == ends).all(axis=1)]] |= np.uint8(1 << k)
+    return rims
+
+
+def may_cross(terrain: Terrain, piece: IntArray) -> bool:
+    """True if the bounding boxes of two pieces overlap: the pieces may pass through each other.
+
+    Boxes that only touch at their sides, as those of tiles, do not overlap. Boxes that touch from above do: a rock may
+    slide over a level piece under the other piece. Pieces whose boxes overlap may also pass one above the other.
+
+    piece : (F,) from `pieces_of`
+    """
+    if bool((piece == piece[0]).all()):
+        return False
+    owners, number = np.unique(piece, return_inverse=True)
     low, high = np.full((len(owners), 3), np.inf), np.full((len(owners), 3), -np.inf)
-    np.minimum.at(low, number, terrain.vertices[used])
-    np.maximum.at(high, number, terrain.vertices[used])
-    boxes = np.stack([low, high], axis=1)
-    widest = np.argsort(-np.ptp(boxes[:, :, :2], axis=1).max(axis=1), kind="stable")
-    return np.asarray(boxes[widest[:MOST_COMPARED]])
+    for k in range(3):
+        corners = terrain.vertices[terrain.triangles[:, k]]
+        np.minimum.at(low, number, corners)
+        np.maximum.at(high, number, corners)
+    order = np.argsort(low[:, 0], kind="stable")
+    return bool(_any_overlap(low[order], high[order]))
+
+
+@loop
+def _any_overlap(low: Any, high: Any) -> bool:
+    """True if two of the boxes with corners (P, 3) and (P, 3) m, sorted by their lowest x, overlap."""
+    for i in range(len(low)):
+        for j in range(i + 1, len(low)):
+            if low[j, 0] >= high[i, 0]:
+                break
+            apart = low[i, 2] > high[j, 2] or low[j, 2] > high[i, 2]
+            for k in range(2):
+                apart = apart or low[i, k] >= high[j, k] or low[j, k] >= high[i, k]
+            if not apart:
+                return True
+    return False

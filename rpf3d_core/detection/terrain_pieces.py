@@ -1,0 +1,164 @@
+"""Find where a rock on the ground meets another piece of terrain: a slide itself follows the facets of one piece only.
+
+A terrain may consist of several pieces that pass through each other, such as a slope and a muck pile in a file of its
+own. Facets that share vertices belong to one piece. A flight meets the facets of all pieces. The search of this file
+looks for facets of other pieces along the straight line between both ends of a ground segment. An engine for a terrain
+whose pieces cannot pass through each other has None in place of pieces, and compiles nothing of this file.
+
+A facet counts only if the line passes through the facet from its free side to its back. At the end of the line, the
+rock must be behind the facet by more than rounding. If the rock meets the facet later, the next search finds the facet.
+At the start of the line, the rock must not leave the facet at once.
+
+Pieces that only touch, such as tiles of one surface, must not stop a rock, although they may overlap by a crack. So at
+the rim of a piece, `ALONGSIDE` cracks wide, the rock must get deeper than a crack, and must stay over the facet for
+longer than the rim is wide.
+
+A rock that comes from behind passes through a facet: the rock is then below the other piece, and comes out.
+"""
+
+from typing import Any, NamedTuple
+
+from rpf3d_core.arc import Arc, position
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
+from rpf3d_core.detection.fallen import STRAIGHT
+from rpf3d_core.detection.narrow_phase import earlier_contact, earlier_of, way_over
+from rpf3d_core.detection.ties import wins_tie
+from rpf3d_core.jit.dispatch import kernel, model_function
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_EDGE,
+    ALONGSIDE,
+    NEAR,
+    contains,
+    corner,
+    edge_distance,
+    edge_inward,
+    stored_normal,
+)
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import dot, norm, subtract
+
+
+class PieceNumbers(NamedTuple):
+    """The pieces of a terrain: `number` (F,) is the piece of each facet.
+
+    rims : (F,) for each facet, bit k is set if edge k is at the rim of its piece, where no other facet follows
+    overlap : False if no two pieces can pass through each other, so that no search is needed
+    """
+
+    number: Any
+    rims: Any
+    overlap: bool
+
+
+class TerrainPieces(NamedTuple):
+    """The pieces of a terrain with the locator over all its facets, for the search along ground segments.
+
+    number, rims, overlap : see `PieceNumbers`
+    """
+
+    locator: Any
+    number: Any
+    rims: Any
+    overlap: bool
+
+
+class OnGround(NamedTuple):
+    """The contact of a rock that moves along the ground, in place of the `PreviousContact` of a flight.
+
+    facet, other, side : as in `PreviousContact`; number, rims : as in `PieceNumbers`
+    """
+
+    facet: int
+    other: int
+    side: float
+    number: Any
+    rims: Any
+
+
+@model_function
+def contact_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: PreviousContact) -> Contact:
+    """Return the first contact with a facet of another piece, for a rock that moves straight along the ground.
+
+    `Contact.t` is the share of the path up to the facet (-), inf if there is no contact.
+
+    pieces : `TerrainPieces`, or None if no pieces overlap
+    x, way : start (3,) m, and vector (3,) m from the start to the end; left : the facets that carry the rock
+    """
+
+
+@contact_on_way.otherwise
+def nothing_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: PreviousContact) -> Contact:
+    """Return NO_CONTACT: no pieces of the terrain overlap."""
+    return NO_CONTACT
+
+
+@contact_on_way.rule(TerrainPieces)
+def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: PreviousContact) -> Contact:
+    """Return the first contact with a facet of another piece on a straight path along the ground."""
+    if not pieces.overlap or dot(way, way) == 0.0:
+        return NO_CONTACT
+    on = OnGround(facet=left.facet, other=left.other, side=left.side, number=pieces.number, rims=pieces.rims)
+    return first_contact(pieces.locator, facets, Arc(x=x, v=way, gravity=STRAIGHT), on, 1.0)  # type: ignore[no-any-return]
+
+
+@earlier_of.rule(OnGround)
+def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
+    """Return the earlier of two contacts on a path along the ground: `best`, or the contact with facet f.
+
+    The facets of the pieces that carry the rock do not count.
+    """
+    if on.number[f] == on.number[on.facet] or (on.other >= 0 and on.number[f] == on.number[on.other]):
+        return best
+    n, origin = stored_normal(facets, f), corner(facets, f, 0)
+    b, c = on.side * dot(n, arc.v), on.side * dot(n, subtract(arc.x, origin))
+    if b >= 0.0 or c < -NEAR * facets.crack or c + b >= -facets.tolerance:
+        return best
+    rims, deep, t = on.rims[f], c + b < -facets.crack, max(c, 0.0) / -b
+    if c <= NEAR * facets.crack and contains(facets, f, position(arc, t), False, NEAR * facets.crack):
+        x, way = position(arc, t), way_over(facets, f, arc.v, on.side)
+        counts = (deep or not _is_at_rim(facets, f, rims, x)) and _leads_over(facets, f, rims, x, way)
+        return _sooner(facets, Contact(t=t, facet=f, side=on.side, approach=-b), arc, best) if counts else best
+    left = PreviousContact(facet=on.facet, other=-1, side=on.side, resting=True, before=-1)
+    found = earlier_contact(facets, f, arc, left, best)
+    if found.facet != f or found.side != on.side or found.t > 1.0:
+        return best
+    return found if deep or not _is_at_rim(facets, f, rims, position(arc, found.t)) else best
+
+
+@kernel
+def _is_at_rim(facets: Facets, f: int, rims: int, x: Vec) -> bool:
+    """True if x (3,) m on facet f lies within ALONGSIDE cracks of an edge at the rim of the facet's piece.
+
+    rims : bits of these edges, as in `PieceNumbers`
+    """
+    at_rim, wide = False, ALONGSIDE * facets.crack
+    for k in range(3):
+        squared, distance = edge_distance(facets, f, k, x)
+        at_rim = at_rim or ((rims >> k) & 1 == 1 and (distance <= 0.0 or distance * distance <= wide * wide * squared))
+    return at_rim
+
+
+@kernel
+def _leads_over(facets: Facets, f: int, rims: int, x: Vec, way: Vec) -> bool:
+    """True if a straight path from x (3,) m along `way` (3,) stays over facet f, and does not leave it at once.
+
+    rims : bits of the edges at the rim of the piece; where another facet follows, the path may be shorter
+    """
+    length, leads = norm(way), True
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        closing = -dot(inward, way)
+        if closing > ALONG_EDGE * norm(inward) * length:
+            least = ALONGSIDE * facets.crack if (rims >> k) & 1 == 1 else facets.tolerance
+            leads = leads and edge_distance(facets, f, k, x)[1] * length > least * closing
+    return leads
+
+
+@kernel
+def _sooner(facets: Facets, contact: Contact, arc: Arc, best: Contact) -> Contact:
+    """Return the earlier of two contacts of an arc; of two at the same time, the contact that `wins_tie`."""
+    if contact.t != best.t:
+        return contact if contact.t < best.t else best
+    wins = wins_tie(facets, contact.facet, best.facet, arc, contact.t, contact.approach, best.approach)
+    return contact if wins else best

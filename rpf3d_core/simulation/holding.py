@@ -1,0 +1,85 @@
+"""How facets hold a lumped mass on the ground: one facet alone, the gully between two facets, or no facet at all."""
+
+from typing import NamedTuple
+
+from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.kinetics.gully import WEAKEST, excursion, gully, kink, line_between
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.simulation.state import State
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_GULLY,
+    NEAR,
+    PARALLEL,
+    corner,
+    leads_on,
+    lies_below,
+    stored_normal,
+)
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import ZERO, Vec
+from rpf3d_core.vectors import along, dot, scale, subtract, without
+
+
+class Hold(NamedTuple):
+    """The facets that carry a rock on the ground (`left.facet` -1: none), and the velocity that the rock keeps."""
+
+    left: PreviousContact
+    v: Vec
+
+
+@kernel
+def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec) -> Hold:
+    """Return how a facet carries a rock that slides, or is released, onto it: the facet alone, a gully, or not at all.
+
+    The gully lies between this facet and the last one. A contact that lifts the rock by less than smallest_bounce is
+    not an impact; otherwise a rock would lose speed at every slight kink of a mesh.
+
+    n : (3,) normal of the facet, turned towards the rock
+    """
+    v, last = state.motion.v, state.left.facet
+    into, g_n = -dot(v, n), settings.gravity * n[2]
+    slight = g_n > 0.0 and into * into < 2.0 * g_n * settings.smallest_bounce
+    before = last if state.left.resting and state.tally.idle > 0 else -1
+    alone = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=True, before=before)
+    line = _held_line(facets, settings, state, contact, n, slight)
+    if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
+        x, kept = state.motion.x, scale(dot(v, line), line)
+        if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
+            return Hold(
+                PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
+            )
+        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; an overhang holds no rock
+    return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
+
+
+@kernel
+def _held_line(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec, slight: bool) -> Vec:
+    """Return the direction of the gully between the contact's facet (normal n) and the last facet.
+
+    The result is zero if there is no gully.
+
+    Two facets form a gully if both push the rock, and if the rock climbs neither facet by smallest_bounce or more. Two
+    facets that are almost one plane form a gully only if the rock goes back and forth between them without progress.
+    """
+    last, x, v = state.left.facet, state.motion.x, state.motion.v
+    if last < 0 or last == contact.facet or not state.left.resting or contact.side != state.left.side:
+        return ZERO
+    m = scale(state.left.side, stored_normal(facets, last))
+    off_last = abs(dot(m, subtract(x, corner(facets, last, 0))))
+    one_plane = kink(n, m) <= PARALLEL
+    if off_last > NEAR * facets.tolerance or (one_plane and contact.facet != state.left.before):
+        return ZERO
+    line = line_between(facets, contact.facet, last, x, v)
+    if one_plane:
+        return line
+    if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):
+        return ZERO  # the formula also gives two pushes at a ridge, but a ridge holds no rock
+    held = gully(n, m, line, settings.gravity)
+    weakest = -WEAKEST * settings.gravity
+    if held.first < weakest or held.second < weakest:
+        return ZERO
+    onto, off = without(v, n), subtract(v, scale(2.0 * dot(v, n), n))
+    climbs = excursion(n, m, onto, settings.gravity) >= settings.smallest_bounce
+    bounces = not slight and excursion(m, n, off, settings.gravity) >= settings.smallest_bounce
+    return ZERO if climbs or bounces else line

@@ -1,0 +1,193 @@
+"""Pieces of terrain that pass through each other: a rock that slides over one piece does not pass below another."""
+
+import math
+
+import numpy as np
+import pytest
+from never_below import flown
+from obstacles_made import fence, with_effects
+from on_both_engines import BOTH, NEAR, G, outcomes
+from random_ground import case_of, fallen
+from scenes_of_facets import (
+    engine_over,
+    flight,
+    fly,
+    grid_triangles,
+    gully,
+    incline,
+    joined,
+    released,
+    same_bits,
+    surface,
+    terrain_of,
+)
+
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.simulation.engines import engine_of
+from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.values import Mode, Outcome
+
+FALL, SIDE = 0.7, 40.0
+"""Slope of the plane of the muck pile (m/m), towards +x, and its side (m)."""
+TOP, STEEP = np.array([20.0, 20.0, -0.7 * 20.0 + 3.0]), 4.0 / 3.0
+"""The top of the muck pile (m), 3 m over the slope, and the slope of its four sides."""
+ROCKS = {"compiled": 400, "reference": 30}
+KINDS = [("sliding", "constant"), ("sliding", "coulomb_limited"), ("rolling", "coulomb_limited")]
+
+
+def slope(cells: int = 10) -> Terrain:
+    """A plane that falls towards +x, from (0, 0)."""
+    return plane(np.linspace(0.0, SIDE, cells + 1), np.linspace(0.0, SIDE, cells + 1))
+
+
+def plane(x: np.ndarray, y: np.ndarray) -> Terrain:
+    """The part of the plane over a grid of x and y."""
+    u, w = (v.ravel() for v in np.meshgrid(x, y, indexing="ij"))
+    return terrain_of(np.column_stack([u, w, -FALL * u]), grid_triangles(len(x), len(y)))
+
+
+def muck_pile() -> Terrain:
+    """A pyramid with four sides, open below, 8 m high: its rim is under the slope."""
+    x = 6.0 * np.array([[0, 0], [-1, -1], [1, -1], [1, 1], [-1, 1]])
+    corners = np.column_stack([x, np.where(np.arange(5) > 0, -6.0 * STEEP, 0.0)]) + TOP
+    return terrain_of(corners, [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1)])
+
+
+def depth(x: np.ndarray) -> np.ndarray:
+    """How deep (m) places (N, 3) m are below the slope, or inside the muck pile; negative in the air."""
+    side = np.abs(x[:, :2] - TOP[:2]).max(axis=1)
+    pile = np.where(side < 6.0, TOP[2] - STEEP * side, -np.inf)
+    return np.asarray(np.maximum(-FALL * x[:, 0], pile) - x[:, 2])
+
+
+def on_paths(flights: Flights) -> tuple[np.ndarray, np.ndarray]:
+    """Places (N, 3) m on all paths, 16 on each segment, and the rocks (N,): flights are parabolas, slides straight."""
+    paths = flights.paths
+    going = np.flatnonzero(np.diff(paths.row) == 0)
+    share = np.linspace(0.0, 1.0, 16)[:, None, None]
+    t, way = (paths.t[going + 1] - paths.t[going])[:, None], paths.x[going + 1] - paths.x[going]
+    flying = paths.x[going] + paths.v[going] * share * t - 0.5 * (share * t) ** 2 * np.array([0.0, 0.0, G])
+    places = np.where((paths.mode[going] == Mode.FLIGHT)[:, None], flying, paths.x[going] + share * way)
+    return places.reshape(-1, 3), np.tile(paths.row[going], 16)
+
+
+def within_the_slope(x: np.ndarray) -> np.ndarray:
+    """Whether places (N, 3) m are over the slope in plan, by more than rounding."""
+    return np.asarray(((x[:, :2] > NEAR) & (x[:, :2] < SIDE - NEAR)).all(axis=1))
+
+
+def over_the_pile(engine: str, model: str, rebound: str) -> Flights:
+    """Rocks that start on the slope above the muck pile, half of them on the ground, and move down towards it."""
+    draw, count = np.random.default_rng(1), ROCKS[engine]
+    x = np.column_stack([draw.uniform(6.0, 12.0, count), draw.uniform(15.0, 25.0, count), np.zeros(count)])
+    x[:, 2] = -FALL * x[:, 0] + draw.choice([0.0, 1.0], count) * draw.uniform(0.0, 2.0, count)
+    v = np.column_stack([draw.uniform(0.0, 6.0, count), draw.normal(0.0, 1.0, count), np.zeros(count)])
+    v[:, 2] = -FALL * v[:, 0]
+    over = engine_over(engine, joined(slope(), muck_pile()))
+    return fly(over, flight(surface(0.35, 0.85, 30.0), model, rebound), x, v)
+
+
+@BOTH
+@pytest.mark.parametrize(("model", "rebound"), KINDS)
+def test_no_rock_passes_below_a_muck_pile_that_cuts_through_the_slope(engine, model, rebound):
+    flights = over_the_pile(engine, model, rebound)
+    places, rock = on_paths(flights)
+    assert rock[(depth(places) > NEAR) & within_the_slope(places)].tolist() == []
+    ends = flights.deposits
+    left = ends.outcome == Outcome.LEFT_TERRAIN
+    assert not within_the_slope(ends.x[left]).any()
+    assert outcomes(flights) <= {Outcome.STOPPED, Outcome.LEFT_TERRAIN}
+    near = np.abs(depth(places)) < NEAR
+    assert np.unique(rock[near & (places[:, 2] > -FALL * places[:, 0] + 0.01)]).size > 0.1 * ROCKS[engine]
+
+
+@BOTH
+def test_a_rock_that_slides_straight_into_the_pile_stops_in_the_gully_before_it(engine):
+    """The pile's upper side dips into the slope: the gully between both is level, so the rock stops at its line."""
+    line = (TOP[2] - STEEP * TOP[0]) / (-FALL - STEEP)
+    over = engine_over(engine, joined(slope(), muck_pile()))
+    x = np.array([10.0, 20.3, -7.0])
+    flights = fly(over, flight(surface(0.0, 0.0, 10.0), "sliding"), x)
+    assert flights.deposits.outcome[0] == Outcome.STOPPED
+    assert flights.deposits.x[0].tolist() == pytest.approx([line, 20.3, -FALL * line], abs=NEAR)
+    down = math.atan(FALL)
+    speed2 = 2.0 * G * (math.sin(down) - math.tan(math.radians(10.0)) * math.cos(down)) * (line - 10.0) / math.cos(down)
+    assert flights.deposits.max_speed[0] == pytest.approx(math.sqrt(speed2), rel=1e-9)
+
+
+@BOTH
+@pytest.mark.parametrize("dip", [2.0, 30.0], ids=["slides on", "bounces"])
+def test_a_rock_in_a_gully_meets_a_level_sheet_that_cuts_the_gully(engine, dip):
+    """Above the sheet the gully is free; from the line where the sheet cuts the gully, the rock is on the sheet."""
+    level, steep = -3.0, math.tan(math.radians(dip))
+    begin = -level / steep
+    sheet = [(begin + x, y, level) for x, y in ((-3.0, -4.0), (3.0, -4.0), (3.0, 4.0), (-3.0, 4.0))]
+    both = joined(gully(40.0, 40.0, dip, length=begin + 10.0), terrain_of(sheet, [(0, 1, 2), (0, 2, 3)]))
+    start = np.array([begin - 6.0, 0.0, -(begin - 6.0) * steep])
+    physics = flight(surface(0.3, 0.9, 0.5 * dip), "sliding", smallest_bounce=1e-2)
+    flights = fly(engine_over(engine, both), physics, start, (2.0, 0.0, -2.0 * steep))
+    places, _ = on_paths(flights)
+    assert np.abs(flights.paths.x - (begin, 0.0, level)).max(axis=1).min() < NEAR
+    over = (np.abs(places[:, 0] - begin) < 3.0 - NEAR) & (np.abs(places[:, 1]) < 4.0 - NEAR)
+    ground = np.where(over, np.maximum(level, -places[:, 0] * steep), -places[:, 0] * steep)
+    assert (places[over, 2] > ground[over] - NEAR).all()
+    assert (places[over, 0] > begin + 1.0).any()
+    bounces = np.abs(flights.impacts.x - (begin, 0.0, level)).max(axis=1) < NEAR
+    assert bounces.any() == (dip > 10.0)
+
+
+@BOTH
+@pytest.mark.parametrize(("model", "rebound"), KINDS)
+@pytest.mark.parametrize("apart", [0.0, 0.5, -0.5], ids=["touching", "a crack between", "overlapping by half a crack"])
+def test_tiles_of_one_plane_that_touch_change_no_result(engine, model, rebound, apart):
+    """Tiles of different cells meet at x = 15; two small sheets far below overlap, so that the search takes place.
+
+    apart : shift of the lower tile along the plane, in cracks
+    """
+    y = np.linspace(0.0, SIDE, 8)
+    upper, lower = plane(np.linspace(0.0, 15.0, 5), y), plane(np.linspace(15.0, SIDE, 9), np.linspace(0.0, SIDE, 12))
+    deep = np.array([20.0, 20.0, -500.0])
+    sheets = [terrain_of(deep + np.array([(0, 0, 0), (1, 0, a), (0, 1, 0)]), [(0, 1, 2)]) for a in (0.0, 0.5)]
+    lower.vertices[:, 0] += apart * facets_of(joined(upper, lower, *sheets)).crack
+    tiles = joined(upper, lower, *sheets)
+    draw, count = np.random.default_rng(3), ROCKS[engine]
+    x = np.column_stack([draw.uniform(5.0, 14.0, count), draw.uniform(5.0, 35.0, count), np.zeros(count)])
+    x[:, 2] = -FALL * x[:, 0]
+    v = draw.uniform(0.0, 5.0, (count, 1)) * (1.0, 0.0, -FALL)
+    v[:, 1] = draw.choice([0.0, 1.0], count) * draw.normal(0.0, 2.0, count)
+    physics = flight([surface(0.35, 0.85, 25.0)] * 4, model, rebound)
+    with_search, without = engine_over(engine, tiles), engine_of(engine, facets_of(tiles))
+    assert with_search.pieces is not None and without.pieces is None
+    found, expected = (fly_ensemble(each, physics, released(x, v)) for each in (with_search, without))
+    assert same_bits(found, expected)
+    assert (found.deposits.x[:, 0] > 20.0).mean() > 0.3
+
+
+@BOTH
+@pytest.mark.parametrize("before", [True, False], ids=["net before the pile", "net under the pile"])
+def test_of_a_net_and_another_piece_on_one_segment_the_first_counts(engine, before):
+    """The slope is two facets, so that the rock comes from its start to both in one segment."""
+    line = (TOP[2] - STEEP * TOP[0]) / (-FALL - STEEP)
+    ground = slope(1)
+    net = fence(ground, [(at := line - 1.0 if before else line + 1.0, 15.0), (at, 25.0)], 2.0, 1e9)
+    physics = with_effects(flight(surface(0.0, 0.0, 10.0), "sliding"), net)
+    over = engine_over(engine, joined(ground, muck_pile()))
+    ends = fly(over, physics, np.array([10.0, 20.3, -7.0])).deposits
+    assert ends.outcome[0] == (Outcome.CAUGHT if before else Outcome.STOPPED)
+    assert ends.x[0, 0] == pytest.approx(min(at, line), abs=NEAR)
+
+
+def test_terrain_without_overlapping_pieces_has_no_search():
+    """A slope alone, and a slope in tiles side by side."""
+    for terrain in (slope(), joined(plane(np.arange(3.0), np.arange(3.0)), plane(np.arange(2.0, 5.0), np.arange(3.0)))):
+        assert engine_over("reference", terrain).pieces is None
+    assert engine_over("reference", joined(incline(30.0), muck_pile())).pieces is None
+
+
+def test_the_check_of_the_campaign_sees_rocks_that_slide_below_another_piece():
+    """Without the search, 120 of 250 rocks pass through the pieces that cut the ground of this case."""
+    case = case_of("pieces", 3, 250)
+    blind = engine_of("compiled", facets_of(case.terrain))
+    assert len(fallen(case, fly_ensemble(blind, case.flight, released(case.x, case.v), threads=1))) > 100
+    assert len(fallen(case, flown(case))) == 0
