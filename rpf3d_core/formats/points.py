@@ -16,10 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.features import features_of
 from rpf3d_core.formats.polygons import geometries
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 GEOJSON = (".geojson", ".json")
+OTHERS = (".gpkg", ".shp", ".dxf", ".str")
+"""Extensions of files with points that are neither text nor GeoJSON."""
 SEPARATORS = ";\t,"
 """Separators of cells in order of priority. The first separator that occurs in the first line separates all cells, so
 a decimal comma does not separate cells in a file with semicolons or tabs."""
@@ -52,7 +55,7 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
     tab, the file is a CSV: this character separates cells, and a line that begins with `#` is a comment. Empty lines
     are skipped. A first line without any number is a header that names the columns (`COLUMN_NAMES`); without a header,
     the coordinates are the first three columns. A file with the extension .geojson or .json is GeoJSON with Points or
-    MultiPoints.
+    MultiPoints; GeoPackages, Shapefiles, DXF and Surpac strings are read as `features.py` describes.
 
     Parameters
     ----------
@@ -65,12 +68,20 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
         If the file cannot be read, has no point, or has a point that is not made of finite numbers; names the line and
         the column, or the position in GeoJSON.
     """
+    if path.suffix.lower() in OTHERS:
+        content = features_of(path, "point")
+        return _some(path, [_position(path, position, up, heights) for position in _positions(path, content)])
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as fault:
         raise InputError(f"{path}: cannot be read as text ({fault})") from fault
     is_geojson = path.suffix.lower() in GEOJSON
     points = _geojson_points(path, text, up, heights) if is_geojson else _text_points(path, text, up, heights)
+    return _some(path, points)
+
+
+def _some(path: Path, points: list[tuple[float, ...]]) -> FloatArray:
+    """Return points (N, 3) m as an array, after a check that there is at least one."""
     if not points:
         raise InputError(f"{path}: holds no point; each line must begin with x y z")
     return np.array(points)
@@ -93,10 +104,32 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
 
 def rows_of(path: Path, text: str) -> Iterator[Row]:
     """Return the lines of a text or CSV as cells, without empty lines, comments and surrounding blanks."""
-    begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
-    separator = next((mark for mark in SEPARATORS if mark in REMARK.sub("", QUOTED.sub("", begin))), None)
+    separator = _separator(text)
     rows = _blank_rows(text) if separator is None else _csv_rows(path, text, separator)
     return (row for row in rows if any(row.cells) and not row.cells[0].startswith("#"))
+
+
+def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[int, ...]]:
+    """Return the separator of a text or CSV (None for blanks), its number of lines up to a header, and x, y, z columns.
+
+    text : the first lines of the file. Without a header, the number of lines is 0.
+
+    Raises
+    ------
+    InputError
+        A header does not name x, y and z.
+    """
+    first = next(iter(rows_of(path, text)), None)
+    if first is None or any(NUMBER.fullmatch(cell) for cell in first.cells):
+        return _separator(text), 0, (0, 1, 2)
+    columns = _named_columns(path, first, "z", True)
+    return _separator(text), first.line, tuple(columns[axis] for axis in AXES)
+
+
+def _separator(text: str) -> str | None:
+    """Return the separator of cells, from the first line with content; None for blanks."""
+    begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
+    return next((mark for mark in SEPARATORS if mark in REMARK.sub("", QUOTED.sub("", begin))), None)
 
 
 def _blank_rows(text: str) -> Iterator[Row]:

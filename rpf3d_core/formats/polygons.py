@@ -1,6 +1,5 @@
-"""Read polygons in plan from GeoJSON (RFC 7946, but with the plan coordinates (m) of the input)."""
+"""Read polygons in plan from files, in the plan coordinates (m) of the input."""
 
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,28 +10,26 @@ from numpy.typing import NDArray
 from shapely.geometry import MultiPolygon, shape
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.features import features_of
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
 KINDS = ("Polygon", "MultiPolygon")
 
 
 def read_polygons(path: Path) -> MultiPolygon:
-    """Return all polygons of a GeoJSON file as one area, with holes, such as an area of interest.
+    """Return all polygons of a file as one area, with holes, such as an area of interest.
 
     A point is inside the area if it is inside any polygon.
 
     Raises
     ------
     InputError
-        If the file is not GeoJSON, has other geometries than polygons, no polygon, or a polygon that crosses itself.
+        If the file cannot be read, has other geometries than polygons, no polygon, or a polygon that crosses itself.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as fault:
-        raise InputError(f"{path}: cannot be read as GeoJSON ({fault})") from fault
+    content = features_of(path, "polygon")
     polygons = [polygon for geometry in geometries(path, content, KINDS) for polygon in _polygons(path, geometry)]
     if not polygons:
-        raise InputError(f"{path}: holds no polygon; it must be GeoJSON with at least one Polygon or MultiPolygon")
+        raise InputError(f"{path}: holds no polygon; it must have at least one")
     return MultiPolygon(polygons)
 
 

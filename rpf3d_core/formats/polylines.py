@@ -1,19 +1,19 @@
-"""Read lines in plan: from corners, or from GeoJSON (RFC 7946, but with the plan coordinates (m) of the input)."""
+"""Read lines in plan: from corners, or from files in the plan coordinates (m) of the input."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.features import features_of
 from rpf3d_core.formats.polygons import geometries
 from rpf3d_core.terrain.frame import FloatArray
 
 LINES = ("LineString", "MultiLineString")
 
 Along = Path | tuple[tuple[float, float], ...]
-"""A line as written in a scene file: the path of a GeoJSON file, or the corners of one line."""
+"""A line as written in a scene file: the path of a file, or the corners of one line."""
 
 
 def lines_along(along: Along) -> list[FloatArray]:
@@ -32,24 +32,21 @@ def lines_along(along: Along) -> list[FloatArray]:
 
 
 def read_lines(path: Path) -> list[FloatArray]:
-    """Return the lines (P, 2) m of a GeoJSON file in plan, at least one.
+    """Return the lines (P, 2) m of a file in plan, at least one.
 
     Raises
     ------
     InputError
-        If the file is not GeoJSON, has other geometries than lines, no line, or a line with fewer than two points.
+        If the file cannot be read, has other geometries than lines, no line, or a line with fewer than two points.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as fault:
-        raise InputError(f"{path}: cannot be read as GeoJSON ({fault})") from fault
+    content = features_of(path, "line")
     lines = []
     for geometry in geometries(path, content, LINES):
         written = geometry.get("coordinates")
         for line in [written] if geometry["type"] == LINES[0] else written or []:
             lines.append(_line(path, line))
     if not lines:
-        raise InputError(f"{path}: holds no line; it must be GeoJSON with at least one LineString")
+        raise InputError(f"{path}: holds no line; it must have at least one")
     return lines
 
 

@@ -1,6 +1,8 @@
 """Find the coordinate reference system of a scene or a file, which georeferenced output states."""
 
+import json
 import logging
+from functools import lru_cache
 from pathlib import Path
 
 import rasterio
@@ -49,23 +51,81 @@ def are_same(name: str, other: str) -> bool:
     return bool(_named(name) == _named(other))
 
 
-def reference_system_of_file(path: Path) -> str | None:
-    """Return the coordinate reference system that a GeoTIFF states: its EPSG code or else its whole definition (WKT).
+def is_in_degrees(name: str) -> bool:
+    """True if a coordinate reference system is known and in degrees, such as WGS84 (EPSG:4326)."""
+    try:
+        return bool(_named(name).is_geographic)
+    except CRSError:
+        return False
 
-    Return None for any other file, and for a file without a reference system. Also return None if the system is in
-    degrees or the file is damaged: the function that reads the file then reports the error.
+
+def reference_system_of_file(path: Path) -> str | None:
+    """Return the coordinate reference system that a file of terrain states: its EPSG code or else its definition (WKT).
+
+    Return None for a file without a reference system. Also return None if the system is in degrees or unknown, or the
+    file is damaged: the function that reads the file then reports the error.
     """
-    if path.suffix.lower() not in GEOTIFF:
+    stated = stated_reference_system(path)
+    return None if stated is None or why_unusable(stated) else stated
+
+
+def stated_reference_system(path: Path) -> str | None:
+    """Return the coordinate reference system that any input file states, also one in degrees; None if it states none.
+
+    GeoTIFF, LandXML, LAS, GeoPackage, Shapefile and GeoJSON with the member `crs` can state one.
+    """
+    try:
+        state = path.stat()
+    except OSError:
         return None
+    return _stated(path, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=64)
+def _stated(path: Path, changed: int, size: int) -> str | None:
+    extension = path.suffix.lower()
+    if extension in GEOTIFF:
+        return _of_geotiff(path)
+    if extension in (".geojson", ".json"):
+        return _of_geojson(path)
+    if extension in (".xml", ".landxml"):
+        from rpf3d_core.formats.mine.landxml import landxml_crs
+
+        return landxml_crs(path)
+    if extension in (".las", ".laz"):
+        from rpf3d_core.formats.mine.las import las_crs
+
+        return las_crs(path)
+    if extension in (".gpkg", ".shp"):
+        from rpf3d_core.formats.mine.vector_files import vector_crs
+
+        return vector_crs(path)
+    return None
+
+
+def _of_geotiff(path: Path) -> str | None:
     try:
         with rasterio.open(path, driver="GTiff") as grid:
             system = grid.crs
     except (RasterioError, OSError):
         return None
-    if system is None or system.is_geographic:
+    if system is None:
         return None
     code = system.to_epsg()
     return f"EPSG:{code}" if code else str(system.to_wkt())
+
+
+def _of_geojson(path: Path) -> str | None:
+    """Return the reference system in the member `crs` of a GeoJSON file, such as urn:ogc:def:crs:EPSG::32719."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        name = str(content["crs"]["properties"]["name"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    words = name.rpartition("def:crs:")[2].split(":")
+    if words[0] == "OGC":
+        return "OGC:CRS84"
+    return f"EPSG:{words[-1]}" if words[0] == "EPSG" and words[-1].isdecimal() else None
 
 
 def _named(name: str) -> CRS:

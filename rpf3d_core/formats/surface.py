@@ -23,10 +23,20 @@ class FileMesh(NamedTuple):
 
     points : (N, 3) float32 or float64, m
     triangles : (F, 3) int32, indices into points; None if every three consecutive points are the corners of one facet
+    zone : (F,) int32, indices into zones; None if the file states no zones
+    zones : names of the layers or surfaces of the file, which become zones
+    remarks : sentences on what the file has and the mesh does not have, and on what the reader assumed
+    crs : the coordinate reference system that the file states; None if it states none
+    unit : key of the unit that the file states (`units.LENGTHS`) if it is not metres; the points are not converted
     """
 
     points: NDArray[Any]
     triangles: NDArray[np.int32] | None = None
+    zone: NDArray[np.int32] | None = None
+    zones: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    crs: str | None = None
+    unit: str | None = None
 
 
 def facet_count(surface: FileMesh) -> int:
@@ -50,7 +60,7 @@ def usable(path: Path, surface: FileMesh) -> FileMesh:
         raise TerrainError(f"{path}: holds {facets:,} triangles, more than the {MOST_TRIANGLES:,} that can be numbered")
     if surface.triangles is not None:
         refuse_wrong_indices(path, surface.triangles, len(surface.points))
-        surface = _used_only(surface.points, surface.triangles)
+        surface = _used_only(surface, surface.triangles)
     if not all(column.min() >= -FARTHEST and column.max() <= FARTHEST for column in surface.points.T):
         _refuse_wrong_points(path, surface)
     return surface
@@ -66,14 +76,14 @@ def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None
         raise TerrainError(f"{path}: a facet names point {wrong}, but the file has points 0 to {points - 1}")
 
 
-def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> FileMesh:
+def _used_only(surface: FileMesh, triangles: NDArray[np.int32]) -> FileMesh:
     """Return the mesh without unused points; the remaining points keep their order and are numbered again."""
-    used = np.zeros(len(points), bool)
+    used = np.zeros(len(surface.points), bool)
     used[triangles] = True
     if used.all():
-        return FileMesh(points, triangles)
+        return surface
     number = np.cumsum(used, dtype=np.int32) - np.int32(1)
-    return FileMesh(points[used], number[triangles])
+    return surface._replace(points=surface.points[used], triangles=number[triangles])
 
 
 def _refuse_wrong_points(path: Path, surface: FileMesh) -> None:

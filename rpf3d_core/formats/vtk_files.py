@@ -1,7 +1,7 @@
 """Read ASCII STL, OBJ, VTP and legacy VTK files with VTK's readers.
 
 After an error, VTK only prints a message, and returns a part of the data or no data. This module collects the messages,
-and refuses the file if there is any message. VTP and legacy VTK are read in a separate process (`vtk_process.py`).
+and refuses the file if there is any message. VTP and legacy VTK are read in a separate process (`apart.py`).
 """
 
 import re
@@ -21,9 +21,9 @@ from vtkmodules.vtkIOLegacy import vtkPolyDataReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.apart import Arrays, read_apart
 from rpf3d_core.formats.stl import ascii_stl_corners, ascii_stl_fault
 from rpf3d_core.formats.surface import FileMesh, refuse_wrong_indices
-from rpf3d_core.formats.vtk_process import read_apart
 
 MOST_RECORDS_PER_BYTE = 10
 """Largest plausible number of points or cells for each byte of a file; a file that announces more is refused.
@@ -60,16 +60,16 @@ def read_obj(path: Path) -> FileMesh:
 def read_vtk(path: Path) -> FileMesh:
     """Return the polygons of a .vtp or .vtk file (DATASET POLYDATA) as triangles, read in a separate process."""
     _refuse_impossible_counts(path)
-    return read_apart(path)
+    arrays = read_apart(path, "rpf3d_core.formats.vtk_files:read_here")
+    return FileMesh(arrays["points"], arrays.get("triangles"))
 
 
-def read_here(path: Path) -> FileMesh:
-    """Return the polygons of a .vtp or .vtk file as triangles, read in the calling process."""
+def read_here(path: Path) -> Arrays:
+    """Return the polygons of a .vtp or .vtk file as arrays `points` and `triangles`, read in the calling process."""
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
-    try:
-        return _surface(path, _output(path, reader))
-    except MemoryError:
-        raise TerrainError(f"{path}: is damaged; it asks for more memory than it can need") from None
+    surface = _surface(path, _output(path, reader))
+    arrays = {"points": surface.points, "triangles": surface.triangles}
+    return {name: array for name, array in arrays.items() if array is not None}
 
 
 def _output(path: Path, reader: Any) -> vtkPolyData:

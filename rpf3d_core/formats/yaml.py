@@ -176,6 +176,11 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
         raise SceneError(f"{path}: is nested too deeply to be a {kind} file") from None
 
 
+def yaml_text(values: Any) -> str:
+    """Return plain values (mappings, sequences, numbers, words) as the text of a YAML file, keys in their order."""
+    return yaml.safe_dump(values, sort_keys=False, default_flow_style=None, allow_unicode=True, width=110)
+
+
 def key_name(path: KeyPath) -> str:
     """Return the place of a value in a YAML file as users write it: `sources[0].velocity`."""
     name = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)

@@ -1,0 +1,61 @@
+"""Read files with other programs' libraries in a separate process, with limited memory and time.
+
+Some of these libraries crash, hang or use all memory on damaged files.
+"""
+
+import importlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+
+REFUSED = 2
+"""Exit code of the separate process if it refuses a file; the reason is on its standard output."""
+HOME = Path(__file__).parents[2]
+"""Folder that contains the package `rpf3d_core`, so that the separate process finds the package."""
+
+Arrays = dict[str, Any]
+"""Arrays by name: what a reader in the separate process returns."""
+
+
+def read_apart(path: Path, reader: str, *options: str) -> Arrays:
+    """Return the arrays of a file that a separate process reads, so that a crash of a library does no harm.
+
+    reader : module and function, as `rpf3d_core.formats.vtk_files:read_here`; the function takes the path and the
+    options, and returns arrays by name
+
+    Raises
+    ------
+    TerrainError
+        If the file is refused, or the process crashes or exceeds its limits on the file.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        result = Path(folder) / "arrays.npz"
+        done = subprocess.run(
+            [sys.executable, "-P", "-m", "rpf3d_core.formats.apart_child", reader, str(path), str(result), *options],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])},
+            capture_output=True,
+            check=False,
+        )
+        if done.returncode == REFUSED and done.stdout:
+            raise TerrainError(done.stdout.decode("utf-8", "replace"))
+        if done.returncode < 0:
+            raise TerrainError(f"{path}: is damaged; the library that reads {path.suffix} files breaks down on it")
+        if done.returncode > 0:
+            raise RuntimeError(f"{path}: the process that reads it failed: {done.stderr.decode('utf-8', 'replace')}")
+        with np.load(result) as arrays:
+            return dict(arrays)
+
+
+def reader_named(name: str) -> Callable[..., Arrays]:
+    """Return the function with a name such as `rpf3d_core.formats.vtk_files:read_here`."""
+    module, _, function = name.partition(":")
+    found: Callable[..., Arrays] = getattr(importlib.import_module(module), function)
+    return found

@@ -1,0 +1,81 @@
+"""Read geometries in plan from any known file, in the form of GeoJSON: GeoJSON, GeoPackage, Shapefile, DXF, Surpac.
+
+GeoJSON is RFC 7946, but with the plan coordinates (m) of the input.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.errors import InputError
+
+FEATURE_EXTENSIONS = (".geojson", ".json", ".gpkg", ".shp", ".dxf", ".str")
+"""Extensions of the files of polygons and lines that are read; a file with another extension is read as GeoJSON."""
+
+
+def features_of(path: Path, family: str) -> Any:
+    """Return the geometries of a file as the content of a GeoJSON file.
+
+    family : "polygon", "line" or "point", what the scene needs
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or has a line that is not closed where polygons are needed.
+    """
+    extension = path.suffix.lower()
+    if extension in (".gpkg", ".shp"):
+        from rpf3d_core.formats.mine.vector_files import read_vector
+
+        return _collection(read_vector(path, family))
+    if extension == ".dxf":
+        return _collection(_dxf(path, family))
+    if extension == ".str":
+        return _collection(_strings(path, family))
+    return _geojson(path)
+
+
+def _geojson(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as fault:
+        raise InputError(f"{path}: cannot be read as GeoJSON ({fault})") from fault
+
+
+def _collection(geometries: list[dict[str, Any]]) -> dict[str, Any]:
+    return {"type": "GeometryCollection", "geometries": geometries}
+
+
+def _dxf(path: Path, family: str) -> list[dict[str, Any]]:
+    from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines, read_dxf_points
+
+    if family == "point":
+        return [{"type": "Point", "coordinates": place} for place in read_dxf_points(path).tolist()]
+    return [
+        _line(path, line.points.tolist(), line.closed, family, f"on layer {line.layer!r}")
+        for line in read_dxf_lines(path)
+    ]
+
+
+def _strings(path: Path, family: str) -> list[dict[str, Any]]:
+    from rpf3d_core.formats.mine.surpac import read_strings, string_segments
+
+    segments = [segment.tolist() for segment in string_segments(read_strings(path))]
+    if family == "point":
+        return [{"type": "Point", "coordinates": place} for segment in segments for place in segment]
+    return [
+        _line(path, segment, False, family, f"number {number} (from 1)")
+        for number, segment in enumerate(segments, start=1)
+    ]
+
+
+def _line(path: Path, points: list[list[float]], closed: bool, family: str, where: str) -> dict[str, Any]:
+    """Return a line as a GeoJSON line in plan, or as a polygon if polygons are needed."""
+    plan = [point[:2] for point in points]
+    if closed and plan and plan[0] != plan[-1]:
+        plan.append(plan[0])
+    if family == "line":
+        return {"type": "LineString", "coordinates": plan}
+    if len(plan) < 4 or plan[0] != plan[-1]:
+        raise InputError(f"{path}: the line {where} is not closed, but an area needs closed lines; close or remove it")
+    return {"type": "Polygon", "coordinates": [plan]}

@@ -1,0 +1,70 @@
+"""Read a cloud of points from a file of any known format, and make the terrain of a file from its cloud."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.mine.cloud import Cloud
+from rpf3d_core.formats.mine.e57 import read_e57
+from rpf3d_core.formats.mine.las import read_las
+from rpf3d_core.formats.mine.surpac import read_strings
+from rpf3d_core.formats.mine.xyz import read_xyz
+from rpf3d_core.formats.surface import FARTHEST, FileMesh
+from rpf3d_core.formats.whole_file import read_whole
+from rpf3d_core.terrain.cloud_surface import cloud_surface
+
+
+def _read_str(path: Path) -> Cloud:
+    strings = read_strings(path)
+    return Cloud(strings.points[strings.number != 0])
+
+
+CLOUD_READERS: dict[str, Callable[[Path], Cloud]] = {
+    ".las": read_las,
+    ".laz": read_las,
+    ".e57": read_e57,
+    ".xyz": read_xyz,
+    ".csv": read_xyz,
+    ".txt": read_xyz,
+    ".str": _read_str,
+}
+"""The function that reads each format of clouds, by file name extension."""
+
+
+def read_cloud(path: Path) -> Cloud:
+    """Return the points of a file.
+
+    Raises
+    ------
+    TerrainError
+        The file is missing, empty, damaged or of unknown format, or a point is not finite or too far from the origin.
+    """
+    reader = CLOUD_READERS.get(path.suffix.lower())
+    if reader is None:
+        raise TerrainError(f"{path}: is of no known format of clouds; known are {', '.join(CLOUD_READERS)}")
+    cloud = read_whole(path, reader)
+    if not len(cloud.points):
+        raise TerrainError(f"{path}: holds no points")
+    if not all(column.min() >= -FARTHEST and column.max() <= FARTHEST for column in cloud.points.T):
+        raise TerrainError(f"{path}: has a point that is not finite, or {FARTHEST:,.0f} m or more from the origin")
+    return cloud
+
+
+def read_cloud_surface(path: Path) -> FileMesh:
+    """Return the surface of the ground made from the cloud in a file, as `rpf3d import cloud` does without options.
+
+    Raises
+    ------
+    TerrainError
+        As `read_cloud`, or the points make no surface.
+    """
+    cloud = read_cloud(path)
+    try:
+        surface = cloud_surface(cloud.points, cloud.classes)
+    except TerrainError as fault:
+        raise TerrainError(f"{path}: {fault}") from fault
+    points = surface.points.astype(np.float32) if cloud.single else surface.points
+    made = f"{path.name}: a surface was made from its points: {'; '.join(surface.describe())}"
+    return FileMesh(points, surface.triangles, remarks=(*cloud.remarks, made), crs=cloud.crs)

@@ -1,0 +1,102 @@
+"""Read lines, closed lines and points of a DXF file, for areas, crest lines, berms and sources."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.mine.dxf_entities import CLOSED, MESH_2D, POLYFACE, Drawing, read_drawing
+from rpf3d_core.formats.mine.dxf_pairs import BULGE, ELEVATION
+from rpf3d_core.terrain.frame import FloatArray
+
+CURVES = ("ARC", "CIRCLE", "ELLIPSE", "SPLINE", "HELIX")
+CURVE_3D = 8
+"""Flag of a POLYLINE with heights of its own; other polylines lie in a plane."""
+UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+
+
+class Line(NamedTuple):
+    """A line of a DXF file: points (P, 3) m, whether it is closed, and its layer."""
+
+    points: FloatArray
+    closed: bool
+    layer: str
+
+
+def read_dxf_lines(path: Path) -> list[Line]:
+    """Return all LINE, LWPOLYLINE and POLYLINE of a DXF file; meshes are left out.
+
+    Raises
+    ------
+    InputError
+        The file is damaged, or has curves: arcs, circles, ellipses, splines, or polylines with bulges.
+    """
+    drawing = read_drawing(path)
+    curves = drawing.numbers_of(*CURVES)
+    if len(curves):
+        name = drawing.pairs.texts[drawing.kind[curves[0]]]
+        raise InputError(f"{path}: has {len(curves):,} curves, the first a {name}; convert curves to polylines")
+    return [*_straight(drawing), *_light(path, drawing), *_heavy(path, drawing)]
+
+
+def read_dxf_points(path: Path) -> FloatArray:
+    """Return all POINT (N, 3) m of a DXF file; errors are as in `read_drawing`."""
+    drawing = read_drawing(path)
+    places = drawing.table(drawing.numbers_of("POINT"), (10, 20, 30))
+    if not np.isfinite(places).all():
+        raise InputError(f"{path}: a POINT lacks a coordinate")
+    return places
+
+
+def _straight(drawing: Drawing) -> Iterator[Line]:
+    entities = drawing.numbers_of("LINE")
+    ends = drawing.table(entities, (10, 20, 30, 11, 21, 31)).reshape(-1, 2, 3)
+    for points, layer in zip(ends, drawing.layer_names(entities), strict=True):
+        yield Line(points=points, closed=False, layer=layer)
+
+
+def _light(path: Path, drawing: Drawing) -> Iterator[Line]:
+    """Yield each LWPOLYLINE, with its elevation as height."""
+    entities = drawing.numbers_of("LWPOLYLINE")
+    flags = np.nan_to_num(drawing.table(entities, (70,))[:, 0]).tolist()
+    for entity, flag, layer in zip(entities.tolist(), flags, drawing.layer_names(entities), strict=True):
+        code, value = drawing.pairs_of(entity)
+        x, y = value[code == 10], value[code == 20]
+        if len(x) != len(y):
+            raise InputError(f"{path}: a LWPOLYLINE on layer {layer!r} has {len(x)} x and {len(y)} y")
+        _refuse_arcs(path, value[code == BULGE], layer)
+        height = value[code == ELEVATION][-1:] if (code == ELEVATION).any() else np.zeros(1)
+        points = np.column_stack([x, y, np.broadcast_to(height, len(x))])
+        yield Line(points=_turned(path, drawing, entity, points), closed=bool(int(flag) & CLOSED), layer=layer)
+
+
+def _heavy(path: Path, drawing: Drawing) -> Iterator[Line]:
+    """Yield each POLYLINE that is no mesh."""
+    heads, vertices = drawing.numbers_of("POLYLINE"), drawing.numbers_of("VERTEX")
+    flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
+    places, bulges = drawing.table(vertices, (10, 20, 30)), drawing.table(vertices, (BULGE,))[:, 0]
+    begins = np.append(np.searchsorted(vertices, heads), len(vertices))
+    for i, layer in enumerate(drawing.layer_names(heads)):
+        if flags[i] & (POLYFACE | MESH_2D):
+            continue
+        own = slice(begins[i], begins[i + 1])
+        _refuse_arcs(path, bulges[own], layer)
+        points = places[own] if flags[i] & CURVE_3D else _turned(path, drawing, int(heads[i]), places[own])
+        yield Line(points=points, closed=bool(flags[i] & CLOSED), layer=layer)
+
+
+def _refuse_arcs(path: Path, bulges: FloatArray, layer: str) -> None:
+    if (np.nan_to_num(bulges) != 0.0).any():
+        raise InputError(f"{path}: a polyline on layer {layer!r} has arcs (bulges); convert them to straight segments")
+
+
+def _turned(path: Path, drawing: Drawing, entity: int, points: FloatArray) -> FloatArray:
+    """Return points of an entity's own plane in world coordinates; the plane must be level."""
+    normal = tuple(drawing.table(np.array([entity]), (210, 220, 230))[0].tolist())
+    if np.isnan(normal).any() or normal == UP:
+        return points
+    if normal != DOWN:
+        raise InputError(f"{path}: a polyline lies in a plane that is not level; draw it as a 3D polyline")
+    return np.asarray(points * np.array([-1.0, 1.0, -1.0]))

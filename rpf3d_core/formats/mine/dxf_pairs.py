@@ -1,0 +1,165 @@
+"""Read the pairs of a DXF file: a group code on one line, its value on the next (Autodesk, DXF Reference).
+
+Only the codes that rpf3d uses are kept. The lines are split and converted in blocks by pyarrow, because a million faces
+have 34 million lines.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.frame import FloatArray
+
+BLOCK = 2**25
+"""Number of bytes of a DXF file that are converted at a time."""
+LONGEST_LINE = 2**16
+"""Largest length of a line (bytes); no sound file has a longer one."""
+BINARY = b"AutoCAD Binary DXF"
+
+TYPE, NAME, LAYER, VARIABLE = 0, 2, 8, 9
+"""Group codes of texts: type of an entity, name of a section, layer, and variable of the header."""
+ELEVATION, BULGE = 38, 42
+TEXTS = (TYPE, NAME, LAYER, VARIABLE)
+PLACES = (*range(10, 14), *range(20, 24), *range(30, 34))
+NUMBERS = (*PLACES, ELEVATION, BULGE, *range(70, 75), *range(90, 96), 210, 220, 230)
+"""Group codes of the numbers that are kept: coordinates, elevation, bulge, flags, counts, indices, extrusion."""
+LARGEST_CODE = 2**15 - 1
+
+Codes = NDArray[np.int16]
+
+
+class Pairs(NamedTuple):
+    """The pairs of a DXF file that are kept, in the order of the file.
+
+    code : (P,) group codes; value : (P,) the numbers, or for a text its index in `texts`
+    """
+
+    code: Codes
+    value: FloatArray
+    texts: tuple[str, ...]
+
+
+def read_pairs(path: Path) -> Pairs:
+    """Return the pairs of a DXF file.
+
+    Raises
+    ------
+    TerrainError
+        The file is a binary DXF or not a DXF, or a line is damaged; names the line.
+    """
+    texts: dict[bytes, int] = {}
+    codes, values, line = [np.empty(0, np.int16)], [np.empty(0)], 1
+    for lines in _blocks(path):
+        code, value = _block_pairs(path, lines, line, texts)
+        codes.append(code)
+        values.append(value)
+        line += len(lines)
+    names = tuple(_decoded(text) for text in texts)
+    pairs = Pairs(code=np.concatenate(codes), value=np.concatenate(values), texts=names)
+    if "SECTION" not in names:
+        raise TerrainError(f"{path}: is not a DXF file; one has the sections HEADER and ENTITIES")
+    if "EOF" not in names:
+        raise TerrainError(f"{path}: ends after line {line - 1:,} without `EOF`; it is truncated")
+    return pairs
+
+
+def _blocks(path: Path) -> Iterator[Any]:
+    """Yield the lines of a file as arrow arrays with an even number of lines each; the last line may lack its end."""
+    with path.open("rb") as file:
+        rest = b""
+        while data := file.read(BLOCK):
+            if not rest and data.startswith(BINARY):
+                raise TerrainError(f"{path}: is a binary DXF; save it as DXF in text (ASCII)")
+            data = rest + data
+            lines, used = _even_lines(data)
+            rest = data[used:]
+            if len(rest) > 2 * LONGEST_LINE:
+                raise TerrainError(f"{path}: is not a DXF file; it has a line of more than {LONGEST_LINE:,} bytes")
+            yield lines
+        yield _even_lines(rest + b"\n")[0]
+
+
+def _even_lines(data: bytes) -> tuple[Any, int]:
+    """Return the complete lines of some bytes, the largest even number of them, and how many bytes they take."""
+    ends = np.flatnonzero(np.frombuffer(data, np.uint8) == ord("\n"))
+    ends = ends[: len(ends) // 2 * 2] + 1
+    offsets = np.concatenate([[0], ends]).astype(np.int32)
+    lines = pa.Array.from_buffers(pa.string(), len(ends), [None, pa.py_buffer(offsets), pa.py_buffer(data)])
+    return lines, int(offsets[-1])
+
+
+def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) -> tuple[Codes, FloatArray]:
+    """Return the kept pairs of some lines; new texts are added to `texts`.
+
+    first : number of the first line, from 1, for messages
+    """
+    every = pc.ascii_trim_whitespace(lines.take(pa.array(np.arange(0, len(lines), 2, dtype=np.int32))))
+    code = _converted(path, every, first, 0, pa.int16(), "a group code (a whole number)")
+    kept = np.flatnonzero(_KEPT[np.clip(code, -1, LARGEST_CODE - 1)]).astype(np.int32)
+    code = code[kept]
+    value = np.empty(len(code))
+    is_text = np.isin(code, TEXTS)
+    numbers = pc.ascii_trim_whitespace(lines.take(pa.array(2 * kept[~is_text] + 1)))
+    value[~is_text] = _converted(path, numbers, first, kept[~is_text], pa.float64(), "a number")
+    value[is_text] = _numbered(lines.take(pa.array(2 * kept[is_text] + 1)), texts)
+    return code, value
+
+
+def _converted(path: Path, words: Any, first: int, pair: Any, kind: Any, must: str) -> NDArray[Any]:
+    """Return words as numbers; a TerrainError names the line of the first wrong word.
+
+    pair : numbers of the pairs in the block whose values the words are; 0 if the words are the codes of all pairs
+    """
+    try:
+        return np.asarray(pc.cast(words, kind))
+    except pa.ArrowInvalid as fault:
+        wrong = _first_wrong(words, kind)
+        line = first + (2 * wrong if isinstance(pair, int) else 2 * int(pair[wrong]) + 1)
+        shown = words[wrong].as_buffer().to_pybytes()[:40].decode("ascii", "replace")
+        raise TerrainError(f"{path}, line {line:,}: must be {must}, but is {shown!r}") from fault
+
+
+def _first_wrong(words: Any, kind: Any) -> int:
+    """Return the index of the first word that is no number of a kind; there must be one."""
+    begin, end = 0, len(words)
+    while end - begin > 1:
+        middle = (begin + end) // 2
+        try:
+            pc.cast(words.slice(begin, middle - begin), kind)
+            begin = middle
+        except pa.ArrowInvalid:
+            end = middle
+    return begin
+
+
+def _numbered(words: Any, texts: dict[bytes, int]) -> FloatArray:
+    """Return the number of each text; new texts get the next numbers."""
+    coded = pc.dictionary_encode(words.cast(pa.binary()))
+    numbers = np.array(
+        [texts.setdefault(text.as_buffer().to_pybytes().strip(), len(texts)) for text in coded.dictionary], float
+    )
+    return numbers[np.asarray(coded.indices)] if len(words) else np.empty(0)
+
+
+def _decoded(text: bytes) -> str:
+    """Return a text of a DXF file, which is UTF-8 since the version of 2007, and in a code page before."""
+    try:
+        return text.decode("utf-8")
+    except UnicodeDecodeError:
+        return text.decode("cp1252", "replace")
+
+
+def _kept_codes() -> NDArray[np.bool_]:
+    """Return a table (LARGEST_CODE + 1,) that is true for each kept code; the last entry is false."""
+    table = np.zeros(LARGEST_CODE + 1, bool)
+    table[[*TEXTS, *NUMBERS]] = True
+    return table
+
+
+_KEPT = _kept_codes()

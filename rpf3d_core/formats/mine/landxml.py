@@ -1,0 +1,179 @@
+"""Read the TIN surfaces of a LandXML file (LandXML 1.2 schema); each surface becomes a zone.
+
+Points are northing, easting, elevation. Document types and entities are refused: entities can expand without limit,
+and no surface needs them.
+"""
+
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.surface import FileMesh
+
+UNITS = {
+    "millimeter": "mm", "centimeter": "cm", "kilometer": "km", "foot": "ft", "USSurveyFoot": "us_ft", "inch": "in",
+    "mile": "mi",
+}  # fmt: skip
+"""Key of each unit of length other than the metre (attribute linearUnit)."""
+HEAD = 2**20
+"""Number of bytes at the begin of a file in which the coordinate reference system is looked for."""
+BLOCK = 2**20
+"""Number of bytes that are parsed at a time."""
+
+
+class _Content:
+    """What the parser has read so far, by the callbacks of expat."""
+
+    def __init__(self) -> None:
+        self.surfaces: list[str] = []
+        self.point_ids: list[list[str]] = []
+        self.points: list[list[str]] = []
+        self.faces: list[list[str]] = []
+        self.unit: str | None = None
+        self.epsg: str | None = None
+        self.hidden = 0
+        self.others: set[str] = set()
+        self.text: list[str] | None = None
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        """Take note of the begin of an element."""
+        name = name.rpartition(":")[2]
+        if name == "P" and self.surfaces:
+            self.point_ids[-1].append(attributes.get("id", ""))
+            self.text = []
+        elif name == "F" and self.surfaces:
+            self.hidden += (hidden := attributes.get("i") == "1")
+            self.text = None if hidden else []
+        elif name == "Surface":
+            self.surfaces.append(attributes.get("name") or f"surface_{len(self.surfaces) + 1}")
+            for lists in (self.point_ids, self.points, self.faces):
+                lists.append([])
+        elif name in ("Metric", "Imperial"):
+            self.unit = UNITS.get(attributes.get("linearUnit", ""))
+        elif name == "CoordinateSystem":
+            self.epsg = attributes.get("epsgCode")
+        elif name in ("Breakline", "Contour", "PntList3D"):
+            self.others.add(name)
+
+    def data(self, text: str) -> None:
+        """Take note of a part of an element's text."""
+        if self.text is not None:
+            self.text.append(text)
+
+    def end(self, name: str) -> None:
+        """Take note of the end of an element."""
+        if self.text is None:
+            return
+        name = name.rpartition(":")[2]
+        if name in ("P", "F"):
+            (self.points if name == "P" else self.faces)[-1].append("".join(self.text))
+            self.text = None
+
+
+def read_landxml(path: Path) -> FileMesh:
+    """Return the triangles of all TIN surfaces of a LandXML file; each surface with triangles is a zone.
+
+    Raises
+    ------
+    TerrainError
+        The file is not LandXML, has a document type, has no triangles, or a point or face is damaged.
+    """
+    content = _parsed(path)
+    meshes = [_surface(path, content, k) for k in range(len(content.surfaces))]
+    if not any(len(triangles) for _, triangles in meshes):
+        raise TerrainError(f"{path}: holds no TIN; a terrain needs a Surface with Pnts and Faces")
+    begins = np.cumsum([0, *(len(points) for points, _ in meshes)])
+    triangles = np.concatenate([triangles + begin for (_, triangles), begin in zip(meshes, begins[:-1], strict=True)])
+    zone = np.repeat(np.arange(len(meshes)), [len(triangles) for _, triangles in meshes])
+    return FileMesh(
+        np.concatenate([points for points, _ in meshes]), triangles.astype(np.int32), zone=zone.astype(np.int32),
+        zones=tuple(content.surfaces), remarks=tuple(_remarks(path, content)), crs=_crs(content), unit=content.unit,
+    )  # fmt: skip
+
+
+def landxml_crs(path: Path) -> str | None:
+    """Return the coordinate reference system that the begin of a LandXML file states; None if it states none."""
+    content = _Content()
+    try:
+        with path.open("rb") as file:
+            _parser(path, content).Parse(file.read(HEAD))
+    except (expat.ExpatError, TerrainError, OSError):
+        return None
+    return _crs(content)
+
+
+def _crs(content: _Content) -> str | None:
+    return f"EPSG:{content.epsg}" if content.epsg and content.epsg.isdecimal() else None
+
+
+def _parsed(path: Path) -> _Content:
+    content = _Content()
+    parser = _parser(path, content)
+    try:
+        with path.open("rb") as file:
+            while block := file.read(BLOCK):
+                parser.Parse(block)
+        parser.Parse(b"", True)
+    except (expat.ExpatError, ValueError) as fault:
+        if isinstance(fault, TerrainError):
+            raise
+        raise TerrainError(f"{path}: is not complete XML ({fault})") from fault
+    return content
+
+
+def _parser(path: Path, content: _Content) -> Any:
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+
+    def refuse(*_: Any) -> None:
+        raise TerrainError(f"{path}: has a document type (DOCTYPE), which is refused; LandXML needs none")
+
+    parser.StartDoctypeDeclHandler = refuse
+    parser.EntityDeclHandler = refuse
+    parser.StartElementHandler, parser.EndElementHandler = content.start, content.end
+    parser.CharacterDataHandler = content.data
+    return parser
+
+
+def _surface(path: Path, content: _Content, k: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the points (V, 3) m, easting first, and the triangles (F, 3) of one surface."""
+    name, ids = content.surfaces[k], content.point_ids[k]
+    places = _numbers(path, content.points[k], f"the points of surface {name!r}", "northing easting elevation", float)
+    faces = _numbers(path, content.faces[k], f"the faces of surface {name!r}", "three point numbers", np.int64)
+    number = {text: i for i, text in enumerate(ids)}
+    if len(number) < len(ids):
+        raise TerrainError(f"{path}: two points of surface {name!r} have the same id")
+    try:
+        known = np.array(list(number), dtype=np.int64)
+    except (ValueError, OverflowError) as fault:
+        raise TerrainError(f"{path}: the ids of the points of surface {name!r} must be whole numbers") from fault
+    order = np.argsort(known)
+    at = np.minimum(np.searchsorted(known, faces, sorter=order), len(known) - 1)
+    if len(faces) and (not len(known) or (known[order][at] != faces).any()):
+        raise TerrainError(f"{path}: a face of surface {name!r} names a point that does not exist")
+    return places[:, [1, 0, 2]], order[at] if len(faces) else faces
+
+
+def _numbers(path: Path, texts: list[str], what: str, must: str, kind: Any) -> NDArray[Any]:
+    """Return the three numbers of each text as rows (N, 3)."""
+    words = " ".join(texts).split()
+    try:
+        if len(words) != 3 * len(texts):
+            raise ValueError(f"{len(words):,} numbers in {len(texts):,} elements")
+        return np.array(words, dtype=kind).reshape(-1, 3)
+    except (ValueError, OverflowError) as fault:
+        wrong = next((text for text in texts if len(text.split()) != 3), str(fault))
+        raise TerrainError(f"{path}: {what} must be {must} each, but has {wrong[:60]!r}") from fault
+
+
+def _remarks(path: Path, content: _Content) -> list[str]:
+    remarks = []
+    if content.hidden:
+        remarks.append(f"{path.name}: {content.hidden:,} faces are marked as invisible and were left out")
+    if content.others:
+        remarks.append(f"{path.name}: not read: {', '.join(sorted(content.others))}; the faces are the ground")
+    return remarks

@@ -1,0 +1,60 @@
+"""Find terrain files whose coordinates lost digits in single precision (float32).
+
+Single precision has 24 binary digits, so its steps are 0.5 m at a northing of 7,654,321 m.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.formats.surface import FileMesh
+from rpf3d_core.terrain.frame import FloatArray
+
+LEAST_LOSS = 0.01
+"""Least shift of a vertex, in median edges (-), that is reported; it turns a facet by about 0.6 degrees."""
+MOST_FACETS = 100_000
+"""Largest number of facets from which the median edge is found."""
+
+
+def lost_precision(path: Path, surface: FileMesh) -> str | None:
+    """Return a sentence on how many metres single precision lost, and what to do; None if too little to matter."""
+    step = _steps(surface)
+    loss, edge = 0.5 * float(np.linalg.norm(step)), _median_edge(surface)
+    if loss <= LEAST_LOSS * edge:
+        return None
+    axis = int(step.argmax())
+    at = float(np.abs(surface.points[:, axis]).max())
+    return (
+        f"{path.name}: its coordinates have single precision, so steps of {step[axis]:g} m at {at:.0f} m: vertices are "
+        f"off by up to {loss:.2g} m, and the median edge is {edge:.2g} m; slopes are wrong. Export it in double "
+        "precision (DXF, LandXML, OMF, a PLY of `double`), or subtract an origin from all inputs before the export"
+    )
+
+
+def _steps(surface: FileMesh) -> FloatArray:
+    """Return the step (3,) m of single precision at the largest coordinate of each axis; 0 for an axis without loss."""
+    largest = np.array([max(abs(float(c.min())), abs(float(c.max()))) for c in surface.points.T])
+    step = np.spacing(largest.astype(np.float32)).astype(float)
+    if surface.points.dtype == np.float32:
+        return step
+    return np.array([s if _was_single(column, s) else 0.0 for column, s in zip(surface.points.T, step, strict=True)])
+
+
+def _was_single(column: FloatArray, step: float) -> bool:
+    """True if numbers (N,) of double precision were rounded to single precision before.
+
+    All are multiples of the step at their size, and not all are multiples of two steps, as on a coarse grid.
+    """
+    single = column.astype(np.float32)
+    return bool((single == column).all() and (np.mod(column, 2.0 * step) != 0.0).any())
+
+
+def _median_edge(surface: FileMesh) -> float:
+    """Return the median length (m) of the sides of facets, from at most MOST_FACETS of them."""
+    points = surface.points
+    every = -(-(len(points) // 3 if surface.triangles is None else len(surface.triangles)) // MOST_FACETS)
+    if surface.triangles is None:
+        corners = points.reshape(-1, 3, 3)[::every].astype(float)
+    else:
+        corners = points[surface.triangles[::every]].astype(float)
+    return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))

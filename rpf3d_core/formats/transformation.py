@@ -1,0 +1,78 @@
+"""Transform geometries from one coordinate reference system to another with pyproj (PROJ)."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely.geometry import shape
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.mine.need import needed
+from rpf3d_core.terrain.frame import FloatArray
+
+
+def transformed(path: Path, geometries: Sequence[Any], begin: str, end: str) -> list[Any]:
+    """Return shapely geometries of a file in another coordinate reference system; heights are kept.
+
+    begin, end : names of the reference systems, such as EPSG:4326; longitude and easting first
+
+    Raises
+    ------
+    InputError
+        The library is missing, a name is unknown, or a point has no coordinates in the other system.
+    """
+    moved = shapely.transform(
+        np.array(geometries, dtype=object), lambda places: transformed_places(path, places, begin, end), include_z=True
+    )
+    # `include_z` gives geometries without heights a height of NaN.
+    flat = ~shapely.has_z(np.array(geometries, dtype=object))
+    moved[flat] = shapely.force_2d(moved[flat])
+    return list(moved)
+
+
+def feature_collection(
+    path: Path, geometries: Sequence[dict[str, Any]], begin: str | None, end: str | None
+) -> dict[str, Any]:
+    """Return geometries in the form of GeoJSON as the content of a GeoJSON file, transformed if `end` is given.
+
+    path : file of the geometries, for messages; begin, end : names of the reference systems; begin is None if unknown
+
+    Raises
+    ------
+    InputError
+        As `transformed`, or the coordinates of a geometry are damaged.
+    """
+    try:
+        found = [shape(each) for each in geometries]
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, shapely.errors.ShapelyError) as fault:
+        raise InputError(f"{path}: the coordinates of a geometry are damaged ({fault})") from fault
+    if end is not None and begin is not None:
+        found = transformed(path, found, begin, end)
+    content: dict[str, Any] = {"type": "FeatureCollection"}
+    if system := end or begin:
+        content["crs"] = {"type": "name", "properties": {"name": _urn(system)}}
+    texts = shapely.to_geojson(np.array(found, dtype=object))
+    geometry = [json.loads(text) for text in texts]
+    return content | {"features": [{"type": "Feature", "properties": {}, "geometry": each} for each in geometry]}
+
+
+def _urn(system: str) -> str:
+    """Return the name of a reference system as GeoJSON files of GDAL have it."""
+    authority, _, code = system.partition(":")
+    return f"urn:ogc:def:crs:{authority}::{code}" if code.isdecimal() else system
+
+
+def transformed_places(path: Path, places: FloatArray, begin: str, end: str) -> FloatArray:
+    """Return places (N, 2) or (N, 3) in another coordinate reference system; errors are as in `transformed`."""
+    pyproj = needed(path, "pyproj")
+    try:
+        change = pyproj.Transformer.from_crs(begin, end, always_xy=True)
+    except pyproj.exceptions.ProjError as fault:
+        raise InputError(f"{path}: no transformation from {begin!r} to {end!r} is known ({fault})") from fault
+    x, y = change.transform(places[:, 0], places[:, 1])
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise InputError(f"{path}: has points outside of {end!r}; is it really in {begin!r}?")
+    return np.column_stack([x, y, places[:, 2:]])

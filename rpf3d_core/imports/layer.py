@@ -1,0 +1,58 @@
+"""Write areas, lines or points of any file as GeoJSON, in another reference system if asked: `rpf3d import layer`."""
+
+import json
+from pathlib import Path
+from typing import Any, Literal
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.features import features_of
+from rpf3d_core.formats.mine.vector_files import VECTOR_EXTENSIONS, read_vector
+from rpf3d_core.formats.polygons import geometries
+from rpf3d_core.formats.reference_system import stated_reference_system
+from rpf3d_core.formats.transformation import feature_collection
+
+Kind = Literal["polygon", "line", "point"]
+TYPES: dict[str, tuple[str, ...]] = {
+    "polygon": ("Polygon", "MultiPolygon"),
+    "line": ("LineString", "MultiLineString"),
+    "point": ("Point", "MultiPoint"),
+}
+"""Types of GeoJSON geometries by kind."""
+
+
+def import_layer(
+    path: Path, out: Path, kind: Kind = "polygon", layer: str = "", begin: str | None = None, end: str | None = None
+) -> int:
+    """Write the geometries of one kind in a file as GeoJSON, and return their number.
+
+    begin, end : names of reference systems, to transform from one to the other; begin None for what the file states
+
+    Raises
+    ------
+    InputError
+        The file is refused, its reference system is unknown but another is asked for, or `out` exists or is no GeoJSON.
+    """
+    if out.suffix.lower() != ".geojson" or out.exists():
+        raise InputError(f"{out}: must be the path of a new .geojson file")
+    found = _read(path, kind, layer)
+    begin = begin or stated_reference_system(path)
+    if end is not None and begin is None:
+        raise InputError(f"{path}: states no coordinate reference system; name it with --from, such as EPSG:4326")
+    content = feature_collection(path, found, begin, end)
+    try:
+        out.write_text(json.dumps(content), encoding="utf-8")
+    except OSError as fault:
+        raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
+    return len(found)
+
+
+def _read(path: Path, kind: Kind, layer: str) -> list[dict[str, Any]]:
+    """Return the geometries of one kind in a file, in the form of GeoJSON."""
+    if path.suffix.lower() in VECTOR_EXTENSIONS:
+        return read_vector(path, kind, layer)
+    if layer:
+        raise InputError(f"{path}: only a GeoPackage has layers; leave --layer out")
+    found = list(geometries(path, features_of(path, kind), TYPES[kind]))
+    if not found:
+        raise InputError(f"{path}: holds no {kind}")
+    return found

@@ -1,0 +1,102 @@
+"""`rpf3d import cloud` writes a terrain that a scene can read; `rpf3d import layer` writes areas as GeoJSON."""
+
+import json
+import math
+import sys
+
+import numpy as np
+import pytest
+import shapely
+from mine_files import EAST, NORTH, write_las, write_vector
+from terrain_files import scene_of
+
+from rpf3d_core import cli
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.formats.reference_system import stated_reference_system
+from rpf3d_core.imports.cloud import import_cloud
+from rpf3d_core.imports.layer import import_layer
+from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.terrain.cloud_surface import CloudChoice
+
+
+def points_of_hill(count: int = 5_000) -> np.ndarray:
+    plan = np.random.default_rng(3).random((count, 2)) * 60.0
+    points = np.column_stack([plan, 5.0 * np.sin(plan[:, 0] / 9.0)]) + np.array([EAST, NORTH, 800.0])
+    return np.round(points, 3)
+
+
+def test_two_clouds_become_one_terrain_with_every_digit(tmp_path):
+    points = points_of_hill()
+    np.savetxt(tmp_path / "a.xyz", points[:2_000], "%.3f")
+    np.savetxt(tmp_path / "b.csv", points[2_000:], "%.3f", ",", header="x,y,z", comments="")
+    made = import_cloud([tmp_path / "a.xyz", tmp_path / "b.csv"], tmp_path / "t.vtp", CloudChoice(cell=1.5))
+    terrain, faults = read_terrain(scene_of(tmp_path / "t.vtp"))
+    there = {tuple(point) for point in points.tolist()}
+    back = np.round(terrain.frame.points_to_input(terrain.vertices), 3)
+    assert all(tuple(point) in there for point in back.tolist())
+    assert faults.triangles == len(made.surface.triangles) and faults.holes == len(made.surface.holes)
+    assert faults.remarks == () and faults.flipped_facets == 0 and made.warnings == ()
+
+
+def test_the_command_prints_density_holes_and_reference_system(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("laspy", reason="laspy is not installed: it is in the extra `mine`")
+    classes = np.where(np.arange(5_000) % 2, 2, 5).astype(np.uint8)
+    write_las(tmp_path / "a.laz", points_of_hill(), classes, crs=32719)
+    arguments = ["import", "cloud", str(tmp_path / "a.laz"), "--out", str(tmp_path / "t.stl"), "--cell", "2"]
+    monkeypatch.setattr(sys, "argv", ["rpf3d", *arguments])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    assert end.value.code == 0
+    printed = capsys.readouterr()
+    assert "5,000 points, 2,500 of them ground" in printed.out and "EPSG:32719" in printed.out
+    assert "small holes closed" in printed.out and (tmp_path / "t.stl").exists()
+    assert "t.stl: its coordinates have single precision" in printed.err
+
+
+def degrees_of(east: float, north: float) -> tuple[float, float]:
+    """Longitude and latitude of UTM zone 19 south on WGS84 by the series of Krueger, to the nanodegree.
+
+    Karney 2011, Transverse Mercator with an accuracy of a few nanometers, equations 7 to 12 and table 1, order 4.
+    """
+    f = 1 / 298.257223563
+    n = f / (2 - f)
+    a = 6378137.0 / (1 + n) * (1 + n**2 / 4 + n**4 / 64)
+    beta = (n / 2 - 2 * n**2 / 3 + 37 * n**3 / 96, n**2 / 48 + n**3 / 15, 17 * n**3 / 480)
+    xi, eta = (north - 1e7) / (0.9996 * a), (east - 5e5) / (0.9996 * a)
+    xi2 = xi - sum(b * math.sin(2 * j * xi) * math.cosh(2 * j * eta) for j, b in enumerate(beta, 1))
+    eta2 = eta - sum(b * math.cos(2 * j * xi) * math.sinh(2 * j * eta) for j, b in enumerate(beta, 1))
+    conformal = math.asin(math.sin(xi2) / math.cosh(eta2))
+    e = math.sqrt(f * (2 - f))
+    latitude = conformal
+    for _ in range(20):
+        s = math.sin(latitude)
+        latitude = 2 * math.atan(
+            math.tan(math.pi / 4 + conformal / 2) * ((1 + e * s) / (1 - e * s)) ** (e / 2)
+        ) - math.pi / 2  # fmt: skip
+    return -69.0 + math.degrees(math.atan2(math.sinh(eta2), math.cos(xi2))), math.degrees(latitude)
+
+
+def test_areas_in_degrees_are_transformed_to_the_terrain(tmp_path):
+    pytest.importorskip("pyproj", reason="pyproj is not installed: it is in the extra `mine`")
+    corners = [(EAST, NORTH), (EAST + 100.0, NORTH), (EAST + 100.0, NORTH + 50.0)]
+    ring = [list(degrees_of(*corner)) for corner in (*corners, corners[0])]
+    (tmp_path / "a.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
+    out = tmp_path / "b.geojson"
+    with pytest.raises(InputError, match="states no coordinate reference system; name it with --from"):
+        import_layer(tmp_path / "a.geojson", out, end="EPSG:32719")
+    assert import_layer(tmp_path / "a.geojson", out, begin="EPSG:4326", end="EPSG:32719") == 1
+    found = shapely.get_coordinates(read_polygons(out))
+    assert np.abs(found - [*corners, corners[0]]).max() < 1e-3
+    assert stated_reference_system(out) == "EPSG:32719"
+
+
+def test_a_layer_of_a_geopackage_is_written_with_its_reference_system(tmp_path):
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    path = write_vector(tmp_path / "a.gpkg", [shapely.box(0, 0, 1, 2)], layer="walls")
+    write_vector(path, [shapely.box(5, 5, 8, 9)], layer="dumps")
+    import_layer(path, tmp_path / "dumps.geojson", layer="dumps")
+    assert read_polygons(tmp_path / "dumps.geojson").bounds == (5, 5, 8, 9)
+    assert stated_reference_system(path) == stated_reference_system(tmp_path / "dumps.geojson") == "EPSG:32719"
+    with pytest.raises(InputError, match="has no layer 'roads'; it has walls"):
+        import_layer(path, tmp_path / "c.geojson", layer="roads")
