@@ -264,3 +264,5 @@ def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: Roc
 
 HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)
 """The hooks of which an effect must have a rule in at least one; the other hooks depend on these."""
+FOR_POINTS = (felt_normal, breaks)
+"""The hooks that act on points and spheres only, not on bodies with a shape."""

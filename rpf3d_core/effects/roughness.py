@@ -14,7 +14,7 @@ their fall line. `SpreadRoughness` adds a separately drawn side tilt, Normal(0, 
 RocFall.
 
 Bounces on rough ground are summed up only if the whole speed would raise the rock by less than `smallest_bounce`. This
-roughness does not act on a sphere in sustained contact (`coulomb_sphere`).
+roughness does not act on a sphere in sustained contact (`rock.shape: sphere`).
 
 In this module, motion means the component of the velocity along the ground. If this component is zero or only a
 rounding error, there is no tilt. A tilt of zero gives exactly the facet's normal.

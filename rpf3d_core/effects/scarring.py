@@ -31,6 +31,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.effects.hooks import in_ground
 from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.kinetics.slippage import slippage_friction
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Rock, Vec
@@ -101,15 +102,6 @@ def volume_from_ahead(depth: float, radius: float) -> float:
     phi = math.acos(1.0 - depth / radius)
     sine = math.sin(phi)
     return radius * radius * radius * (sine - phi * math.cos(phi) - sine * sine * sine / 3.0)
-
-
-@kernel
-def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float) -> float:
-    """Return the friction (-) of a rock that has slipped a distance in its scar (Leine et al. 2014, equation 46).
-
-    mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s); slipped : s, m
-    """
-    return mu_min + 2.0 / math.pi * (mu_max - mu_min) * math.atan(kappa * slipped)
 
 
 @in_ground.rule(Scarring)

@@ -32,9 +32,21 @@ from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, joined_brok
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import largest_energies
+from rpf3d_core.materials.body_draws import DrawnBodyMaterials
 from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Compiled, Engine, Models, spins_of
+from rpf3d_core.simulation.engines import (
+    BODY_COUNTS,
+    BODY_FINALS,
+    COUNT_COLUMNS,
+    FINAL_COLUMNS,
+    SPIN_FINALS,
+    Compiled,
+    Engine,
+    Models,
+    bodies_of,
+    spins_of,
+)
 from rpf3d_core.simulation.launches import Starts
 from rpf3d_core.simulation.record import Logbook, Record, empty_record
 from rpf3d_core.simulation.settings import Settings
@@ -65,6 +77,11 @@ SMALLEST_BATCH = 512
 
 Starting a batch of this size takes about 1 % of the time of flying it.
 """
+BODY_BATCHES = 256, 8
+"""Largest and smallest number of rocks with a shape in a batch: each takes as long as some hundred points.
+
+Groups are then short enough for an interrupt, and the threads share out even a few hundred rocks evenly.
+"""
 BATCHES_A_THREAD = 4
 """Least number of batches into which one thread's share of the remaining rocks is divided.
 
@@ -78,7 +95,7 @@ ROOM = 16_384
 class Flight:
     """The physics that all rocks of an ensemble share: materials, settings and models."""
 
-    materials: Materials | DrawnMaterials
+    materials: Materials | DrawnMaterials | DrawnBodyMaterials
     settings: Settings
     models: Models
 
@@ -163,8 +180,8 @@ def fly_batches(
     """
     compiled = isinstance(engine, Compiled)
     workers = (control.threads or os.cpu_count() or 1) if compiled else 1
-    groups = _dealt(releases, workers, LARGEST_BATCH if compiled else REFERENCE_BATCH)
-    room = _room_for(len(releases.x), spins_of(flight.models))
+    groups = _dealt(releases, workers, *_batch_sizes(releases, compiled))
+    room = _room_for(len(releases.x), flight.models)
     crew = Crew(engine, flight, releases, keep, watch, *room, [])
     parts: list[Written] = []
     for written in _flown_by(workers, 2 * workers if compiled else 1, crew, groups, control.stop):
@@ -175,15 +192,23 @@ def fly_batches(
     return replace(flown, broken=joined_broken(crew.broken)) if crew.broken else flown
 
 
-def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
+def _batch_sizes(releases: Releases, compiled: bool) -> tuple[int, int]:
+    """Return the largest and the smallest number of rocks in a batch."""
+    if not compiled:
+        return REFERENCE_BATCH, REFERENCE_BATCH
+    return BODY_BATCHES if releases.shape is not None else (LARGEST_BATCH, SMALLEST_BATCH)
+
+
+def _room_for(rocks: int, models: Models) -> tuple[FloatArray, IntArray]:
     """Return empty arrays for the final results of R rocks: finals and counts.
 
     Energy columns of spin hold NaN until they are computed.
     """
-    more = len(SPIN_FINALS) if spins else 0
+    spins, bodies = spins_of(models), bodies_of(models)
+    more = len(SPIN_FINALS if spins else ()) + len(BODY_FINALS if bodies else ())
     finals = np.empty((rocks, len(FINAL_COLUMNS) + more))
     finals[:, len(FINAL_COLUMNS) :] = np.nan
-    return finals, np.empty((rocks, 4), dtype=np.int64)
+    return finals, np.empty((rocks, len(COUNT_COLUMNS + (BODY_COUNTS if bodies else ()))), dtype=np.int64)
 
 
 def _flown_by(
@@ -226,7 +251,9 @@ def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[Int
     return (rows for group in _dealt(releases, workers, largest) for rows in group)
 
 
-def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntArray]]:
+def _dealt(
+    releases: Releases, workers: int, largest: int, smallest: int = SMALLEST_BATCH
+) -> Iterator[list[IntArray]]:
     """Yield the batches of each group of rocks, as arrays of rows; each group holds rocks of all sources and places.
 
     The rows of a group are consecutive steps of the golden section: any number of such steps is spread evenly.
@@ -235,10 +262,10 @@ def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntA
     spread, groups = np.arange(rocks) * _golden_step(rocks) % max(rocks, 1), -(-rocks // (BATCHES_A_GROUP * largest))
     for g in range(groups):
         begin, end = g * rocks // groups, (g + 1) * rocks // groups
-        yield list(_batches(side_by_side(releases, spread[begin:end]), rocks - begin, workers, largest))
+        yield list(_batches(side_by_side(releases, spread[begin:end]), rocks - begin, workers, largest, smallest))
 
 
-def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[IntArray]:
+def _batches(rows: IntArray, left: int, workers: int, largest: int, smallest: int) -> Iterator[IntArray]:
     """Yield the batches of one group, smaller and smaller as fewer rocks remain, so that all threads end together.
 
     Sources
@@ -247,7 +274,7 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[
     """
     shares = workers * BATCHES_A_THREAD if workers > 1 else 1
     while len(rows):
-        size = min(max(-(-left // shares), SMALLEST_BATCH), largest)
+        size = min(max(-(-left // shares), smallest), largest)
         yield rows[:size]
         rows, left = rows[size:], left - size
 
@@ -286,17 +313,20 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
     columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of the draws
-    spins = spins_of(crew.flight.models)
-    finals, counts = _room_for(len(rows), spins)
+    if releases.shape is not None and releases.pose is not None:
+        columns |= {"shape": releases.shape[rows], "pose": releases.pose[rows]}
+    models = crew.flight.models
+    kind = (spins_of(models), bodies_of(models))
+    finals, counts = _room_for(len(rows), models)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
-    flight = (crew.flight.models, crew.flight.materials, crew.flight.settings, Starts(x=x, v=v, **columns))
-    record, begin, parts = empty_record(*(2 * (ROOM if keep.record else 0,)), spins), 0, []
+    flight = (models, crew.flight.materials, crew.flight.settings, Starts(x=x, v=v, **columns))
+    record, begin, parts = empty_record(*(2 * (ROOM if keep.record else 0,)), *kind), 0, []
     while begin < len(rows):
         first[begin] = 0
         logbook = Logbook(record=record, first=first, finals=finals, counts=counts)
         end = crew.engine.follow(*flight, logbook, begin)
         if end == begin:
-            record = empty_record(2 * len(record.facets), 2 * len(record.modes), spins)
+            record = empty_record(2 * len(record.facets), 2 * len(record.modes), *kind)
             continue
         some = slice(begin, end)
         parts.append(_look_at(crew, _batch(rows[some], finals[some], counts[some], record, first[begin : end + 1])))
@@ -321,7 +351,9 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
         return written_of(flown.rows)
     if spins_of(crew.flight.models):
         mass, radius = crew.releases.mass[flown.rows], crew.releases.radius[flown.rows]
-        flown.finals[:, len(FINAL_COLUMNS) :] = largest_energies(flown, mass, radius)
+        flown.finals[:, len(FINAL_COLUMNS) : len(FINAL_COLUMNS) + len(SPIN_FINALS)] = largest_energies(
+            flown, mass, radius
+        )
     broken = broken_of(flown)
     if broken is not NONE_BROKEN:
         crew.broken.append(broken)

@@ -4,6 +4,7 @@ All positions are in the terrain's local frame; `io` converts them to the input'
 """
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,12 @@ def no_spins() -> FloatArray:
     return np.empty(0)
 
 
+def given_columns(table: Any) -> dict[str, Any]:
+    """Return the columns of a table, such as `Deposits`, by name, without those that the table does not have."""
+    columns = {column.name: getattr(table, column.name) for column in fields(table)}
+    return {name: column for name, column in columns.items() if column is not None}
+
+
 @dataclass(frozen=True, eq=False)
 class Deposits:
     """End position and results of each of R rocks, the table behind `deposits.csv`.
@@ -37,6 +44,9 @@ class Deposits:
     ground_speed : m/s when the rock first enters sustained contact; NaN without sustained contact
     mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
     max_rotational_energy, max_total_energy : J, total is translation plus rotation; if not given, rocks do not spin
+    pose, lift, why, shape : of rocks with a shape, (R, 4) final orientation w, x, y, z, height (m) by which they were
+        lifted off the ground at the release, why they stopped (`bodies.rest.Stop`), and number of the shape; None for
+        points and spheres
     """
 
     source: IntArray
@@ -56,6 +66,10 @@ class Deposits:
     piece: IntArray = field(default_factory=no_pieces)
     max_rotational_energy: FloatArray = field(default_factory=no_spins)
     max_total_energy: FloatArray = field(default_factory=no_spins)
+    pose: FloatArray | None = None
+    lift: FloatArray | None = None
+    why: IntArray | None = None
+    shape: IntArray | None = None
 
     def __post_init__(self) -> None:
         """Fill in columns that are not given: rocks do not spin, and no rock is a fragment."""
@@ -74,6 +88,8 @@ class Impacts:
     facet : id; for an obstacle, `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle: below 0
     normal : (I, 3) unit, turned against the incoming velocity; for an obstacle, the direction against that velocity
     speed_in, speed_out : m/s; spin_in, spin_out : rad/s, zeros if not given
+    contacts, energy_in, energy_out : of rocks with a shape, number of contacts and kinetic energy before and after the
+        impact (J/kg); None for points and spheres
     """
 
     row: IntArray
@@ -85,6 +101,9 @@ class Impacts:
     speed_out: FloatArray
     spin_in: FloatArray = field(default_factory=no_spins)
     spin_out: FloatArray = field(default_factory=no_spins)
+    contacts: FloatArray | None = None
+    energy_in: FloatArray | None = None
+    energy_out: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Fill in zeros for spins that are not given."""
@@ -96,7 +115,7 @@ class Impacts:
 def on_ground(impacts: Impacts) -> Impacts:
     """Return the impacts on the ground only, without the meetings with obstacles."""
     struck = impacts.facet >= 0
-    return Impacts(*(getattr(impacts, column.name)[struck] for column in fields(Impacts)))
+    return Impacts(**{name: column[struck] for name, column in given_columns(impacts).items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +126,8 @@ class Paths:
     v_end : (S, 3) m/s at the end of the segment that begins with this event
     mode : `values.Mode` of the segment that begins with this event; the last row of a rock has mode END
     A FLIGHT segment is the exact parabola from (x, v); `sample_paths` draws points from the segments.
+    q, w : of rocks with a shape, (S, 4) orientation w, x, y, z and (S, 3) spin (rad/s) in the body's axes just after
+        the event; None for points and spheres
     """
 
     row: IntArray
@@ -115,6 +136,8 @@ class Paths:
     v: FloatArray
     v_end: FloatArray
     mode: IntArray
+    q: FloatArray | None = None
+    w: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)

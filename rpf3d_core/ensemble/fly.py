@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -9,8 +10,9 @@ from rpf3d_core.ensemble.batch import NOTHING, Batch, joined_batches
 from rpf3d_core.ensemble.batches import BatchControl, Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.spin import has_poses
 from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, precompile_flights
-from rpf3d_core.simulation.record import IMPACT_COLUMNS
+from rpf3d_core.simulation.record import IMPACT_COLUMNS, POSE
 
 REFERENCE_ROCKS = 200
 """Largest number of rocks for which `auto` selects the reference engine: it ends before the other is compiled."""
@@ -89,6 +91,11 @@ def flights_of(
 def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Deposits:
     """Return the deposits from the engine's results: finals (R, 8), or (R, 10) if rocks spin, and counts (R, 4)."""
     speed, energies = finals[:, 5], dict(zip(SPIN_FINALS, finals[:, len(FINAL_COLUMNS) :].T, strict=False))
+    pose = len(FINAL_COLUMNS) + len(SPIN_FINALS)
+    shapes: dict[str, Any] = {}
+    if finals.shape[1] > pose:
+        shapes = {"pose": finals[:, pose : pose + 4], "lift": finals[:, pose + 4], "why": counts[:, 4]}
+        shapes["shape"] = releases.shape
     return Deposits(
         source=releases.source,
         rock=releases.rock,
@@ -106,6 +113,7 @@ def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Dep
         mass=releases.mass,
         piece=releases.piece,
         **energies,
+        **shapes,
     )
 
 
@@ -113,12 +121,13 @@ def impacts_of(batch: Batch) -> Impacts:
     """Return the table of impacts of a batch; row numbers count the rocks of the batch from 0."""
     rows = batch.impacts
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 0]))
-    spins = rows[:, IMPACT_COLUMNS:].T  # two columns if rocks spin, else none
-    return Impacts(owner, rows[:, 0], rows[:, 1:4], batch.facets, rows[:, 4:7], rows[:, 7], rows[:, 8], *spins)
+    more = rows[:, IMPACT_COLUMNS:].T  # two columns if rocks spin, three more if they have a shape, else none
+    return Impacts(owner, rows[:, 0], rows[:, 1:4], batch.facets, rows[:, 4:7], rows[:, 7], rows[:, 8], *more)
 
 
 def _paths(batch: Batch) -> Paths:
     """Return the table of path events of a batch; row numbers count the rocks of the batch from 0."""
     rows = batch.pieces
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
-    return Paths(owner, rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], batch.modes)
+    pose: dict[str, Any] = {"q": rows[:, POSE : POSE + 4], "w": rows[:, POSE + 4 : POSE + 7]} if has_poses(rows) else {}
+    return Paths(owner, rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], batch.modes, **pose)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,13 +24,23 @@ def joined(parts: Sequence[Flights]) -> Flights:
     place = np.empty_like(order)
     place[order] = np.arange(len(order))
     return Flights(
-        Deposits(*(column[order] for column in _columns(deposits))),
+        Deposits(*_in_order(_columns(deposits), order)),
         _in_place([part.impacts for part in parts], deposits, place),
         _in_place([part.paths for part in parts], deposits, place),
         parts[0].engine,
         max(part.compile_s for part in parts),
         sum(part.fly_s for part in parts),
     )
+
+
+def one_after_another(parts: Sequence[tuple[Deposits, Impacts]]) -> tuple[Deposits, Impacts]:
+    """Return the deposits and impacts of several groups of rocks as one, in the order of the groups.
+
+    Units are those of the tables; the R rocks of all groups are counted in sequence.
+    """
+    before = np.cumsum([0, *(len(deposits.rock) for deposits, _ in parts)])
+    moved = [replace(impacts, row=impacts.row + n) for (_, impacts), n in zip(parts, before[:-1], strict=True)]
+    return Deposits(*_columns([deposits for deposits, _ in parts])), Impacts(*_columns(moved))
 
 
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
@@ -41,9 +51,15 @@ def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntAr
     before = np.cumsum([0, *(len(some.rock) for some in deposits)])
     moved = [replace(table, row=place[table.row + n]) for table, n in zip(tables, before[:-1], strict=True)]
     order = np.argsort(np.concatenate([table.row for table in moved]), kind="stable")
-    return type(tables[0])(*(column[order] for column in _columns(moved)))
+    return type(tables[0])(*_in_order(_columns(moved), order))
 
 
-def _columns(tables: Sequence[Deposits] | Sequence[Impacts] | Sequence[Paths]) -> list[np.ndarray]:
-    """Return the columns of several tables, each column joined over all tables."""
-    return [np.concatenate([getattr(table, field.name) for table in tables]) for field in fields(tables[0])]
+def _in_order(columns: Sequence[np.ndarray | None], order: IntArray) -> list[Any]:
+    """Return the columns of a table with their rows in a new order; None for columns that the table does not have."""
+    return [None if column is None else column[order] for column in columns]
+
+
+def _columns(tables: Sequence[Deposits] | Sequence[Impacts] | Sequence[Paths]) -> list[Any]:
+    """Return the columns of several tables, each column joined over all tables; None for missing columns."""
+    parts = ([getattr(table, field.name) for table in tables] for field in fields(tables[0]))
+    return [None if columns[0] is None else np.concatenate(columns) for columns in parts]

@@ -4,6 +4,8 @@ A FLIGHT segment is the exact parabola x + v t + g t^2/2. SETTLING and SLIDING s
 curve with the exact position and velocity at both ends; between the ends the curve is only an approximation. The drawn
 velocity changes linearly from one end to the other, so that no drawn speed exceeds the computed speeds. A slide with
 constant deceleration is drawn exactly.
+
+Every segment of a rock with a shape is a parabola, which the cubic curve reproduces; its orientation is exact, too.
 """
 
 from collections.abc import Sequence
@@ -27,6 +29,8 @@ class PathSamples:
     """Points along the paths of rocks, S of them, grouped by rock in order of time: for drawing.
 
     row : (S,) row of the rock in `Deposits`; t : (S,) s; x : (S, 3) m; v : (S, 3) m/s; mode : (S,) `values.Mode`
+    q : (S, 4) orientation w, x, y, z of rocks with a shape, from their principal axes to the axes of the local frame;
+        None for points and spheres, or if orientations are not asked for
     An impact is two points of the same t and x: the first has the velocity before the impact, the second after it.
     """
 
@@ -35,6 +39,7 @@ class PathSamples:
     x: FloatArray
     v: FloatArray
     mode: IntArray
+    q: FloatArray | None = None
 
     @property
     def speed(self) -> FloatArray:
@@ -66,6 +71,7 @@ def sample_paths(
     rows: Sequence[int] | IntArray | None = None,
     max_step: float | None = None,
     gravity: float = STANDARD_GRAVITY,
+    moments: FloatArray | None = None,
 ) -> PathSamples:
     """Return points along the paths of some rocks, at most `max_step` apart, to draw the paths.
 
@@ -79,11 +85,14 @@ def sample_paths(
         m > 0; default: `display_step(paths)`.
     gravity : float
         The scene's, m/s^2.
+    moments : (R, 3) float, optional
+        Principal moments of rocks with a shape, ascending, in any unit; by row in `Deposits`. Adds orientations.
 
     Returns
     -------
     PathSamples
-        Every event and the points between events. `t`, `x` and `v` are exact at events and everywhere along flights.
+        Every event and the points between events. `t`, `x` and `v` are exact at events and everywhere along flights;
+        so are orientations.
     """
     step = display_step(paths) if max_step is None else max_step
     chosen = np.arange(len(paths.row)) if rows is None else np.flatnonzero(np.isin(paths.row, rows))
@@ -95,13 +104,37 @@ def sample_paths(
     x, v = along_pieces(paths, piece, fraction, gravity)
     inside = paths.t[piece] + _durations(paths)[piece] * fraction
     t = np.where(fraction < 1.0, inside, paths.t[_next_event(paths, piece)])
-    return PathSamples(row=paths.row[piece], t=t, x=x, v=v, mode=paths.mode[piece])
+    q = None if moments is None else _orientations(paths, piece, fraction, moments)
+    return PathSamples(row=paths.row[piece], t=t, x=x, v=v, mode=paths.mode[piece], q=q)
 
 
 def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STANDARD_GRAVITY) -> FloatArray:
     """Return the positions (T, 3) m of one rock at given times (T,) s, as for an animation.
 
     Times before the release give the release position; times after the end give the end position.
+
+    Raises
+    ------
+    KeyError
+        The rock has no path.
+    """
+    piece, fraction = _segments_at(paths, row, times)
+    return along_pieces(paths, piece, fraction, gravity)[0]
+
+
+def poses_at(
+    paths: Paths, row: int, times: FloatArray, moments: FloatArray, gravity: float = STANDARD_GRAVITY
+) -> tuple[FloatArray, FloatArray]:
+    """Return positions (T, 3) m and orientations (T, 4) w, x, y, z of one rock with a shape at ascending times (T,) s.
+
+    moments : (R, 3), as in `sample_paths`; times before the release or after the end, and errors, as in `positions_at`
+    """
+    piece, fraction = _segments_at(paths, row, times)
+    return along_pieces(paths, piece, fraction, gravity)[0], _orientations(paths, piece, fraction, moments)
+
+
+def _segments_at(paths: Paths, row: int, times: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return where one rock is at times (T,) s: the path segment (T,), and the share (T,) of its duration.
 
     Raises
     ------
@@ -115,8 +148,14 @@ def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STA
     piece = events[np.searchsorted(paths.t[events], inside, side="right") - 1]
     duration = _durations(paths)[piece]
     elapsed = inside - paths.t[piece]
-    fraction = np.divide(elapsed, duration, out=np.zeros_like(elapsed), where=duration > 0.0)
-    return along_pieces(paths, piece, fraction, gravity)[0]
+    return piece, np.divide(elapsed, duration, out=np.zeros_like(elapsed), where=duration > 0.0)
+
+
+def _orientations(paths: Paths, piece: IntArray, fraction: FloatArray, moments: FloatArray) -> FloatArray:
+    """Return the orientations (S, 4) of rocks with a shape within path segments; arguments as in `along_pieces`."""
+    from rpf3d_core.ensemble.tumbling import orientations_along  # imported only for rocks with a shape
+
+    return orientations_along(paths, piece, fraction * _durations(paths)[piece], fraction < 1.0, moments)
 
 
 def along_pieces(

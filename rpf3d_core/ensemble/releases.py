@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.bodies import DrawnBody, random_orientations, shape_numbers
 from rpf3d_core.ensemble.flights import no_pieces
+from rpf3d_core.ensemble.release_heights import ground_below_releases
 from rpf3d_core.ensemble.release_triangles import ReleaseTriangles, places_on
-from rpf3d_core.ensemble.sizes import DrawnRock, sizes_of
+from rpf3d_core.ensemble.sizes import AnyRock, sizes_of
 from rpf3d_core.ensemble.throws import Throw, thrown
 from rpf3d_core.errors import InputError
 from rpf3d_core.materials.distributions import quantiles
@@ -16,7 +19,7 @@ from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import WORLD
 from rpf3d_core.terrain.frame import Frame
-from rpf3d_core.values import Rock, Vec
+from rpf3d_core.values import Vec
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -58,6 +61,7 @@ class Releases:
     source, rock : (R,) indices; x : (R, 3) m, local; v : (R, 3) m/s; mass : (R,) kg; radius : (R,) m
     piece : (R,) number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
     t : (R,) s, start of a fragment's flight after the release of its rock; zeros if not given
+    shape, pose : (R,) number of each rock's shape, and (R, 4) its orientation w, x, y, z; None for points and spheres
     """
 
     source: IntArray
@@ -68,6 +72,8 @@ class Releases:
     radius: FloatArray
     piece: IntArray = field(default_factory=no_pieces)
     t: FloatArray = field(default_factory=lambda: np.empty(0))
+    shape: IntArray | None = None
+    pose: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Fill in `piece` and `t` if they are not given: whole rocks, released at 0 s."""
@@ -78,7 +84,7 @@ class Releases:
 
 def releases_of(
     sources: Sequence[Source],
-    rock: Rock | DrawnRock,
+    rock: AnyRock,
     seed: int,
     engine: Engine,
     frame: Frame = WORLD,
@@ -103,20 +109,22 @@ def releases_of(
 
 def releases_in(
     sources: Sequence[Source],
-    ranges: Sequence[range],
-    rock: Rock | DrawnRock,
+    ranges: Sequence[range | IntArray],
+    rock: AnyRock,
     seed: int,
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Return the releases of each source for a range of its rock numbers, which may go beyond `Source.rocks`.
+    """Return the releases of each source for some of its rock numbers, which may go beyond `Source.rocks`.
+
+    ranges : for each source, a range of rock numbers, or the numbers themselves (N,)
 
     Raises
     ------
     InputError
         As `releases_of`.
     """
-    numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
+    numbers = [np.arange(span.start, span.stop, span.step) if isinstance(span, range) else span for span in ranges]
     each = [(source, i, rocks) for i, (source, rocks) in enumerate(zip(sources, numbers, strict=True))]
     sizes = [sizes_of(rock, seed, i, rocks) for _, i, rocks in each]
     return Releases(
@@ -126,7 +134,19 @@ def releases_in(
         v=np.concatenate([_velocities(source, i, rocks, seed) for source, i, rocks in each]),
         mass=np.concatenate([mass for mass, _ in sizes]),
         radius=np.concatenate([radius for _, radius in sizes]),
+        **(_shapes(rock, seed, [(i, rocks) for _, i, rocks in each]) if isinstance(rock, DrawnBody) else {}),
     )
+
+
+def _shapes(rock: DrawnBody, seed: int, each: Sequence[tuple[int, IntArray]]) -> dict[str, Any]:
+    """Return shapes and orientations of the rocks of all sources.
+
+    each : number of each source, and the numbers of its rocks
+    """
+    return {
+        "shape": np.concatenate([shape_numbers(rock, seed, i, rocks) for i, rocks in each]),
+        "pose": np.concatenate([random_orientations(seed, i, rocks) for i, rocks in each]),
+    }
 
 
 def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) -> list[range]:
@@ -229,7 +249,7 @@ def check_above_ground(releases: Releases, names: Sequence[str], engine: Engine,
     InputError
         The message names the source, the rock, its position in input coordinates, and its depth under the ground.
     """
-    below = engine.ground_below(releases.x)
+    below = ground_below_releases(engine, releases.x)
     for i in np.flatnonzero((below[:, 1] < 0) | (below[:, 2] < 0))[:1]:
         where = ", ".join(f"{c:.3f}" for c in frame.points_to_input(releases.x[i]))
         which = f"source {names[releases.source[i]]!r}: rock {releases.rock[i]} at ({where})"

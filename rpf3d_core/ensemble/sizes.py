@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rpf3d_core.ensemble.bodies import DrawnBody, shape_numbers
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.materials.distributions import FEW, Distribution, quantiles
 from rpf3d_core.materials.streams import Purpose, uniform
@@ -29,13 +30,20 @@ class DrawnRock:
     size: Distribution
 
 
-def sizes_of(
-    rock: Rock | DrawnRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]
-) -> tuple[FloatArray, FloatArray]:
+AnyRock = Rock | DrawnRock | DrawnBody
+"""The rocks of a scene: all alike, or a description from which sizes, and shapes, are drawn."""
+
+
+def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return the masses (R,) kg and radii (R,) m of the rocks of a source, from their numbers (R,).
 
     source : number of the source, one for all rocks or one for each rock (R,)
     """
+    if isinstance(rock, DrawnBody):
+        if rock.size is not None:
+            return sizes_of(rock.size, seed, source, rocks)
+        volume = rock.volumes[shape_numbers(rock, seed, source, rocks)]
+        return rock.density * volume, _radii(volume)
     if isinstance(rock, Rock):
         return np.full(len(rocks), rock.mass), np.full(len(rocks), rock.radius)
     size = quantiles(rock.size, uniform(seed, source, rocks, Purpose.ROCK_SIZE))
@@ -46,8 +54,11 @@ def sizes_of(
     return mass, _radii(mass / rock.density)
 
 
-def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
+def mass_range(rock: AnyRock) -> tuple[float, float]:
     """Return the smallest and the largest mass (kg) that a rock of the scene can have, to check other settings."""
+    if isinstance(rock, DrawnBody):
+        own = rock.density * float(rock.volumes.min()), rock.density * float(rock.volumes.max())
+        return own if rock.size is None else mass_range(rock.size)
     if isinstance(rock, Rock):
         return rock.mass, rock.mass
     bounds = (rock.size.low, rock.size.high)

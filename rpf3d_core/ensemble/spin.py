@@ -1,4 +1,4 @@
-"""Rotational and total kinetic energy of spinning rocks (as solid spheres), computed from their records."""
+"""Rotational and total kinetic energy of spinning rocks, computed from their records."""
 
 from typing import Any, NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.simulation.record import IMPACT_COLUMNS, PIECE_COLUMNS
+from rpf3d_core.simulation.record import BLOW, IMPACT_COLUMNS, PIECE_COLUMNS, POSE
 from rpf3d_core.values import SPHERE_INERTIA_RATIO
 
 
@@ -28,15 +28,25 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
     rows, most = batch.pieces, np.zeros((len(batch.rows), 2))
     most[:, 1] = 0.5 * mass * batch.finals[:, 5] ** 2  # energy of the largest speed: the total is never below it
     for k in range(2):
-        spin = rotational_energy(mass[owner], radius[owner], rows[:, PIECE_COLUMNS + k])
+        if has_poses(rows):
+            spin = mass[owner] * rows[:, POSE + 7]
+        else:
+            spin = rotational_energy(mass[owner], radius[owner], rows[:, PIECE_COLUMNS + k])
         speed2 = (rows[:, 4 + 3 * k : 7 + 3 * k] ** 2).sum(axis=1)
         for column, energy in enumerate((spin, 0.5 * mass[owner] * speed2 + spin)):
             np.maximum.at(most[:, column], owner, energy)
     return most
 
 
+def has_poses(pieces: FloatArray) -> bool:
+    """Return True if the rows of path segments (S, C) are those of rocks with a shape, with orientation and energy."""
+    return bool(pieces.shape[1] > POSE)
+
+
 class Spins(NamedTuple):
-    """The rotation of rocks as a squared speed that adds to v^2 in the kinetic energy: 2/5 (R w)^2 in m^2/s^2.
+    """The rotation of rocks as a squared speed (m^2/s^2) that adds to v^2 in the kinetic energy.
+
+    For spheres it is 2/5 (R w)^2, for rocks with a shape twice the rotational energy per unit of mass.
 
     pieces : (S, 2) at the start and at the end of each path segment; impacts : (I,) just before each impact
     """
@@ -52,6 +62,9 @@ def spins_squared(batch: Batch, radius: FloatArray) -> Spins:
     """
     if batch.pieces.shape[1] == PIECE_COLUMNS:
         return Spins(np.zeros((len(batch.pieces), 2)), np.zeros(len(batch.impacts)))
+    if has_poses(batch.pieces):
+        spin, before = 2.0 * batch.pieces[:, POSE + 7], batch.impacts
+        return Spins(np.stack([spin, spin], axis=1), np.maximum(2.0 * before[:, BLOW + 1] - before[:, 7] ** 2, 0.0))
     struck, moved = (np.repeat(radius, np.diff(batch.first[:, k])) for k in range(2))
     pieces = SPHERE_INERTIA_RATIO * (moved[:, None] * batch.pieces[:, PIECE_COLUMNS:]) ** 2
     return Spins(pieces, SPHERE_INERTIA_RATIO * (struck * batch.impacts[:, IMPACT_COLUMNS]) ** 2)

@@ -191,13 +191,16 @@ class Stream:
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
     """Return some of the releases, in the given rows (N,)."""
-    return Releases(*(column[rows] for column in _columns(releases)))
+    return Releases(**{name: column[rows] for name, column in _columns(releases).items()})
 
 
 def _joined(parts: Sequence[Releases]) -> Releases:
-    """Return several releases joined into one, one after another."""
-    return Releases(*(np.concatenate(columns) for columns in zip(*map(_columns, parts), strict=True)))
+    """Return several releases joined into one, one after another; empty ones need not have all columns."""
+    columns = [_columns(part) for part in parts if len(part.x)] or [_columns(part) for part in parts[:1]]
+    return Releases(**{name: np.concatenate([part[name] for part in columns]) for name in columns[0]})
 
 
-def _columns(releases: Releases) -> tuple[np.ndarray, ...]:
-    return tuple(getattr(releases, column.name) for column in fields(Releases))
+def _columns(releases: Releases) -> dict[str, np.ndarray]:
+    """Return the columns of releases by name, without those that are not given."""
+    given = {column.name: getattr(releases, column.name) for column in fields(Releases)}
+    return {name: column for name, column in given.items() if column is not None}

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from rpf3d_core.ensemble.bodies import WHY_STOPPED
 from rpf3d_core.ensemble.broken import DUST_UNITS
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.samples import Sample
@@ -29,6 +30,8 @@ class Totals:
     position : function for the coordinate in which stops are compared with field data; None without field data
     pieces : number of rocks that are fragments; dust : mass of fragments too small to fly, in DUST_UNITS
     spins : True if rocks spin; only then rotational and total energies are gathered
+    why : number of rocks with a shape that stopped, by reason (`bodies.WHY_STOPPED`); empty for points and spheres
+    lifted, most_lifted : number of rocks with a shape lifted off the ground at their release, largest lift (m)
     path : length of all paths together, in PATH_UNITS; runout : m, of rocks at rest; other fields as in `Deposits`
     """
 
@@ -47,6 +50,9 @@ class Totals:
     spins: bool = False
     max_rotational_energy: Sample = field(default_factory=Sample)
     max_total_energy: Sample = field(default_factory=Sample)
+    why: Counter[str] = field(default_factory=Counter)
+    lifted: int = 0
+    most_lifted: float = 0.0
 
     @property
     def rocks(self) -> int:
@@ -69,6 +75,11 @@ class Totals:
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
         self.impacts += int(deposits.impacts.sum())
         self.pieces += int((deposits.piece > 0).sum())
+        if deposits.why is not None:
+            self.why.update({reason: int((deposits.why == code).sum()) for code, reason in enumerate(WHY_STOPPED)})
+        if deposits.lift is not None and len(deposits.lift):
+            self.lifted += int((deposits.lift > 0.0).sum())
+            self.most_lifted = max(self.most_lifted, float(deposits.lift.max()))
         sound = deposits.outcome != Outcome.FAILED
         self.path += sum(np.rint(deposits.path[sound] * PATH_UNITS).astype(np.int64).tolist())
         at_rest = np.isin(deposits.outcome, DEPOSITED)
@@ -81,6 +92,9 @@ class Totals:
     def join(self, other: "Totals") -> None:
         """Add the totals of another part of the same ensemble, such as from another process."""
         self.outcomes.update(other.outcomes)
+        self.why.update(other.why)
+        self.lifted += other.lifted
+        self.most_lifted = max(self.most_lifted, other.most_lifted)
         self.impacts += other.impacts
         self.path += other.path
         self.pieces += other.pieces

@@ -1,7 +1,8 @@
 """The use of numba in the package: the physics is written once, and runs compiled or, without numba, in plain Python.
 
-`kernel` marks a function that both engines call. `model_function` marks a function with one rule for each model. `loop`
-marks a loop that is compiled if numba is installed. Without numba, all three leave plain Python functions, and only the
+`kernel` marks a function that both engines call; compiled code copies it into each caller. `routine` marks a large
+function that compiled code calls instead. `model_function` marks a function with one rule for each model. `loop` marks
+a loop that is compiled if numba is installed. Without numba, all of them leave plain Python functions, and only the
 reference engine works.
 """
 
@@ -35,7 +36,10 @@ Compiled code allocates no memory, so reference counts are switched off (`_nrt`)
 because an access to an array in a NamedTuple would change a count twice.
 """
 
-INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+CALLED = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Options of large functions that only compiled code calls."""
+
+INLINED = CALLED | {"forceinline": True}
 """Options of functions that only compiled code calls: they are copied into their callers."""
 if Inlined is not None:
     INLINED["pipeline_class"] = Inlined
@@ -64,6 +68,17 @@ def kernel(function: F) -> F:
     if numba is None:
         return function
     marked: F = numba.extending.register_jitable(**INLINED)(function)
+    return marked
+
+
+def routine(function: F) -> F:
+    """Mark a large function of plain values and arrays for both engines: compiled once, and called by its callers.
+
+    A kernel is copied into each of its callers, so a large kernel with several callers takes long to compile.
+    """
+    if numba is None:
+        return function
+    marked: F = numba.extending.register_jitable(**CALLED)(function)
     return marked
 
 

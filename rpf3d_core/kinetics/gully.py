@@ -23,6 +23,12 @@ WEAKEST = 1e-9
 Gravity then pulls the rock neither back to the gully nor away from it.
 """
 
+MOST_BOUNCES = 32
+"""Number of bounces between two facets after which a rock counts as staying between them.
+
+More bounces need a gully sharper than 6 degrees.
+"""
+
 
 class Gully(NamedTuple):
     """A gully: two facets that carry a rock between them.
@@ -113,3 +119,23 @@ def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
     if pull < -WEAKEST * gravity:
         return math.inf
     return speed * speed / (2.0 * max(pull, WEAKEST * gravity))
+
+
+@kernel
+def thrown_out(n_first: Vec, n_second: Vec, v: Vec, restitution: tuple[float, float], gravity: float) -> float:
+    """Return how far (m) a rock climbs a facet of a gully after several bounces between both facets; 0 if it stays.
+
+    If a gully is sharper than 45 degrees, the first bounce leads the rock deeper into it, and only later bounces may
+    lead the rock out. The result is 0 for a rock that is out after one bounce: `excursion` handles it. Bounces take no
+    speed along a facet here, so the result is an upper bound.
+
+    n_first, n_second : normals of the facet that the rock meets first, with velocity v, and of the other facet
+    restitution : R_n (-) of both facets
+    """
+    n, m, out = n_first, n_second, v
+    for k in range(MOST_BOUNCES):
+        out = subtract(out, scale((1.0 + restitution[k % 2]) * min(dot(n, out), 0.0), n))
+        if dot(m, out) >= 0.0:
+            return max(excursion(n, m, out, gravity), excursion(m, n, out, gravity)) if k > 0 else 0.0
+        n, m = m, n
+    return 0.0

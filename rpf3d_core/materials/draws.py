@@ -66,6 +66,12 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
     draws = [surface.coefficients for surface in surfaces]
     if all(draw.kind == FIXED for row in draws for draw in row):
         return materials_of([_certain(surface) for surface in surfaces])
+    return as_drawn(surfaces)
+
+
+def as_drawn(surfaces: list[DrawnSurface]) -> DrawnMaterials:
+    """Return the materials of Z zones in the form that draws, whether or not a coefficient is random."""
+    draws = [surface.coefficients for surface in surfaces]
     return DrawnMaterials(
         kind=np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
         numbers=np.array([[draw[1:] for draw in row] for row in draws], dtype=float),
@@ -78,17 +84,18 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
 def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Surface:
     """Return the ground properties of a zone for a rock, drawn once per rock or for the rock's next impact."""
     number = rock.impacts + 1 if materials.per_impact[zone] else 0
-    R_n = _coefficient(materials, zone, rock, number, 0)
-    R_t = _coefficient(materials, zone, rock, number, 1)
-    angle = _coefficient(materials, zone, rock, number, 2)
-    mu_r = _coefficient(materials, zone, rock, number, 3)
+    R_n = coefficient(materials, zone, rock, number, 0)
+    R_t = coefficient(materials, zone, rock, number, 1)
+    angle = coefficient(materials, zone, rock, number, 2)
+    mu_r = coefficient(materials, zone, rock, number, 3)
     return Surface(R_n=R_n, R_t=R_t, mu=math.tan(angle * RADIANS), stop_speed=materials.stop_speed[zone], mu_r=mu_r)
 
 
 @kernel
-def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number: int, k: int) -> float:
+def coefficient(materials: Any, zone: int, rock: RockContext, number: int, k: int) -> float:
     """Return coefficient number k of a zone for a rock: the fixed value, or a drawn value.
 
+    materials : `DrawnMaterials`, or another record with the same arrays
     number : of the impact, or 0 for one draw per rock
     """
     numbers = materials.numbers

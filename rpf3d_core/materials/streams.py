@@ -71,6 +71,11 @@ class Purpose(IntEnum):
     PIECE_TILT = 49
     PIECE_TURN = 50
     ROLLING_FRICTION = 60
+    SHAPE = 61
+    POSE = 62
+    POSE_TURN = 63
+    POSE_TILT = 64
+    PARAMETER_SET = 65
 
 
 @kernel

@@ -47,7 +47,13 @@ def extents(terrain: Terrain, plan: FloatArray) -> str:
     return f"it goes {_extent(plan)}, the terrain {_extent(in_plan(terrain.frame, terrain.vertices))}"
 
 
+def plain(number: float) -> str:
+    """Return a coordinate as a plain decimal: to the millimetre, or to six decimals where it may be in degrees."""
+    text = f"{number:.{6 if abs(number) <= 180.0 else 3}f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
 def _extent(plan: FloatArray) -> str:
     points = plan.reshape(-1, 2)
-    low, high = (", ".join(f"{c:g}" for c in corner) for corner in (points.min(axis=0), points.max(axis=0)))
+    low, high = (", ".join(map(plain, corner)) for corner in (points.min(axis=0).tolist(), points.max(axis=0).tolist()))
     return f"from ({low}) to ({high})"

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from rpf3d_core.effects.hooks import HOOKS, chain_of, links_of
+from rpf3d_core.effects.hooks import FOR_POINTS, HOOKS, chain_of, links_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.scene.model import Scene
@@ -20,17 +20,30 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
     InputError
         A model or effect cannot be built or has no rule; names the key.
     """
-    model, ground = (_built(spec.model_spec, scene, terrain) for spec in (scene.rebound, scene.ground))
+    model = _built(scene.impact_model.model_spec, scene, terrain)
     effects = numbered([_built(model_spec, scene, terrain) for model_spec in scene.effects.named.values()])
+    _check_hooks(scene, effects)
+    if scene.rock.is_body:
+        return Models(rebound=model, ground=None, effects=chain_of(effects))
+    ground = _built(scene.ground.model_spec, scene, terrain)
     if not rebound.has_rule(type(model)):
         raise InputError(f"{scene.path}: `rebound` names {type(model).__name__}, which has no rule; its file must have "
                          f"a function decorated with @rebound.rule({type(model).__name__})")  # fmt: skip
-    for effect in effects:
-        if not any(hook.has_rule(type(effect)) for hook in HOOKS):
-            raise InputError(f"{scene.path}: `effects` names {type(effect).__name__}, which has no rule; its file must "
-                             f"have a function decorated as @felt_normal.rule({type(effect).__name__}) is, for one of "
-                             f"the hooks {', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
     return Models(rebound=model, ground=ground, effects=chain_of(effects))
+
+
+def _check_hooks(scene: Scene, effects: list[Any]) -> None:
+    """Refuse effects without a rule for any hook, and on rocks with a shape, effects with a hook for points only."""
+    for effect in effects:
+        name = type(effect).__name__
+        if not any(hook.has_rule(type(effect)) for hook in HOOKS):
+            raise InputError(f"{scene.path}: `effects` names {name}, which has no rule; its file must have a function "
+                             f"decorated as @felt_normal.rule({name}) is, for one of the hooks "
+                             f"{', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
+        for hook in FOR_POINTS:
+            if scene.rock.is_body and hook.has_rule(type(effect)):
+                raise InputError(f"{scene.path}: `effects` names {name}, which has a rule for {hook.__name__}; rocks "
+                                 "with a shape have no such hook, so remove it, or `rock.shape`")  # fmt: skip
 
 
 def numbered(effects: list[Any]) -> list[Any]:

@@ -9,10 +9,10 @@ from shapely.geometry import MultiPolygon
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.fly import choose_engine
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_in
-from rpf3d_core.ensemble.sizes import DrawnRock, mass_range
+from rpf3d_core.ensemble.sizes import AnyRock, mass_range
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
@@ -24,18 +24,22 @@ from rpf3d_core.hazard.tallies import Tallies, tallies_over, with_ways
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.jit.dispatch import HAS_NUMBA
-from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
+from rpf3d_core.materials.body_draws import DrawnBodyMaterials, DrawnBodySurface, bodies_as_drawn, drawn_body_materials
+from rpf3d_core.materials.draws import DrawnMaterials, DrawnSurface, as_drawn, drawn_materials
+from rpf3d_core.materials.library import Materials
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.hazard import asks_ways
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.sphere import COULOMB_SPHERE
 from rpf3d_core.scene.zone_materials import check_materials, material_of
 from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.cells import least_cell
+from rpf3d_core.setup.extents import other_extents
+from rpf3d_core.setup.misplaced import refuse_other_systems
 from rpf3d_core.setup.named import models_of, obstacles_of
 from rpf3d_core.setup.observed import position_along
-from rpf3d_core.setup.sources import read_source_files, rock_of, scene_sources
+from rpf3d_core.setup.shapes import rock_of_scene
+from rpf3d_core.setup.sources import read_source_files, scene_sources
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Compiled, Engine, spins_of, stepping
@@ -43,7 +47,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.terrain.obstacles import Obstacles
-from rpf3d_core.values import Rock, Vec
+from rpf3d_core.values import Vec
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +66,7 @@ class Prepared:
     engine: Engine
     flight: Flight
     sources: Sequence[Source]
-    rock: Rock | DrawnRock
+    rock: AnyRock
     raster: Raster
     polygons: Mapping[str, MultiPolygon]
     outlines: Mapping[str, list[FloatArray]]
@@ -81,10 +85,15 @@ class Prepared:
         return obstacles_of(self.scene, self.flight.models)
 
 
-def prepare(scene: Scene, before_index: Callable[[], None] | None = None) -> Prepared:
+def prepare(
+    scene: Scene,
+    before_index: Callable[[], None] | None = None,
+    terrain_read: tuple[Terrain, FaultReport] | None = None,
+) -> Prepared:
     """Read all files that a scene names, and return everything that is needed to fly its rocks.
 
     before_index : called before the locator is built; see `precompiler.Precompiler`
+    terrain_read : the terrain and its faults, if they were read before
 
     Raises
     ------
@@ -94,7 +103,9 @@ def prepare(scene: Scene, before_index: Callable[[], None] | None = None) -> Pre
     began = time.perf_counter()
     check_engine(scene)
     polygons = read_companions(scene)
-    terrain, faults = read_terrain(scene)
+    if scene.terrain.crs is not None:
+        refuse_other_systems(other_extents(scene), scene.terrain.crs)
+    terrain, faults = read_terrain(scene) if terrain_read is None else terrain_read
     flight, sources = scene_flight(scene, terrain), scene_sources(scene, terrain)
     raster = scene_raster(scene, terrain, sources=sources)
     outlines = area_outlines(scene, terrain, polygons)
@@ -104,7 +115,7 @@ def prepare(scene: Scene, before_index: Callable[[], None] | None = None) -> Pre
     engine = build_engine(scene, terrain)
     return Prepared(
         scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,
-        rock=rock_of(scene.rock), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
+        rock=rock_of_scene(scene), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
         index_s=time.perf_counter() - began - read_s, began=began,
     )  # fmt: skip
 
@@ -143,7 +154,7 @@ def check_engine(scene: Scene) -> None:
 
 def engine_for(scene: Scene, rocks: int) -> str:
     """Return the name of the engine that flies a given number of rocks of a scene, such as "compiled"."""
-    return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == COULOMB_SPHERE)
+    return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rock.shape is not None)
 
 
 def engine_name(scene: Scene) -> str:
@@ -166,13 +177,16 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     InputError
         A zone of the terrain has no material, or a material belongs to no zone.
     """
-    surfaces = [_surface(scene, zone) for zone in terrain.zones]
-    check_materials(scene, terrain.zones)
-    settings = Settings(
+    materials, settings = scene_materials(scene, terrain.zones), scene_settings(scene)
+    return Flight(materials=materials, settings=settings, models=models_of(scene, terrain))
+
+
+def scene_settings(scene: Scene) -> Settings:
+    """Return the settings of all flights of a scene."""
+    return Settings(
         gravity=scene.gravity, smallest_bounce=scene.smallest_bounce, max_time=scene.max_time,
         max_impacts=scene.max_impacts, seed=scene.seed,
     )  # fmt: skip
-    return Flight(materials=drawn_materials(surfaces), settings=settings, models=models_of(scene, terrain))
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:
@@ -186,6 +200,43 @@ def _surface(scene: Scene, zone: str) -> DrawnSurface:
         per_impact=material.draw == "per_impact",
         rolling_friction=distribution_of(material.rolling_friction or 0.0),
     )
+
+
+def _body_surface(scene: Scene, zone: str) -> DrawnBodySurface:
+    """Return the ground coefficients of a zone for rocks with a shape, as fixed or random numbers."""
+    material = material_of(scene, zone)
+    return DrawnBodySurface(
+        restitution=distribution_of(material.restitution or 0.0),
+        friction=distribution_of(material.friction or 0.0),
+        rolling_resistance=distribution_of(material.rolling_resistance or 0.0),
+        stop_speed=scene.stop_speed if material.stop_speed is None else material.stop_speed,
+        per_impact=material.draw == "per_impact",
+    )
+
+
+def scene_materials(scene: Scene, zones: Sequence[str]) -> Materials | DrawnMaterials | DrawnBodyMaterials:
+    """Return the ground of all zones of a terrain as the simulation reads it.
+
+    Raises
+    ------
+    InputError
+        A zone has no material, or a material belongs to no zone.
+    """
+    surfaces = [_surface(scene, zone) for zone in zones]
+    check_materials(scene, zones)
+    if not scene.rock.is_body:
+        return drawn_materials(surfaces)
+    return drawn_body_materials([_body_surface(scene, zone) for zone in zones])
+
+
+def scene_drawn_materials(scene: Scene, zones: Sequence[str]) -> DrawnMaterials | DrawnBodyMaterials:
+    """Return the ground of all zones in the form that draws, also where all coefficients are fixed.
+
+    The numbers that a rock meets have the same bits in both forms; a loop is compiled for one of the forms.
+    """
+    if not scene.rock.is_body:
+        return as_drawn([_surface(scene, zone) for zone in zones])
+    return bodies_as_drawn([_body_surface(scene, zone) for zone in zones])
 
 
 def scene_raster(
@@ -212,8 +263,8 @@ def scene_raster(
     return raster
 
 
-def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
-    """Return the releases of the rocks whose numbers are in `ranges`, with one range for each source.
+def releases_in_ranges(prepared: Prepared, ranges: Sequence[range | IntArray]) -> Releases:
+    """Return the releases of the rocks whose numbers are in `ranges`: a range or numbers (N,) for each source.
 
     Raises
     ------

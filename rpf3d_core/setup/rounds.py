@@ -30,14 +30,14 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
     """Return rounds that each double the number of flown rocks, up to a total of `most` rocks.
 
     The first round has the counts of `first` even if their sum is above `most`, because a result needs at least one
-    rock from each source. If the total of all rounds is below `least`, one more round raises the total to at least
-    `least`.
+    rock from each source. If their sum is below `least`, the second round raises the total to at least `least`, even
+    above `most`: rounds between would give no usable result.
     """
     totals = [list(first)]
+    if 0 < (flown := sum(first)) < least:
+        totals.append([-(-n * least // flown) for n in first])
     while 2 * sum(totals[-1]) <= most:
         totals.append([2 * n for n in totals[-1]])
-    if 0 < (flown := sum(totals[-1])) < least:
-        totals.append([-(-n * least // flown) for n in totals[-1]])
     return rounds_up_to(totals)
 
 

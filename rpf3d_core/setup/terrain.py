@@ -1,5 +1,6 @@
 """Read the terrain of a scene from files, or make a synthetic pit: one welded mesh with all facets facing alike."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,13 +8,16 @@ import numpy as np
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.grids import DEM_EXTENSIONS, read_dem
-from rpf3d_core.formats.meshes import MESH_READERS
+from rpf3d_core.formats.meshes import EXPORTS, MESH_READERS
 from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.formats.precision import lost_precision
 from rpf3d_core.formats.surface import FileMesh, facet_count, usable
+from rpf3d_core.formats.units import LENGTHS, METRE
+from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.terrain import TerrainSpec
+from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import with_berms, with_zones_of_berms
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 from rpf3d_core.terrain.mesh.edges import Index, edges_of
 from rpf3d_core.terrain.mesh.faults import FaultReport, fault_report
@@ -41,12 +45,12 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
         If a file is missing, damaged, of unknown format or empty, no facet has an area, or a polygon covers no facet;
         names the file.
     """
-    raw, files = _read_files(scene.terrain) if scene.terrain.pit is None else _dug_pit(scene.terrain.pit)
+    raw, files, remarks = _read_files(scene.terrain) if scene.terrain.pit is None else _dug_pit(scene.terrain.pit)
     raw = with_berms(raw, scene)
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
     terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw)
-    report = fault_report(terrain, winding, edges, files)
+    report = replace(fault_report(terrain, winding, edges, files), remarks=remarks)
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
     return terrain, report
@@ -63,15 +67,10 @@ def read_surface(path: Path) -> FileMesh:
     extension = _extension(path)
     reader = MESH_READERS.get(extension, read_dem if extension in DEM_EXTENSIONS else None)
     if reader is None:
-        known = ", ".join([*MESH_READERS, *DEM_EXTENSIONS])
-        raise TerrainError(f"{path}: {extension or 'no extension'} is no known terrain format; known are {known}")
-    try:
-        if path.stat().st_size == 0:
-            raise TerrainError(f"{path}: is empty")
-        surface = reader(path)
-    except OSError as fault:
-        raise TerrainError(f"{path}: cannot be read ({fault.strerror or fault})") from fault
-    return usable(path, surface)
+        known = f"; known are {', '.join([*MESH_READERS, *DEM_EXTENSIONS])}"
+        advice = f"; {EXPORTS[extension]}" if extension in EXPORTS else ""
+        raise TerrainError(f"{path}: {extension or 'no extension'} is no known terrain format{advice}{known}")
+    return usable(path, read_whole(path, reader))
 
 
 def _extension(path: Path) -> str:
@@ -79,28 +78,71 @@ def _extension(path: Path) -> str:
     return ".asc.gz" if name.endswith(".asc.gz") else path.suffix.lower()
 
 
-def _dug_pit(pit: Pit) -> tuple[Terrain, tuple[str, ...]]:
-    return pit_terrain(pit), ("synthetic pit",)
+def _dug_pit(pit: Pit) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
+    return pit_terrain(pit), ("synthetic pit",), ()
 
 
-def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
-    """Return the terrain of all files as one welded mesh, and the file names; the winding is still the files' own."""
+def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
+    """Return the terrain of all files as one welded mesh, the file names, and remarks on what the files lost.
+
+    The winding is still the files' own.
+    """
     files = spec.files or ()
     for file in files:
         if spec.up != "z" and _extension(file.path) in DEM_EXTENSIONS:
             raise TerrainError(f"{file.path}: the heights of a grid are z, so it cannot be read with `up: {spec.up}`")
     surfaces = [read_surface(file.path) for file in files]
-    zones = tuple(dict.fromkeys(file.zone for file in files))
-    counts = [facet_count(surface) for surface in surfaces]
-    zone = np.repeat(np.array([zones.index(file.zone) for file in files], np.int32), counts)
+    remarks = tuple(remark for file, surface in zip(files, surfaces, strict=True) for remark in _remarks(file, surface))
+    surfaces = [_in_metres(file, surface) for file, surface in zip(files, surfaces, strict=True)]
+    zone, zones = _zones(files, surfaces)
     points, frame = _local_points([surface.points for surface in surfaces], spec.up)
     corners = _corners(surfaces)
     del surfaces
     vertices, index = weld(points, spec.weld)
     triangles = (index if corners is None else index[corners]).reshape(-1, 3)
-    return Terrain(vertices=vertices, triangles=triangles, zone=zone, zones=zones, frame=frame), tuple(
-        file.path.name for file in files
-    )
+    terrain = Terrain(vertices=vertices, triangles=triangles, zone=zone, zones=zones, frame=frame)
+    return terrain, tuple(file.path.name for file in files), remarks
+
+
+def surfaces_in_metres(spec: TerrainSpec) -> list[FileMesh]:
+    """Return the points and triangles of all terrain files in metres; errors are as in `read_surface`."""
+    return [_in_metres(file, read_surface(file.path)) for file in spec.files or ()]
+
+
+def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
+    """Yield sentences on what a terrain file lost, and on its unit."""
+    yield from surface.remarks
+    if lost := lost_precision(file.path, surface):
+        yield lost
+    if surface.unit and file.unit != surface.unit:
+        name, used = LENGTHS[surface.unit][0], LENGTHS[file.unit or METRE][0]
+        yield (
+            f"{file.path.name}: states that it is in {name}, and is read in {used}; templates often have a wrong unit, "
+            f"so compare the extents: if it is in {name}, give the file `unit: {surface.unit}`"
+        )
+
+
+def _in_metres(file: TerrainFile, surface: FileMesh) -> FileMesh:
+    """Return the surface of a file with its points in metres, by the unit that the scene gives."""
+    if file.unit in (None, METRE):
+        return surface
+    return surface._replace(points=surface.points.astype(float) * LENGTHS[file.unit][1])
+
+
+def _zones(files: Sequence[TerrainFile], surfaces: list[FileMesh]) -> tuple[IntArray, tuple[str, ...]]:
+    """Return the zone (F,) of each facet of all files, and the names of the zones.
+
+    Layers of a file are zones, unless the scene names one zone for the file.
+    """
+    parts, names = [], list[str]()
+    for file, surface in zip(files, surfaces, strict=True):
+        layers = surface.zone is not None and file.has_layers_as_zones
+        own = surface.zones if layers else (file.zone,)
+        names += [name for name in own if name not in names]
+        number = np.array([names.index(name) for name in own], np.int32)
+        within = surface.zone if layers else np.zeros(facet_count(surface), np.int32)
+        parts.append(number[within])
+    return np.concatenate(parts), tuple(names)
 
 
 def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 
-from rpf3d_core.ensemble.sizes import mass_range
+from rpf3d_core.ensemble.sizes import diameter_of, mass_range
+from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.sphere import SPHERE_GROUND
-from rpf3d_core.setup.sources import rock_of
+from rpf3d_core.setup.shapes import rock_of_scene
 
 LEAST_FRICTION = 1.0
 """Smallest plausible friction angle (degrees); a smaller value is probably in radians, or a tangent.
@@ -18,6 +19,10 @@ LEAST_STEM = 2.0
 
 A thinner stem would stop no rock.
 """
+LARGEST_ROCK, SMALLEST_ROCK = 25.0, 0.005
+"""Largest and smallest plausible diameter (m) of a rock: 8,000 m^3 fall as a mass, not as a rock."""
+MOST_SPEED = 150.0
+"""Largest plausible speed (m/s) of a rock, that of a free fall of 1,150 m; no rockfall was measured faster."""
 LEAST_DENSITY = 100.0
 """Smallest plausible rock density (kg/m^3); a smaller value is probably in t/m^3.
 
@@ -34,9 +39,13 @@ def warnings_of(scene: Scene) -> Iterator[str]:
     """Yield a warning for each probable mistake in a scene: a wrong unit, a key without effect, a poor choice."""
     if scene.rock.density < LEAST_DENSITY:
         yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
+    else:
+        yield from _sizes(scene)
     for name, material in scene.materials.items():
+        if material.is_of_a_body:
+            continue
         friction = distribution_of(material.friction_angle_deg).high
-        if scene.ground.name != "none" and friction < LEAST_FRICTION:
+        if scene.ground_model.name != "none" and friction < LEAST_FRICTION:
             yield f"`materials.{name}.friction_angle_deg` is {friction:g} degrees; is it in radians, or a tangent?"
     forest = scene.effects.forest
     if forest is not None and forest.stems_per_ha and forest.dbh_mean_cm < LEAST_STEM:
@@ -47,7 +56,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
             "with measured fragments; compare them with those of your site"
         )
     yield from _rolling(scene)
-    if scene.rebound.name == "coulomb_limited" and scene.ground.name == "none":
+    if scene.impact_model.name == "coulomb_limited" and scene.ground_model.name == "none":
         yield (
             "`rebound: coulomb_limited` leaves a rock its speed along the ground when its bounces die out, and "
             "`ground: none` carries no rock on: it ends as unresolved_contact if it is faster than stop_speed; name "
@@ -58,9 +67,30 @@ def warnings_of(scene: Scene) -> Iterator[str]:
         yield "`target` has no effect, for `rocks` is not auto"
 
 
+def warnings_of_speed(fastest: float) -> Iterator[str]:
+    """Yield a warning if the fastest rock of a run (m/s) is faster than any rockfall."""
+    if fastest > MOST_SPEED:
+        yield (
+            f"a rock reaches {fastest:,.0f} m/s, faster than any rockfall: are terrain and sources in metres? Compare "
+            "the extents that `rpf3d check` prints"
+        )
+
+
+def _sizes(scene: Scene) -> Iterator[str]:
+    """Yield a warning if rocks are larger or smaller than any rock of a rockfall."""
+    smallest, largest = (diameter_of(mass, scene.rock.density) for mass in mass_range(rock_of_scene(scene)))
+    if largest > LARGEST_ROCK:
+        yield (
+            f"`rock` reaches {three_figures(largest)} m in diameter, more than any rock of a rockfall; is its size in "
+            "mm, or its mass in g?"
+        )
+    elif smallest < SMALLEST_ROCK:
+        yield f"`rock` has {three_figures(smallest)} m in diameter, less than gravel; is its mass in t?"
+
+
 def _rolling(scene: Scene) -> Iterator[str]:
     """Yield a warning for each material without rolling friction, if the scene lets spheres roll."""
-    if scene.ground.name != SPHERE_GROUND:
+    if not scene.rock.is_sphere or scene.ground.name != SPHERE_GROUND:
         return
     for name, material in scene.materials.items():
         given = material.rolling_friction
@@ -82,7 +112,7 @@ def _floating(scene: Scene) -> Iterator[str]:
         return
     from rpf3d_core.effects.drag_layer import terminal_speed
 
-    rock, mass = "rock", mass_range(rock_of(scene.rock))[0]
+    rock, mass = "rock", mass_range(rock_of_scene(scene))[0]
     if breaking is not None and (fragment := breaking.least_volume * scene.rock.density) < mass:
         rock, mass = "fragment", fragment
     speed = terminal_speed(layer.coefficient, mass, scene.gravity)

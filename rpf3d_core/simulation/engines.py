@@ -29,6 +29,9 @@ FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_
 SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
 """Additional result columns (J) for rocks that spin, computed from the recorded paths; NaN without a recorded path."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
+BODY_FINALS, BODY_COUNTS = ("q_w", "q_x", "q_y", "q_z", "lift"), ("why",)
+"""Additional columns for bodies with a shape: the orientation at the end, and how far (m) the body was lifted off the
+ground at its release; why the body stopped (`bodies.rest`)."""
 
 SAMPLE = 100_000
 """Least number of facets in the sample from which the typical facet size is estimated."""
@@ -56,6 +59,11 @@ def spins_of(models: Models) -> bool:
     This holds if the class of the rebound model has `spins = True`.
     """
     return bool(getattr(models.rebound, "spins", False))
+
+
+def bodies_of(models: Models) -> bool:
+    """Return True if the rocks of a scene are bodies with a shape: the class of the rebound has `bodies = True`."""
+    return bool(getattr(models.rebound, "bodies", False))
 
 
 class Reference:
@@ -90,9 +98,13 @@ class Reference:
 
         Returns the number of the first rock that did not fit into the record; R if all rocks fitted.
         """
-        listed = Starts(**{name: column.tolist() for name, column in starts._asdict().items()})
+        columns = starts._asdict().items()
+        lists: dict[str, Any] = {name: None if column is None else column.tolist() for name, column in columns}
+        listed = Starts(**lists)
         physics = _physics(plain(models), self, plain(materials), settings)
         launches = launches_of(_parts(models), materials, settings.seed, listed)
+        if bodies_of(models):
+            return follow_bodies(False, physics, self.method, launches, logbook, begin)
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
@@ -133,6 +145,8 @@ class Compiled:
         """Fly rocks and write their flights into the logbook, as `Reference.follow` does."""
         physics = _physics(models, self, materials, settings)
         launches = launches_of(_parts(models), materials, settings.seed, starts)
+        if bodies_of(models):
+            return follow_bodies(True, physics, self.method, launches, logbook, begin)
         return int(_follow_all(physics, self.method, launches, logbook, begin))
 
     def ground_below(self, x: Floats) -> Floats:
@@ -143,6 +157,18 @@ class Compiled:
 
 
 Engine = Reference | Compiled
+
+
+def follow_bodies(
+    compiled: bool, physics: Physics, method: Any, launches: Launches, logbook: Logbook, begin: int
+) -> int:  # fmt: skip
+    """Fly bodies with a shape, as `Reference.follow` does; their code is imported only for them."""
+    from rpf3d_core.simulation.bodies.fly import follow_each, follow_in_room
+
+    if not compiled:
+        from rpf3d_core.detection import vtk_swept  # noqa: F401  (only this engine needs its rules)
+    loop_of = follow_each if compiled else follow_each.py_func  # type: ignore[attr-defined]
+    return int(follow_in_room(loop_of, physics, method, launches, logbook, begin))
 
 
 def _parts(models: Models) -> tuple[Any, ...]:
@@ -232,15 +258,21 @@ def precompile_flights(engine: Engine, models: Models, materials: Any, settings:
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
-        numbers, sizes = none[:, 0].copy(), nothing[:, 0].copy()
+        numbers, sizes, bodies = none[:, 0].copy(), nothing[:, 0].copy(), bodies_of(models)
         starts = Starts(x=nothing, v=nothing, source=numbers, rock=numbers, mass=sizes, radius=sizes)
-        record = empty_record(0, 0, spins_of(models))
+        if bodies:
+            starts = starts._replace(shape=numbers, pose=np.empty((0, 4)))
+        record = empty_record(0, 0, spins_of(models), bodies)
         logbook = Logbook(record=record, first=first, finals=finals, counts=none)
         engine.follow(models, materials, settings, starts, logbook, 0)
 
 
 def is_precompiled(models: Models) -> bool:
     """Return True if the disk cache has the compiled flight loop for the models: the first flight then starts fast."""
+    if bodies_of(models):
+        from rpf3d_core.simulation.bodies.fly import follow_each
+
+        return is_cached(follow_each, type(models.rebound))
     return is_cached(_follow_all, type(models.rebound), type(models.ground))
 
 

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.gully import WEAKEST, excursion, gully, kink, line_between
-from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.kinetics.gully import WEAKEST, excursion, gully, kink, line_between, thrown_out
+from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.physics import Physics, ground_of
 from rpf3d_core.simulation.state import State
 from rpf3d_core.terrain.facet_geometry import (
     ALONG_GULLY,
@@ -16,7 +17,6 @@ from rpf3d_core.terrain.facet_geometry import (
     lies_below,
     stored_normal,
 )
-from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import along, dot, scale, subtract, without
 
@@ -29,7 +29,7 @@ class Hold(NamedTuple):
 
 
 @kernel
-def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec) -> Hold:
+def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: RockContext) -> Hold:
     """Return how a facet carries a rock that slides, or is released, onto it: the facet alone, a gully, or not at all.
 
     The gully lies between this facet and the last one. A contact that lifts the rock by less than smallest_bounce is
@@ -37,12 +37,12 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
 
     n : (3,) normal of the facet, turned towards the rock
     """
-    v, last = state.motion.v, state.left.facet
+    facets, settings, v, last = physics.facets, physics.settings, state.motion.v, state.left.facet
     into, g_n = -dot(v, n), settings.gravity * n[2]
     slight = g_n > 0.0 and into * into < 2.0 * g_n * settings.smallest_bounce
     before = last if state.left.resting and state.tally.idle > 0 else -1
     alone = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=True, before=before)
-    line = _held_line(facets, settings, state, contact, n, slight)
+    line = _held_line(physics, state, contact, n, slight, rock)
     if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
         x, kept = state.motion.x, scale(dot(v, line), line)
         if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
@@ -54,14 +54,16 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
 
 
 @kernel
-def _held_line(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec, slight: bool) -> Vec:
+def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight: bool, rock: RockContext) -> Vec:
     """Return the direction of the gully between the contact's facet (normal n) and the last facet.
 
     The result is zero if there is no gully.
 
-    Two facets form a gully if both push the rock, and if the rock climbs neither facet by smallest_bounce or more. Two
+    Two facets form a gully if both push the rock, and if the rock climbs neither facet by smallest_bounce or more, nor
+    would do so after bouncing between them. (For this test, R_n is that of the ground under each facet.) Two
     facets that are almost one plane form a gully only if the rock goes back and forth between them without progress.
     """
+    facets, settings = physics.facets, physics.settings
     last, x, v = state.left.facet, state.motion.x, state.motion.v
     if last < 0 or last == contact.facet or not state.left.resting or contact.side != state.left.side:
         return ZERO
@@ -82,4 +84,17 @@ def _held_line(facets: Facets, settings: Settings, state: State, contact: Contac
     onto, off = without(v, n), subtract(v, scale(2.0 * dot(v, n), n))
     climbs = excursion(n, m, onto, settings.gravity) >= settings.smallest_bounce
     bounces = not slight and excursion(m, n, off, settings.gravity) >= settings.smallest_bounce
-    return ZERO if climbs or bounces else line
+    if climbs or bounces:
+        return ZERO
+    return ZERO if not slight and _is_thrown_out(physics, state, contact, n, m, rock) else line
+
+
+@kernel
+def _is_thrown_out(physics: Physics, state: State, contact: Contact, n: Vec, m: Vec, rock: RockContext) -> bool:
+    """True if a rock that meets the contact's facet would bounce to and fro, and then climb out of the gully.
+
+    n, m : (3,) normals of the contact's facet and of the last facet, turned towards the rock
+    """
+    R_n = ground_of(physics, contact.facet, rock, state).R_n, ground_of(physics, state.left.facet, rock, state).R_n
+    rise = thrown_out(n, m, state.motion.v, R_n, physics.settings.gravity)
+    return rise >= physics.settings.smallest_bounce

@@ -31,7 +31,7 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     n = scale(contact.side, stored_normal(facets, contact.facet))
     released_on_ground = state.left.facet < 0 and contact.t == 0.0
     if state.left.resting or released_on_ground:
-        held = held_by(facets, physics.settings, state, contact, n)
+        held = held_by(physics, state, contact, n, rock)
         if held.left.facet >= 0:
             return stand(facets, state, held.left, held.v)
     rock_now, before = rock_at(rock, state), _raised(facets, contact.facet, n, state.motion)

@@ -17,6 +17,7 @@ class Starts(NamedTuple):
     """R rocks at their release: x (R, 3) m, v (R, 3) m/s, mass (R,) kg and radius (R,) m.
 
     source, rock : (R,) number of the source, and of the rock of this source: they select its random numbers
+    shape, pose : of bodies with a shape, (R,) number of the shape and (R, 4) orientation q_w, q_x, q_y, q_z; else None
     """
 
     x: Floats
@@ -25,18 +26,23 @@ class Starts(NamedTuple):
     rock: Integers
     mass: Floats
     radius: Floats
+    shape: Integers | None = None
+    pose: Floats | None = None
 
 
 class Launches(NamedTuple):
     """The rocks as the flight loop reads them at their release, with only the columns that the scene needs.
 
     x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : keys of the random numbers, or None
+    shape, pose : as in `Starts`
     """
 
     x: Any
     v: Any
     sizes: RockColumns | None
     keys: RockKeys | None
+    shape: Any = None
+    pose: Any = None
 
 
 def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts) -> Launches:
@@ -50,4 +56,4 @@ def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts)
     drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
     sizes = RockColumns(starts.mass, starts.radius) if asked else None
     keys = RockKeys(seed=seed, source=starts.source, rock=starts.rock) if drawn else None
-    return Launches(x=starts.x, v=starts.v, sizes=sizes, keys=keys)
+    return Launches(x=starts.x, v=starts.v, sizes=sizes, keys=keys, shape=starts.shape, pose=starts.pose)

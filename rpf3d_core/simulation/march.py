@@ -130,7 +130,7 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
         on = State(
             motion=motion, left=_mid_air(state.left), stands=False, tally=tally, outcome=MOVING, passed=state.passed
         )
-        return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
+        return ended(on, MAX_IMPACTS) if hovers(physics.settings.max_impacts, tally) else on
     if is_fall(flown.contact) and t < flown.left:
         return ended(state, FELL_THROUGH)
     if lands:
@@ -139,7 +139,7 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
 
 
 @kernel
-def _hovers(max_impacts: int, tally: RockTally) -> bool:
+def hovers(max_impacts: int, tally: RockTally) -> bool:
     """Return True if a rock hangs in the air for too many flight segments, so that its flight must end.
 
     A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a

@@ -51,7 +51,8 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
     computed again, with a segment about as long as the flight.
     """
     facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
-    longest, height = longest_flight(effects, motion, rock), _height(physics, locator, motion.x)
+    height = height_for_effects(effects, plain_locator(locator), facets, motion.x)
+    longest = longest_flight(effects, motion, rock)
     while True:  # a loop, so that the search is compiled once
         start = into_air(effects, motion, height, longest, rock)
         arc = Arc(x=start.x, v=start.v, gravity=settings.gravity)
@@ -90,19 +91,19 @@ def out_of_air(
     """Return the motion at the end of a flight segment of t seconds, after the remaining action of air drag."""
     if longest == math.inf:
         return motion
-    height = _height(physics, locator, motion.x)
+    height = height_for_effects(physics.effects, plain_locator(locator), physics.facets, motion.x)
     return in_air(physics.effects, motion, height, t - 0.5 * longest, rock)  # type: ignore[no-any-return]
 
 
 @kernel
-def _height(physics: Physics, locator: Any, x: Vec) -> float:
+def height_for_effects(effects: Any, locator: Any, facets: Facets, x: Vec) -> float:
     """Return the height (m) of point x above the ground for effects such as drag layers; inf over a hole.
 
     The result is 0.0 if no effect needs the height.
     """
-    if not asks_height(physics.effects):
+    if not asks_height(effects):
         return 0.0
-    height, contact = ground_below(plain_locator(locator), physics.facets, x)
+    height, contact = ground_below(locator, facets, x)
     return height if contact.facet >= 0 else math.inf
 
 

@@ -20,6 +20,11 @@ FIRST_OBSTACLE = -2
 IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
 """Number of columns of an impact row, of a path segment row, and of additional columns in both if rocks spin."""
 
+POSE, POSE_COLUMNS = PIECE_COLUMNS + SPIN_COLUMNS, 8
+"""First column, and number of columns, of the orientation, spin and energy of a body in a path segment."""
+BLOW, BLOW_COLUMNS = IMPACT_COLUMNS + SPIN_COLUMNS, 3
+"""First column, and number of columns, of the contacts and energies of a body in an impact."""
+
 
 class Record(NamedTuple):
     """The arrays that receive the impacts and path segments of a rock, with the first row to write in both.
@@ -31,6 +36,9 @@ class Record(NamedTuple):
     pieces : (S, 10) t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
     spins : True if rocks spin, else None. With spin, impacts have two more columns, the spin (rad/s) before and after
         the impact; pieces have two more columns, the spin at the start and at the end
+    bodies : True if rocks have a shape, else None. With a shape, rows have more columns after those of spin:
+        pieces the orientation q_w, q_x, q_y, q_z at the start, the spin (rad/s) there in the body's axes, and the
+        rotational energy (J/kg); impacts the number of contacts and the kinetic energy before and after (J/kg)
     """
 
     impacts: Any
@@ -40,6 +48,7 @@ class Record(NamedTuple):
     first_impact: int
     first_piece: int
     spins: Any = None
+    bodies: Any = None
 
 
 class Logbook(NamedTuple):
@@ -57,17 +66,22 @@ class Logbook(NamedTuple):
     counts: Any
 
 
-def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
-    """Return a record with room for given numbers of impacts and path segments, and for spins if rocks spin."""
+def empty_record(impacts: int, pieces: int, spins: bool = False, bodies: bool = False) -> Record:
+    """Return a record with room for given numbers of impacts and path segments.
+
+    spins : True if rocks spin; bodies : True if rocks have a shape
+    """
     more = SPIN_COLUMNS if spins else 0
+    blow, pose = (BLOW_COLUMNS, POSE_COLUMNS) if bodies else (0, 0)
     return Record(
-        impacts=np.empty((impacts, IMPACT_COLUMNS + more)),
+        impacts=np.empty((impacts, IMPACT_COLUMNS + more + blow)),
         facets=np.empty(impacts, dtype=np.int64),
-        pieces=np.empty((pieces, PIECE_COLUMNS + more)),
+        pieces=np.empty((pieces, PIECE_COLUMNS + more + pose)),
         modes=np.empty(pieces, dtype=np.int64),
         first_impact=0,
         first_piece=0,
         spins=True if spins else None,
+        bodies=True if bodies else None,
     )
 
 
@@ -88,6 +102,7 @@ def record_from(record: Record, first: Any, i: int) -> Record:
         first_impact=first[i, 0],
         first_piece=first[i, 1],
         spins=record.spins,
+        bodies=record.bodies,
     )
 
 

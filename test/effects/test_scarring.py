@@ -15,7 +15,6 @@ from rpf3d_core.effects.scarring import (
     Scarring,
     driven_through,
     penetration,
-    slippage_friction,
     slowed_along,
     volume_from_above,
     volume_from_ahead,
@@ -24,6 +23,7 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.kinetics.slippage import slippage_friction
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import ZERO, Motion, Rock

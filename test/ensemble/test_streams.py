@@ -15,6 +15,7 @@ from terrain_files import SLOPE, grid, write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble import samples, stream
+from rpf3d_core.ensemble.flights import given_columns
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import blocks_of
 from rpf3d_core.runs import run as run_module
@@ -97,7 +98,7 @@ def test_blocks_do_not_change_the_answer(folder: Path, monkeypatch: pytest.Monke
     parted = rpf3d.simulate(folder / "scene.yaml", rocks=60, engine="reference")
     one, other = whole.flights.deposits, parted.flights.deposits
     order = np.lexsort((other.rock, other.source))
-    for name, column in vars(one).items():
+    for name, column in given_columns(one).items():
         assert np.array_equal(column, getattr(other, name)[order], equal_nan=True), name
     if block < 60:
         assert not np.array_equal(order, np.arange(60)), "each block has rocks of both sources"
@@ -198,7 +199,8 @@ def test_maps_that_need_too_much_memory_are_refused_before_a_rock_flies(
     monkeypatch.setattr("rpf3d_core.runs.run._fly", lambda *_: pytest.fail("it flew"))
     for command in ("run", "check"):
         scene = more(folder, "hazard: {cell: 0.01, memory_gb: 0.1}\n")
-        said = refused(monkeypatch, capsys, command, scene, *(("--out", folder / "out") if command == "run" else ()))
+        out, printed = (("--out", folder / "out"), "") if command == "run" else ((), "terrain")
+        said = refused(monkeypatch, capsys, command, scene, *out, printed=printed)
         assert "need 0.34 GB of memory, but memory_gb allows 0.1 GB" in said
         (fits,) = re.findall(r"a cell of ([\d.]+) m fits: set cell to \1", said)
         more(folder, f"hazard: {{cell: {fits}, memory_gb: 0.1}}\n")

@@ -178,7 +178,7 @@ def test_a_scene_names_a_rolling_model_and_the_rolling_friction_of_its_materials
 
 
 def test_a_scene_names_the_sphere_and_flies_it(tmp_path):
-    named = "sphere\nrebound: {coulomb_sphere: {tangential_restitution: 0.9}}"
+    named = "sphere\nrock: {shape: sphere}\ncontact: {coulomb_sphere: {tangential_restitution: 0.9}}"
     scene = scene_of(tmp_path, named, ", rolling_friction: 0.4")
     flight = prepare(scene).flight
     assert flight.models == Models(CoulombSphere(MATERIALS_OWN, 0.9), SphereGround())
@@ -187,17 +187,26 @@ def test_a_scene_names_the_sphere_and_flies_it(tmp_path):
     assert flights.flights.deposits.outcome[0] in (Outcome.LEFT_TERRAIN, Outcome.STOPPED)
 
 
+SPHERE_WITH = "rock: {shape: sphere}\ncontact: {coulomb_sphere: "
+
+
 @pytest.mark.parametrize(
     ("ground", "words"),
     [
-        ("sphere", "`ground` is sphere, which needs `rebound: coulomb_sphere`"),
-        ("sliding\nrebound: coulomb_sphere", "`ground` is sliding, but `rebound: coulomb_sphere` goes"),
-        ("none\nrebound: {coulomb_sphere: {damping: 0.9}}", "rebound.coulomb_sphere.damping` is not a parameter: a"),
-        ("none\nrebound: {coulomb_sphere: {damping: 1}}", "Give `rolling_friction` in `materials` instead, a loss"),
-        ("none\nrebound: {coulomb_sphere: {impact_friction: -1}}", "impact_friction` is -1, but must be a number >= 0"),
+        ("sphere", "`ground` is sphere, which needs `rock.shape: sphere`"),
+        ("sliding\nrock: {shape: sphere}", "`ground` is sliding, but `rock.shape: sphere` goes with none or sphere"),
+        ("sphere\nrebound: coulomb_sphere", "`rebound` names coulomb_sphere, but a sphere is a shape: give `rock: {"),
+        ("none\nrebound: {coulomb_sphere: {}}", "parameters in `contact: {coulomb_sphere: ...}`"),
+        ("none\nrock: {shape: sphere}\nrebound: constant", "`rebound` is for points; spheres have `contact: coulomb"),
+        ("none\nrock: {shape: sphere}\ncontact: rigid", "`contact` is rigid, but the shape of the rocks goes"),
+        ("none\nrock: {shape: {box: [1, 1, 1]}}\ncontact: coulomb_sphere", "is coulomb_sphere, but the shape of the"),
+        ("none\ncontact: coulomb_sphere", "is for spheres and rocks with a shape, and `rock.shape` is point"),
+        ("none\n" + SPHERE_WITH + "{damping: 0.9}}", "contact.coulomb_sphere.damping` is not a parameter: a"),
+        ("none\n" + SPHERE_WITH + "{damping: 1}}", "Give `rolling_friction` in `materials` instead, a loss"),
+        ("none\n" + SPHERE_WITH + "{impact_friction: -1}}", "impact_friction` is -1, but must be a number >= 0"),
         (
-            "none\nrebound: coulomb_sphere\nmethod: {stepping: {dt: 1e-3, threshold: 0.05}}",
-            "`method.stepping` finds contacts of points, but `rebound: coulomb_sphere` has a size",
+            "none\nrock: {shape: sphere}\nmethod: {stepping: {dt: 1e-3, threshold: 0.05}}",
+            "`method.stepping` finds contacts of points, but `rock.shape` has a size",
         ),
     ],
 )

@@ -117,7 +117,7 @@ def test_tables_have_what_rotation_adds():
 
 def replace_rows(ends):
     """Deposits of no rocks."""
-    return type(ends)(**{name: column[:0] for name, column in vars(ends).items()})
+    return type(ends)(**{name: column[:0] for name, column in vars(ends).items() if column is not None})
 
 
 @pytest.mark.parametrize(("rebound", "spins"), [("constant", False), ("pfeiffer_bowen", True)])

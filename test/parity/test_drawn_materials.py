@@ -8,7 +8,7 @@ import pytest
 from compiled_loops import compiled_loops
 from scenes_of_facets import engine_over, flight, floor, gully, incline, rough_grid, same_bits, surface
 
-from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.flights import Flights, given_columns
 from rpf3d_core.ensemble.fly import Flight, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.materials.distributions import (
@@ -93,7 +93,9 @@ def test_threads_batches_and_company_do_not_matter_to_what_is_drawn() -> None:
     for threads in (1, 2, 5):
         assert same_bits(fly_ensemble(engine, physics, rocks, threads=threads), whole)
     some = [17, 4, 299]
-    alone = fly_ensemble(engine, physics, Releases(**{name: column[some] for name, column in vars(rocks).items()}))
+    alone = fly_ensemble(
+        engine, physics, Releases(**{name: column[some] for name, column in given_columns(rocks).items()})
+    )
     np.testing.assert_array_equal(alone.deposits.x, whole.deposits.x[some])
 
 

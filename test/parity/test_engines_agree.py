@@ -9,7 +9,7 @@ import pytest
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble import batches
 from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.flights import Flights, given_columns
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.scene.model import Scene
@@ -60,7 +60,7 @@ def prepared(engine: str, name: str, rocks: int, **models: str) -> tuple[Engine,
 
 
 def columns(part: object) -> dict[str, np.ndarray]:
-    return {name: np.asarray(values) for name, values in vars(part).items()}
+    return {name: np.asarray(values) for name, values in given_columns(part).items()}
 
 
 def assert_same_bits(one: object, other: object) -> None:

@@ -1,0 +1,174 @@
+"""Nearest point to the origin of a point, an edge, a triangle or a tetrahedron: the inner step of the GJK search.
+
+The vertices are differences of a corner of the body and a corner of the facet. Every result is a convex combination of
+its vertices, so its length is never below the true distance, even if rounding picks a neighbouring feature.
+
+Source: the signed areas and volumes follow Montanari, Petrinic and Barbieri 2017, ACM Trans. Graph. 36:30.
+"""
+
+from typing import NamedTuple
+
+from rpf3d_core.jit.dispatch import kernel, routine
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import add, cross, dot, scale, subtract
+
+
+class Vertex(NamedTuple):
+    """Difference w (3,) m of corner `body` (row of the corners) of the body and corner `corner` (0 to 2) of a facet."""
+
+    w: Vec
+    body: int
+    corner: int
+
+
+class Simplex(NamedTuple):
+    """The smallest simplex of given vertices that holds their nearest point v (3,) m to the origin.
+
+    size : number of vertices, 1 to 3 in the order a, b, c, or 4 if the origin lies inside a tetrahedron
+    weights : shares (-) of a, b and c in v, none negative, with sum 1
+    square : squared length of v (m^2)
+    """
+
+    size: int
+    a: Vertex
+    b: Vertex
+    c: Vertex
+    weights: Vec
+    v: Vec
+    square: float
+
+
+@kernel
+def on_point(a: Vertex) -> Simplex:
+    """Return the simplex of a single vertex."""
+    return Simplex(size=1, a=a, b=a, c=a, weights=(1.0, 0.0, 0.0), v=a.w, square=dot(a.w, a.w))
+
+
+@kernel
+def on_edge(a: Vertex, b: Vertex) -> Simplex:
+    """Return the nearest part of the edge from a to b: the edge or one of its ends."""
+    edge = subtract(b.w, a.w)
+    length, ahead = dot(edge, edge), -dot(a.w, edge)
+    if ahead <= 0.0:
+        return on_point(a)
+    if ahead >= length:
+        return on_point(b)
+    share = ahead / length
+    v = add(a.w, scale(share, edge))
+    return Simplex(size=2, a=a, b=b, c=b, weights=(1.0 - share, share, 0.0), v=v, square=dot(v, v))
+
+
+@kernel
+def closer(first: Simplex, second: Simplex) -> Simplex:
+    """Return the simplex with the shorter v, the first if both are equal."""
+    return second if second.square < first.square else first
+
+
+@routine
+def on_face(a: Vertex, b: Vertex, c: Vertex) -> Simplex:
+    """Return the nearest part of the triangle a b c: the triangle, one of its edges or one of its corners."""
+    ab, ac = subtract(b.w, a.w), subtract(c.w, a.w)
+    n = cross(ab, ac)
+    whole = dot(n, n)
+    of_b, of_c = dot(cross(ac, a.w), n), dot(cross(a.w, ab), n)
+    of_a = whole - of_b - of_c
+    flat = whole <= 0.0
+    if not flat and of_a >= 0.0 and of_b >= 0.0 and of_c >= 0.0:
+        return _inside_face(a, b, c, (of_a / whole, of_b / whole, of_c / whole))
+    return _on_outline(a, b, c, (flat or of_a < 0.0, flat or of_b < 0.0, flat or of_c < 0.0))
+
+
+@kernel
+def _inside_face(a: Vertex, b: Vertex, c: Vertex, weights: Vec) -> Simplex:
+    """Return the simplex of all three vertices with known weights."""
+    v = add(a.w, add(scale(weights[1], subtract(b.w, a.w)), scale(weights[2], subtract(c.w, a.w))))
+    return Simplex(size=3, a=a, b=b, c=c, weights=weights, v=v, square=dot(v, v))
+
+
+@kernel
+def _on_outline(a: Vertex, b: Vertex, c: Vertex, beyond: tuple[bool, bool, bool]) -> Simplex:
+    """Return the nearest part of the outline of a triangle.
+
+    beyond : for a, b and c, true if the origin lies beyond the opposite edge; only such an edge can be nearest
+    """
+    best = on_point(a)
+    if beyond[2]:
+        best = closer(best, on_edge(a, b))
+    if beyond[1]:
+        best = closer(best, on_edge(a, c))
+    if beyond[0]:
+        best = closer(best, on_edge(b, c))
+    return best
+
+
+@kernel
+def hides(a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
+    """True if the origin lies on the same side of the plane a b c as d: the triangle is not nearest."""
+    n = cross(subtract(b, a), subtract(c, a))
+    return dot(n, subtract(d, a)) * -dot(n, a) > 0.0
+
+
+@kernel
+def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
+    """Return the nearest part of the tetrahedron of the new vertex a and a triangle that cannot be nearest itself.
+
+    apart : true if body and facet are known to be apart, so that the origin cannot lie inside
+    """
+    b, c, d = old.a, old.b, old.c
+    no_abc, no_acd, no_abd = hides(a.w, b.w, c.w, d.w), hides(a.w, c.w, d.w, b.w), hides(a.w, b.w, d.w, c.w)
+    all_hidden = no_abc and no_acd and no_abd
+    if all_hidden and not apart:
+        return Simplex(size=4, a=b, b=c, c=d, weights=old.weights, v=(0.0, 0.0, 0.0), square=0.0)
+    best = on_point(a)
+    if all_hidden or not no_abc:
+        best = closer(best, on_face(a, b, c))
+    if all_hidden or not no_acd:
+        best = closer(best, on_face(a, c, d))
+    if all_hidden or not no_abd:
+        best = closer(best, on_face(a, b, d))
+    return best
+
+
+@kernel
+def extended(a: Vertex, old: Simplex, apart: bool) -> Simplex:
+    """Return the nearest part of the simplex that the new vertex a forms with a simplex of 1 to 3 vertices."""
+    if old.size == 1:
+        return on_edge(a, old.a)
+    if old.size == 2:
+        return on_face(a, old.a, old.b)
+    return in_solid(a, old, apart)
+
+
+@kernel
+def holds(simplex: Simplex, new: Vertex) -> bool:
+    """True if the simplex already has a vertex, so that adding it changes nothing."""
+    a, b, c = simplex.a, simplex.b, simplex.c
+    return same(new, a) or (simplex.size > 1 and same(new, b)) or (simplex.size > 2 and same(new, c))
+
+
+@kernel
+def same(a: Vertex, b: Vertex) -> bool:
+    """True if two vertices are made from the same corners."""
+    return a.body == b.body and a.corner == b.corner
+
+
+@kernel
+def direction(simplex: Simplex) -> Vec:
+    """Return a vector (3,), of any length, at right angles to the simplex and towards v.
+
+    It differs from v by rounding only, but rounding matters: v has few digits if the gap is small and the vertices are
+    far away.
+    """
+    if simplex.size == 1:
+        return simplex.v
+    along = subtract(simplex.b.w, simplex.a.w)
+    if simplex.size == 2:
+        return _at_right_angles(simplex.v, along)
+    n = cross(along, subtract(simplex.c.w, simplex.a.w))
+    return n if dot(n, simplex.a.w) >= 0.0 else scale(-1.0, n)
+
+
+@kernel
+def _at_right_angles(v: Vec, along: Vec) -> Vec:
+    """Return the part (3,) of v at right angles to a vector that is not 0."""
+    return subtract(v, scale(dot(v, along) / dot(along, along), along))

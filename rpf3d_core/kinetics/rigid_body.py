@@ -1,0 +1,34 @@
+"""The contact model of rocks with a shape: rigid convex bodies with hard contact, Coulomb friction, rolling resistance.
+
+A scene with this model has its own flight loop, `simulation/bodies`. The ground's restitution is stored in
+`Surface.R_n`, its friction in `Surface.mu` and its rolling resistance in `Surface.mu_r`.
+"""
+
+from typing import Any, NamedTuple
+
+
+class RigidBody(NamedTuple):
+    """Parameters of rigid bodies.
+
+    shapes : `ShapeTable`, the shapes of the ensemble; accuracy : m, distance at which contact begins
+    slip : `slippage.SlipFriction`, or None if no ground has slip friction
+    """
+
+    shapes: Any
+    accuracy: float
+    slip: Any = None
+
+    @property
+    def asks_rock(self) -> bool:
+        """True: a body needs the size of its rock."""
+        return True
+
+    @property
+    def bodies(self) -> bool:
+        """True: rocks are bodies with a shape."""
+        return True
+
+    @property
+    def spins(self) -> bool:
+        """True: bodies spin."""
+        return True

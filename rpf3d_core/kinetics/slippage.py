@@ -1,0 +1,72 @@
+"""Friction that grows with the distance that a rock has slipped in its scar, as in RAMMS::ROCKFALL.
+
+    mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s)
+    ds/dt = |v| while a contact presses, v : velocity of the centre of mass;    ds/dt = -beta s otherwise
+
+Source: Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47 (physics reference 3.1, C).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.jit.dispatch import kernel
+
+
+class SlipFriction(NamedTuple):
+    """The slip friction of each of Z zones; every array is (Z,).
+
+    mu_min, mu_max : friction (-); mu_min is NaN for a zone without slip friction
+    kappa : 1/m; beta : 1/s
+    """
+
+    mu_min: Any
+    mu_max: Any
+    kappa: Any
+    beta: Any
+
+
+@kernel
+def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float) -> float:
+    """Return the friction (-) of a rock that has slipped a distance in its scar (Leine et al. 2014, equation 46).
+
+    mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s); slipped : s, m
+    """
+    return mu_min + 2.0 / math.pi * (mu_max - mu_min) * math.atan(kappa * slipped)
+
+
+@kernel
+def has_slip(model: SlipFriction, zone: int) -> bool:
+    """Return True if a zone has slip friction."""
+    return bool(model.mu_min[zone] >= 0.0)
+
+
+@kernel
+def slip_at_release(model: Any) -> Any:
+    """Return the slip (m) of a rock at its release; None if no ground has slip friction."""
+    if model is None:
+        return None
+    return 0.0
+
+
+@kernel
+def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
+    """Return the slip (m) of a rock whose centre moves a distance `way` (m) while it presses on a zone.
+
+    0 on ground without slip friction; None if no ground has slip friction.
+    """
+    if model is None:
+        return None
+    return slipped + way if has_slip(model, zone) else 0.0
+
+
+@kernel
+def slip_in_air(model: Any, slipped: Any, zone: int, t: float) -> Any:
+    """Return the slip (m) of a rock after t seconds without pressure on the ground; None as in `slip_on_ground`.
+
+    zone : of the last contact; any number if the rock has had none, because its slip is 0 then
+    """
+    if model is None:
+        return None
+    if not slipped > 0.0:
+        return slipped
+    return slipped * math.exp(-model.beta[zone] * t)

@@ -1,0 +1,78 @@
+"""Ground properties of rocks with a shape, fixed or drawn at random; friction is a coefficient, not an angle."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.materials.distributions import FIXED, Distribution, fixed
+from rpf3d_core.materials.draws import coefficient
+from rpf3d_core.materials.library import Materials, Surface, materials_of, surface_of
+from rpf3d_core.materials.rock_context import RockContext
+
+
+class DrawnBodySurface(NamedTuple):
+    """The ground of a zone for rocks with a shape, with distributions.
+
+    restitution : (-) within [0, 1]; friction, rolling_resistance : (-) >= 0; stop_speed : m/s
+    per_impact : True for a new draw after each impact, False for one draw per rock
+    """
+
+    restitution: Distribution
+    friction: Distribution
+    rolling_resistance: Distribution
+    stop_speed: float
+    per_impact: bool
+
+    @property
+    def coefficients(self) -> tuple[Distribution, ...]:
+        """The distributions in the order of `draws.COEFFICIENTS`: normal, tangential, friction, rolling."""
+        return self.restitution, fixed(0.0), self.friction, self.rolling_resistance
+
+
+class DrawnBodyMaterials(NamedTuple):
+    """The ground of all Z zones for rocks with a shape, with distributions, as arrays as in `draws.DrawnMaterials`."""
+
+    kind: Any
+    numbers: Any
+    stop_speed: Any
+    per_impact: Any
+
+
+def drawn_body_materials(surfaces: list[DrawnBodySurface]) -> Materials | DrawnBodyMaterials:
+    """Return the ground of Z zones as the simulation reads it; plain `Materials` if all coefficients are fixed."""
+    draws = [surface.coefficients for surface in surfaces]
+    if all(draw.kind == FIXED for row in draws for draw in row):
+        return materials_of([_certain(surface) for surface in surfaces])
+    return bodies_as_drawn(surfaces)
+
+
+def bodies_as_drawn(surfaces: list[DrawnBodySurface]) -> DrawnBodyMaterials:
+    """Return the ground of Z zones for rocks with a shape in the form that draws."""
+    draws = [surface.coefficients for surface in surfaces]
+    return DrawnBodyMaterials(
+        kind=np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
+        numbers=np.array([[draw[1:] for draw in row] for row in draws], dtype=float),
+        stop_speed=np.array([surface.stop_speed for surface in surfaces], dtype=float),
+        per_impact=np.array([surface.per_impact for surface in surfaces], dtype=np.int64),
+    )
+
+
+@surface_of.rule(DrawnBodyMaterials)
+def drawn_body_surface(materials: DrawnBodyMaterials, zone: int, rock: RockContext) -> Surface:
+    """Return the ground properties of a zone for a rock, drawn once per rock or after each of its impacts."""
+    number = rock.impacts + 1 if materials.per_impact[zone] else 0
+    return Surface(
+        R_n=coefficient(materials, zone, rock, number, 0),
+        R_t=0.0,
+        mu=coefficient(materials, zone, rock, number, 2),
+        stop_speed=materials.stop_speed[zone],
+        mu_r=coefficient(materials, zone, rock, number, 3),
+    )
+
+
+def _certain(surface: DrawnBodySurface) -> Surface:
+    """Return the ground of a zone whose coefficients are all fixed."""
+    return Surface(
+        R_n=surface.restitution.location, R_t=0.0, mu=surface.friction.location, stop_speed=surface.stop_speed,
+        mu_r=surface.rolling_resistance.location,
+    )  # fmt: skip

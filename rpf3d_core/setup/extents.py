@@ -1,0 +1,146 @@
+"""Find where the terrain, sources, areas and other inputs of a scene lie, for `rpf3d check` to print."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import read_points
+from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.formats.polylines import lines_along
+from rpf3d_core.formats.reference_system import stated_reference_system
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.releases import SourceSpec, source_points
+from rpf3d_core.setup.coverage import plain
+from rpf3d_core.setup.sources import source_outline
+from rpf3d_core.setup.terrain import surfaces_in_metres
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray, Up
+
+TERRAIN = "terrain"
+NOT_STATED = "CRS not stated"
+
+
+class Extent(NamedTuple):
+    """Where one input of a scene lies, in the input's own axes.
+
+    name : of the input, such as "source west"; low, high : (3,) m, NaN along an axis without coordinates
+    file : the file of the input; None if the scene has the coordinates
+    crs : the coordinate reference system that is known of the input; None if it is unknown
+    """
+
+    name: str
+    low: FloatArray
+    high: FloatArray
+    file: Path | None = None
+    crs: str | None = None
+
+    def describe(self, system: str | None) -> str:
+        """Return extent and reference system as one line of text, with plain decimals.
+
+        system : the reference system of the terrain, in which the coordinates of a scene are
+        """
+        spans = [
+            f"{axis} {plain(low)} .. {plain(high)}"
+            for axis, low, high in zip("xyz", self.low.tolist(), self.high.tolist(), strict=True)
+            if not np.isnan(low)
+        ]
+        crs = self.crs or (NOT_STATED if self.file is not None or self.name == TERRAIN else system or NOT_STATED)
+        return f"{'  '.join(spans)}  ({crs})"
+
+
+def input_extents(scene: Scene, terrain: Terrain | None) -> list[Extent]:
+    """Return the extents of all inputs of a scene, the terrain first.
+
+    An input that is refused is left out, because its refusal follows.
+
+    terrain : the terrain if it was read; None to read the extent from its files, because the terrain is refused
+    """
+    ground = _terrain_extent(scene, terrain)
+    return [*([] if ground is None else [ground]), *other_extents(scene)]
+
+
+def other_extents(scene: Scene) -> list[Extent]:
+    """Return the extents of all inputs of a scene except the terrain, without those that are refused."""
+    found = [*_sources(scene), *_areas(scene), *_lines(scene), *_observed(scene)]
+    return [extent for extent in found if extent is not None]
+
+
+def _terrain_extent(scene: Scene, terrain: Terrain | None) -> Extent | None:
+    if terrain is not None:
+        parts = [terrain.frame.points_to_input(terrain.vertices)]
+    elif scene.terrain.files is None:
+        return None
+    else:
+        try:
+            parts = [surface.points for surface in surfaces_in_metres(scene.terrain)]
+        except InputError:
+            return None
+    file = scene.terrain.files[0].path if scene.terrain.files else None
+    return _extent(TERRAIN, parts, file, scene.terrain.crs)
+
+
+def _sources(scene: Scene) -> Iterator[Extent | None]:
+    for number, spec in enumerate(scene.sources):
+        name = f"source {spec.name}"
+        try:
+            if spec.polygon is not None:
+                file = spec.polygon if isinstance(spec.polygon, Path) else None
+                yield _in_plan(name, shapely.get_coordinates(source_outline(scene, number)), scene.terrain.up, file)
+            elif spec.zone is None:
+                points = _source_points(spec, scene.terrain.up)
+                file = spec.points_file
+                yield _extent(name, [points], file, None if file is None else stated_reference_system(file))
+        except InputError:
+            continue
+
+
+def _source_points(spec: SourceSpec, up: Up) -> FloatArray:
+    return source_points(spec, up) if spec.points_file else np.array(spec.points or spec.line, dtype=float)
+
+
+def _areas(scene: Scene) -> Iterator[Extent | None]:
+    files = [(f"area {area.name}", area.polygons) for area in scene.areas_of_interest]
+    files += [(f"zone {zone.zone}", zone.polygons) for zone in scene.zones]
+    for name, file in files:
+        try:
+            yield _in_plan(name, shapely.get_coordinates(read_polygons(file)), scene.terrain.up, file)
+        except InputError:
+            continue
+
+
+def _lines(scene: Scene) -> Iterator[Extent | None]:
+    for berm in scene.terrain.berms:
+        file = berm.along if isinstance(berm.along, Path) else None
+        try:
+            yield _in_plan(f"berm {berm.name}", np.concatenate(lines_along(berm.along)), scene.terrain.up, file)
+        except InputError:
+            continue
+
+
+def _observed(scene: Scene) -> Iterator[Extent | None]:
+    if scene.observed is not None:
+        file = scene.observed.points_file
+        try:
+            yield _extent("observed", [read_points(file, scene.terrain.up)], file, stated_reference_system(file))
+        except InputError:
+            return
+
+
+def _in_plan(name: str, plan: FloatArray, up: Up, file: Path | None) -> Extent | None:
+    """Return the extent of places (N, 2) m in plan, which are x y, or x z where y is up."""
+    missing = np.full(len(plan), np.nan)
+    columns = (plan[:, 0], plan[:, 1], missing) if up == "z" else (plan[:, 0], missing, plan[:, 1])
+    return _extent(name, [np.stack(columns, axis=1)], file, None if file is None else stated_reference_system(file))
+
+
+def _extent(name: str, parts: Sequence[FloatArray], file: Path | None, crs: str | None) -> Extent | None:
+    some = [part for part in parts if len(part)]
+    if not some:
+        return None
+    low = np.min([part.min(axis=0) for part in some], axis=0).astype(float)
+    high = np.max([part.max(axis=0) for part in some], axis=0).astype(float)
+    return Extent(name=name, low=low, high=high, file=file, crs=crs)

@@ -1,0 +1,86 @@
+"""Find the parts of the terrain's rim that hang over other ground: rocks can fly under the terrain there."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.mesh.edges import edges_of
+
+FloatArray = NDArray[np.float64]
+
+LEAST_HEIGHT = 0.1
+"""Height (m) of a rim over other ground from which it is reported; overlapping surveys differ by some centimetres."""
+OUTSIDE = 64.0
+"""Distance in plan, in crack widths, from a side of the rim to the place where the ground below it is searched."""
+
+
+class HangingRim(NamedTuple):
+    """The part of a terrain's rim that hangs over other ground.
+
+    length, whole : m, of this part and of the whole rim; height : m, the largest height over the ground
+    place : (3,) m, local frame, where the height is largest
+    """
+
+    length: float
+    whole: float
+    height: float
+    place: FloatArray
+
+
+def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
+    """Return the part of the rim that hangs at least LEAST_HEIGHT over other ground; None if there is none.
+
+    The middle of each side of the rim decides. A muck pile whose rim is not buried is an example.
+    """
+    begin, end, third = _sides(terrain)
+    lengths, middle = np.linalg.norm(end - begin, axis=1), 0.5 * (begin + end)
+    if not len(middle):
+        return None
+    outwards = _outwards(begin, end, third)
+    below = engine.ground_below(middle + OUTSIDE * float(engine.facets.crack) * outwards)
+    heights = np.where((below[:, 1] >= 0) & (below[:, 2] > 0), below[:, 0], 0.0)
+    hangs = heights >= LEAST_HEIGHT
+    if not hangs.any():
+        return None
+    most = int(np.argmax(heights))
+    return HangingRim(
+        length=float(lengths[hangs].sum()),
+        whole=float(lengths.sum()),
+        height=float(heights[most]),
+        place=middle[most],
+    )
+
+
+def hanging_rims(terrain: Terrain, engine: Engine) -> Iterator[str]:
+    """Yield a warning if a part of the terrain's rim hangs over other ground."""
+    found = hanging_rim(terrain, engine)
+    if found is not None:
+        where = ", ".join(f"{c:.3f}" for c in terrain.frame.points_to_input(found.place))
+        yield (
+            f"{found.length:.3g} m of the terrain's rim ({found.whole:.3g} m) hang over other ground, up to "
+            f"{found.height:.3g} m at ({where}): rocks can fly under the terrain there and hit it from behind; extend "
+            f"that piece of terrain into the ground"
+        )
+
+
+def _sides(terrain: Terrain) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return both ends (S, 3) m of each side of the rim, and the third corner (S, 3) m of its facet."""
+    edges = edges_of(terrain.triangles, len(terrain.vertices))
+    rim = edges.uses == 1
+    corners = terrain.triangles[edges.facet[edges.start[rim]]].astype(np.int64)
+    low, high = edges.low[rim].astype(np.int64), edges.high[rim].astype(np.int64)
+    third = corners.sum(axis=1) - low - high
+    return terrain.vertices[low], terrain.vertices[high], terrain.vertices[third]
+
+
+def _outwards(begin: FloatArray, end: FloatArray, third: FloatArray) -> FloatArray:
+    """Return unit vectors (S, 3) in plan, away from the facet of each side; zero for an upright side."""
+    along, inwards = (end - begin)[:, :2], (third - begin)[:, :2]
+    across = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    length = np.linalg.norm(across, axis=1)
+    away = np.where((across * inwards).sum(axis=1) > 0.0, -1.0, 1.0) / np.where(length > 0.0, length, 1.0)
+    return np.column_stack([across * away[:, None], np.zeros(len(along))])

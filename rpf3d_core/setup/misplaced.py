@@ -1,0 +1,168 @@
+"""Guess why an input of a scene does not lie on the terrain, or why coordinates look wrong, from their extents."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.reference_system import are_same, is_in_degrees
+from rpf3d_core.formats.transformation import transformed_places
+from rpf3d_core.setup.coverage import plain
+from rpf3d_core.setup.extents import TERRAIN, Extent
+from rpf3d_core.terrain.frame import FloatArray
+
+SCALES = {
+    0.001: "in millimetres", 0.01: "in centimetres", 0.3048: "in feet", 1000.0: "in kilometres",
+}  # fmt: skip
+"""Units that are tried, by their length in metres."""
+SURVEY = 10_000.0
+"""Coordinate (m) from which coordinates are those of a national or UTM system, not of a local grid."""
+MOST_RELIEF, MOST_WIDTH = 4_000.0, 100_000.0
+"""Largest plausible height difference and width (m) of a terrain for rockfall.
+
+The deepest open pit is 1,200 m deep; the highest mountain faces have 4,000 m.
+"""
+EASTINGS, LEAST_NORTHING = (100_000.0, 900_000.0), 1_000_000.0
+"""Range of UTM eastings (m), and a northing (m) that no easting reaches."""
+WGS84 = "EPSG:4326"
+
+Box = tuple[FloatArray, FloatArray]
+
+
+def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterator[str]:
+    """Yield sentences on inputs that look misplaced; none for inputs that lie on the terrain.
+
+    extents : the terrain first; crs : reference system of the terrain; up : the axis that points up in the input
+    """
+    if not extents or extents[0].name != TERRAIN:
+        return
+    terrain, others = extents[0], extents[1:]
+    yield from _terrain_hints(terrain, crs, up)
+    yield from _unknown_systems(terrain, others, crs)
+    for other in others:
+        if not _overlaps(_plan(other, up), _plan(terrain, up)):
+            yield from _off_the_terrain(other, terrain, crs, up)
+        elif up == "z" and not np.isnan(other.low[2]) and _is_upside_down(other, terrain):
+            yield f"{other.name} has elevations of the other sign than the terrain: does z point down in one of them?"
+
+
+def _plan(extent: Extent, up: str) -> Box:
+    axes = [0, 1] if up == "z" else [0, 2]
+    return extent.low[axes], extent.high[axes]
+
+
+def _overlaps(first: Box, second: Box) -> bool:
+    return bool((first[0] <= second[1]).all() and (second[0] <= first[1]).all())
+
+
+def _looks_like_degrees(box: Box) -> bool:
+    low, high = box
+    limits = np.array([180.0, 90.0])
+    return bool((low >= -limits).all() and (high <= limits).all())
+
+
+def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
+    """Yield sentences on a terrain with implausible coordinates: degrees, wrong unit, swapped axes."""
+    low, high = _plan(terrain, up)
+    width = float((high - low).max())
+    relief = float((terrain.high - terrain.low)[2 if up == "z" else 1])
+    if _looks_like_degrees((low, high)) and width < 1.0 and relief > 20.0 * width:
+        yield "the terrain looks as if it were in degrees (longitude, latitude); export it in metres, such as in UTM"
+    elif relief > MOST_RELIEF or width > MOST_WIDTH:
+        yield (
+            f"the terrain is {plain(round(width))} m wide and {plain(round(relief))} m high, more than any slope: is "
+            "it in mm or feet? Give its file `unit: mm` or `unit: ft`"
+        )
+    if up == "z" and low[0] > LEAST_NORTHING and EASTINGS[0] < low[1] < high[1] < EASTINGS[1]:
+        yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
+    if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
+        yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+
+
+def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None) -> Iterator[str]:
+    """Yield a sentence for each file that states a reference system, if that of the terrain is not known."""
+    if crs is None:
+        stated = {other.crs: other for other in others if other.crs is not None and not is_in_degrees(other.crs)}
+        for system, other in stated.items():
+            yield f"{other.name} is in {system}; the terrain states none: name it as `terrain.crs` if it is the same"
+
+
+def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
+    """Yield the most plausible reason why an input lies off the terrain."""
+    box, ground = _plan(other, up), _plan(terrain, up)
+    if _looks_like_degrees(box) and not _looks_like_degrees(ground):
+        yield _degrees_in_words(other, ground, crs)
+    elif _overlaps((box[0][::-1], box[1][::-1]), ground):
+        yield f"{other.name} would lie on the terrain if x and y were swapped: is the northing first?"
+    elif up == "z" and not np.isnan(other.low[2]) and _overlaps((other.low[[0, 2]], other.high[[0, 2]]), ground):
+        yield f"{other.name} would lie on the terrain if y and z were swapped: does y point up in it?"
+    elif _is_near_the_origin(ground):
+        return
+    elif unit := _unit_of(box, ground):
+        yield f"{other.name} would lie on the terrain if it were {unit}"
+    elif unit := _unit_of(ground, box):
+        yield f"{other.name} would lie on the terrain if the terrain were {unit}; give its file `unit`"
+
+
+def _is_near_the_origin(ground: Box) -> bool:
+    """True if the origin is so near to the terrain that an input would lie on it in many units."""
+    return bool(np.linalg.norm(0.5 * (ground[0] + ground[1])) < np.linalg.norm(ground[1] - ground[0]))
+
+
+def _unit_of(box: Box, ground: Box) -> str | None:
+    """Return the unit in which a box would lie on the ground; None if there is none."""
+    return next((unit for scale, unit in SCALES.items() if _overlaps((box[0] * scale, box[1] * scale), ground)), None)
+
+
+def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
+    """Return a sentence on an input in longitude and latitude, with the command that transforms a file."""
+    sentence = f"{other.name} looks like longitude and latitude (WGS84), and the terrain is in metres"
+    if crs is None:
+        return f"{sentence}; name the reference system of the terrain as `terrain.crs` to have it compared"
+    try:
+        corners = transformed_places(other.file or Path(other.name), np.array(_plan(other, "z")), WGS84, crs)
+    except InputError:
+        return sentence
+    on_it = _overlaps((corners.min(axis=0), corners.max(axis=0)), ground)
+    lies = "lies on it" if on_it else "does not lie on it either"
+    command = "" if other.file is None else f": {transforming(other, WGS84, crs)}"
+    return f"{sentence}; transformed to {crs} it {lies}{command}"
+
+
+def transforming(other: Extent, begin: str, end: str) -> str:
+    """Return the command that transforms the file of an input from one reference system to another."""
+    kind = "line" if other.name.startswith("berm ") else "polygon" if math.isnan(other.low[2]) else "point"
+    file = other.file.name if other.file else ""
+    name = f"{other.file.stem if other.file else other.name}_{end.rpartition(':')[2]}.geojson"
+    return f"rpf3d import layer {file} --kind {kind} --from {begin} --to {end} --out {name}"
+
+
+def _is_upside_down(other: Extent, terrain: Extent) -> bool:
+    """True if elevations overlap those of the terrain only with the other sign."""
+    low, high = terrain.low[2], terrain.high[2]
+    if other.low[2] <= high and low <= other.high[2]:
+        return False
+    return bool(-other.high[2] <= high and low <= -other.low[2])
+
+
+def refuse_other_systems(extents: Sequence[Extent], crs: str | None) -> None:
+    """Refuse a file that states another coordinate reference system than the terrain, and offer the transformation.
+
+    A file that states degrees but has coordinates beyond them states a wrong system, so it is not refused.
+
+    Raises
+    ------
+    InputError
+        A file is in another reference system; the message has the command that transforms it.
+    """
+    for other in extents:
+        if crs is None or other.crs is None or other.name == TERRAIN or are_same(other.crs, crs):
+            continue
+        if is_in_degrees(other.crs) and not _looks_like_degrees(_plan(other, "z")):
+            continue
+        raise InputError(
+            f"{other.file}: {other.name} is in {other.crs}, and the terrain in {crs}; transform it: "
+            f"{transforming(other, other.crs, crs)}"
+        )

@@ -1,0 +1,52 @@
+"""The flight of a parameter set: other materials and models over the same terrain, with the same compiled loop."""
+
+from typing import Any
+
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.materials.library import Materials
+from rpf3d_core.scene.key_paths import with_values
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import check_may_be_unknown
+from rpf3d_core.setup.named import models_of
+from rpf3d_core.setup.prepared import Prepared, scene_drawn_materials, scene_materials, scene_settings
+
+OF_THE_GROUND = ("materials", "stop_speed")
+"""First keys of the key paths that change materials only; the others, and `slip_friction`, change models."""
+
+
+def check_names(scene: Scene, names: tuple[str, ...]) -> None:
+    """Refuse key paths that a parameter set cannot change, because they change the terrain or the releases.
+
+    Raises
+    ------
+    InputError
+        A key path does not begin with a key of the ground or of the models; the message names the path.
+    """
+    for name in names:
+        check_may_be_unknown(scene, name)
+
+
+def flight_of_set(prepared: Prepared, values: dict[str, float], drawn: bool | None = None) -> Flight:
+    """Return the flight of one parameter set, without reading the terrain or compiling again.
+
+    values : values by key path, as from `ParameterSets.at`
+    drawn : True for materials in the form that draws, None for the form that the prepared scene has
+
+    Raises
+    ------
+    InputError
+        A key path cannot change or leads nowhere, or a value is refused; the message names the path.
+    """
+    check_names(prepared.scene, tuple(values))
+    scene, zones = with_values(prepared.scene, values), prepared.terrain.zones
+    fixed = isinstance(prepared.flight.materials, Materials) if drawn is None else not drawn
+    materials: Any = scene_materials(scene, zones) if fixed else scene_drawn_materials(scene, zones)
+    changed = any(_is_of_a_model(name) for name in values)
+    models = models_of(scene, prepared.terrain) if changed else prepared.flight.models
+    return Flight(materials=materials, settings=scene_settings(scene), models=models)
+
+
+def _is_of_a_model(name: str) -> bool:
+    """Return True if a key path changes a model; friction that grows along the slip is part of the contact model."""
+    keys = name.split(".")
+    return keys[0] not in OF_THE_GROUND or "slip_friction" in keys

@@ -1,0 +1,81 @@
+"""The shapes of a scene's rocks: read from files or made from a family, and the rocks that have them."""
+
+import numpy as np
+
+from rpf3d_core.ensemble.bodies import DrawnBody
+from rpf3d_core.ensemble.sizes import AnyRock
+from rpf3d_core.errors import InputError
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.shapes import ShapeSpec
+from rpf3d_core.setup.sources import rock_of
+from rpf3d_core.shapes.block_files import read_block
+from rpf3d_core.shapes.families import box, family
+from rpf3d_core.shapes.polyhedron import Polyhedron
+from rpf3d_core.shapes.table import ShapeTable, shape_table
+
+
+def polyhedra_of(scene: Scene) -> tuple[list[Polyhedron], list[str]]:
+    """Return the polyhedra of a scene's rocks, and what was found in their files, as sentences.
+
+    Raises
+    ------
+    InputError
+        A file holds no usable block; the message names the key.
+    """
+    shape = scene.rock.shape
+    if shape is None:
+        return [], []
+    if shape.box is not None:
+        return [box(shape.box)], []
+    if shape.family is not None:
+        return [family(shape.family)], []
+    found = [_block(scene, shape, number) for number in range(len(shape.files or ()))]
+    return [block for block, _ in found], [sentence for _, sentences in found for sentence in sentences]
+
+
+def _block(scene: Scene, shape: ShapeSpec, number: int) -> tuple[Polyhedron, list[str]]:
+    """Return the block in one file of a scene, and what was found in the file."""
+    path, key = (shape.files or ())[number], f"`rock.shape.files[{number}]`"
+    try:
+        block, findings = read_block(path, shape.corners)
+    except InputError as fault:
+        raise InputError(f"{scene.path}: {key} names a file that cannot be used: {fault}") from fault
+    return block, [f"{key}: {sentence}" for sentence in findings]
+
+
+def table_of(scene: Scene) -> ShapeTable:
+    """Return the shapes of a scene's rocks as compiled code reads them.
+
+    Raises
+    ------
+    InputError
+        As `polyhedra_of`.
+    """
+    polyhedra, _ = polyhedra_of(scene)
+    return shape_table(polyhedra, weights_of(scene, len(polyhedra)))
+
+
+def weights_of(scene: Scene, shapes: int) -> tuple[float, ...]:
+    """Return how often each of a scene's shapes is drawn, relative to the others."""
+    given = scene.rock.shape.weights if scene.rock.shape else None
+    return given or (1.0,) * shapes
+
+
+def rock_of_scene(scene: Scene) -> AnyRock:
+    """Return the rocks of a scene: equal ones, or a description from which size and shape are drawn.
+
+    Raises
+    ------
+    InputError
+        As `polyhedra_of`.
+    """
+    if not scene.rock.is_body:
+        return rock_of(scene.rock)
+    polyhedra, _ = polyhedra_of(scene)
+    table = shape_table(polyhedra, weights_of(scene, len(polyhedra)))
+    return DrawnBody(
+        density=scene.rock.density,
+        size=None if scene.rock.has_own_size else rock_of(scene.rock),
+        volumes=np.array([polyhedron.volume for polyhedron in polyhedra]),
+        shares=table.shares,
+    )

@@ -1,0 +1,79 @@
+"""The parameter sets of a scene with unknowns: from priors, from a sample, or from both."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.materials.distributions import quantile
+from rpf3d_core.scene.key_paths import steps_to
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.unknowns import PriorSpec
+from rpf3d_core.unknowns.parameter_sets import FloatArray, ParameterSets, parameter_sets, read_parameter_sets
+from rpf3d_core.unknowns.points import spread_points
+
+
+def sets_of_scene(scene: Scene) -> ParameterSets:
+    """Return the parameter sets that a run of a scene with unknowns flies; all weigh alike.
+
+    A sample takes the first dimension of the points: each point picks the row at its place of the summed weights. A
+    parameter that has a column in the sample is drawn from the sample, whatever its prior.
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused, or a column of it leads to no value of the scene.
+    """
+    spec = scene.unknowns
+    assert spec is not None
+    sample = None if spec.sample is None else read_parameter_sets(spec.sample)
+    known = () if sample is None else sample.names
+    priors = left_over(scene, spec.priors, known)
+    points = spread_points(spec.sets, len(priors) + (sample is not None), scene.seed)
+    columns = [] if sample is None else [_picked(sample, points[:, 0], scene)]
+    for place, prior in enumerate(priors.values(), start=len(columns)):
+        drawn = [quantile(prior.distribution, u) for u in points[:, place].tolist()]
+        columns.append(np.array(drawn)[:, None])
+    return parameter_sets([*known, *priors], np.concatenate(columns, axis=1))
+
+
+def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
+    """Return the unknowns that a calibration or a sensitivity varies, by key path, each with its prior.
+
+    They are the unknowns of `calibration`, and those of the scene itself, such as ranges of a library, that
+    `calibration` does not replace.
+    """
+    named = {} if scene.calibration is None else dict(scene.calibration.unknowns)
+    own = {} if scene.unknowns is None else scene.unknowns.priors
+    return named | left_over(scene, own, tuple(named))
+
+
+def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str]) -> dict[str, PriorSpec]:
+    """Return the priors without those whose values all have another key path, such as `materials.*.friction`.
+
+    known : the other key paths
+
+    Raises
+    ------
+    SceneError
+        A key path leads to no value of the scene.
+    """
+    places = {steps for path in known for steps in steps_to(scene, path)}
+    return {path: prior for path, prior in priors.items() if not places.issuperset(steps_to(scene, path))}
+
+
+def _picked(sample: ParameterSets, places: FloatArray, scene: Scene) -> FloatArray:
+    """Return the rows (S, U) of a sample at some places (S,) in [0, 1) of its summed weights.
+
+    Raises
+    ------
+    InputError
+        A column leads to no value of the scene; names the file.
+    """
+    try:
+        for name in sample.names:
+            steps_to(scene, name)
+    except InputError as fault:
+        raise InputError(f"{scene.unknowns.sample if scene.unknowns else ''}: {fault}") from fault
+    rows = np.searchsorted(np.cumsum(sample.shares), places, side="right")
+    return sample.values[np.minimum(rows, len(sample) - 1)]

@@ -1,0 +1,302 @@
+"""What happens in contact: impacts, and short steps for as long as contact lasts.
+
+A step is a free flight, like all motion of a body, so positions and orientations stay exact. At its start the body gets
+the impulses with which each contact returns to its place at the end of the step: the velocity of a contact is then
+-a h / 2 at the start and a h / 2 at the end, for an acceleration a of the free body and a step of h. So the mean
+velocity of a contact at rest is zero, the error of a step is of third order, and the contact keeps its distance from
+the ground. The length of a step follows from the error of that distance.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.body.contacts import ARM, CONTACT_COLUMNS, FACET, GOAL, IMPULSE, NORMAL, approach, put, vector
+from rpf3d_core.body.contacts import GAP as ROW_GAP
+from rpf3d_core.body.impact import Velocity, forget, impact, inelastic, kinetic, sustained
+from rpf3d_core.body.quaternions import turned, turned_back
+from rpf3d_core.jit.dispatch import kernel, routine
+from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, corner_acceleration, flight_of, motion_after
+from rpf3d_core.simulation.bodies.room import (
+    ACTIVE,
+    BEGUN,
+    COVERED,
+    EXPECTED,
+    GAP,
+    GUESS,
+    MARK,
+    NEAREST,
+    TOUCHED,
+    UNKNOWN,
+    Room,
+)
+from rpf3d_core.simulation.bodies.survey import clear_until, travelled
+from rpf3d_core.simulation.bodies.touch import BAND, copy_contacts, keep_impulses, list_contacts, touch
+from rpf3d_core.simulation.physics import Physics
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import add, cross, dot, norm, scale
+
+OFF = 0.25
+"""Largest error of a gap in a step, as a share of the skin (-)."""
+NEAR, PUSH = 0.75, 0.3
+"""Share of the skin (-) below which the distance from the ground is restored, and the share of it in a step (-)."""
+LIFT = 0.05
+"""Largest speed (m/s) at which a step restores a missing distance from the ground."""
+SLOW = 0.1
+"""Speed of approach (m/s) below which contact is sustained and an impact has no restitution."""
+LONGEST, SHORTEST = 0.02, 1e-5
+"""Longest and shortest step (s)."""
+TURN = 0.15
+"""Largest turn of the body in a step (rad)."""
+SOLVED, FINISHED = 1e-3, 1e-4
+"""Error of a contact's velocity, times the step, as a share of the skin (-), to which a step is solved.
+
+The second is for the step that an impact ends: its error changes the impact.
+"""
+GROWTH, SHRINKAGE, SAFETY = 3.0, 0.3, 0.9
+"""Largest and least factor of the next step's length, and the share of the estimated length that is used (-)."""
+
+
+class Carried(NamedTuple):
+    """The result of a step in contact.
+
+    motion : at the end; contacts : number of contacts there, in `room.points`; moved : path bound of the body (m)
+    begin : motion at the start, after the impulses; h : length of the step, and next : of the next one (s)
+    pressed : True if any contact carried an impulse
+    """
+
+    motion: BodyMotion
+    contacts: int
+    moved: float
+    begin: BodyMotion
+    h: float
+    next: float
+    pressed: bool
+
+
+@kernel
+def body_velocity(motion: BodyMotion) -> Velocity:
+    """Return the velocity and the spin of a body in its own axes."""
+    return Velocity(turned_back(motion.q, motion.v), motion.w)
+
+
+@kernel
+def with_velocity(motion: BodyMotion, velocity: Velocity) -> BodyMotion:
+    """Return a motion with another velocity and spin, given in the body's axes."""
+    return BodyMotion(t=motion.t, x=motion.x, v=turned(motion.q, velocity.v), q=motion.q, w=velocity.w)
+
+
+@kernel
+def contacts_of(
+    body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext, moved: float
+) -> int:  # fmt: skip
+    """Look at the facets around a body, and write its contacts into `points`; return how many there are."""
+    touch(body, room, physics.facets, motion, moved)
+    return list_contacts(body, room, points, physics, motion, rock)
+
+
+@kernel
+def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> int:
+    """Return the contact that approaches fastest, if it approaches faster than sustained contact can; else -1.
+
+    h : length of the last step (s), in which gravity may accelerate a contact at rest
+    """
+    velocity = body_velocity(motion)
+    worst, which = -SLOW - gravity * h, -1
+    for i in range(count):
+        speed = approach(room.points[i], velocity.v, velocity.w)
+        if speed < worst:
+            worst, which = speed, i
+    return which
+
+
+@routine
+def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> BodyMotion:
+    """Return the motion of a body just before an impact, with the rest of the impulses of the contacts that carry it.
+
+    h : length of the last step (s)
+
+    At the end of a step such a contact moves towards the ground, by half of what its free acceleration adds in the
+    step. The impulse that stops it belongs to the step, not to the impact. Where the sweeps diverge, the motion stays.
+    """
+    velocity, carrying = body_velocity(motion), 0
+    for i in range(count):
+        row = room.points[i]
+        carries = dot(vector(row, IMPULSE), vector(row, NORMAL)) > 0.0
+        if carries and approach(row, velocity.v, velocity.w) >= -SLOW - gravity * h:
+            for column in range(CONTACT_COLUMNS):
+                room.later[carrying, column] = row[column]
+            carrying += 1
+    if carrying == 0:
+        return motion
+    forget(room.later, carrying)
+    within = FINISHED * body.skin / h
+    held = inelastic(room.later, room.rows, carrying, body.moments, velocity, within)
+    if not kinetic(held, body.moments) <= kinetic(velocity, body.moments):
+        return motion
+    return with_velocity(motion, held)
+
+
+@kernel
+def struck(body: Body, room: Room, count: int, motion: BodyMotion) -> BodyMotion:
+    """Return the motion of a body after an impact at all its contacts."""
+    after = impact(room.points, room.rows, count, body.moments, body_velocity(motion), SLOW)
+    forget(room.points, count)
+    return with_velocity(motion, after)
+
+
+@kernel
+def _rate(skin: float, gap: float, h: float) -> float:
+    """Return the mean normal velocity (m/s) that a contact should have in a step, from its gap (m).
+
+    A contact farther away than the skin may come as near as the skin. A contact that is too near moves away slowly.
+    """
+    if gap > skin:
+        return (skin - gap) / h
+    return min(PUSH * max(NEAR * skin - gap, 0.0) / h, LIFT)
+
+
+@kernel
+def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: float, h: float) -> None:
+    """Write the velocity that each contact should have at the start of a step of h seconds."""
+    down = turned_back(motion.q, (0.0, 0.0, -gravity))
+    for i in range(count):
+        row = room.points[i]
+        rate = _rate(body.skin, row[ROW_GAP], h)
+        a = corner_acceleration(body, motion, vector(row, ARM), down)
+        put(row, GOAL, add(scale(-0.5 * h, a), scale(rate, vector(row, NORMAL))))
+
+
+@kernel
+def _keep_begin(room: Room) -> None:
+    """Write the gaps and the nearest points at the start of a step, which later looks replace."""
+    for k in range(room.count[0]):
+        plane = room.planes[k]
+        plane[BEGUN] = UNKNOWN
+        if plane[ACTIVE] == TOUCHED:
+            plane[BEGUN] = plane[GAP]
+            put(plane, BEGUN + 1, vector(plane, GUESS))
+            put(plane, BEGUN + 4, vector(plane, NEAREST))
+
+
+class Step(NamedTuple):
+    """A free flight of a step in the body's axes: velocity v (m/s), spin w (rad/s), gravity (m/s2), duration (s)."""
+
+    begin: BodyMotion
+    v: Vec
+    down: Vec
+    h: float
+
+
+@kernel
+def _gap_after(body: Body, step: Step, gap: float, n: Vec, arm: Vec) -> float:
+    """Return the gap (m) of a point of the body after a step, to second order; n, arm : in the body's axes."""
+    speed = dot(n, add(step.v, cross(step.begin.w, arm)))
+    return gap + step.h * (speed + 0.5 * step.h * dot(n, corner_acceleration(body, step.begin, arm, step.down)))
+
+
+@kernel
+def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: float, h: float) -> bool:
+    """Write the gap of each facet that the solution of a step leads to; return True if any contact presses."""
+    step = Step(begin=begin, v=turned_back(begin.q, begin.v), down=turned_back(begin.q, (0.0, 0.0, -gravity)), h=h)
+    for k in range(room.count[0]):
+        plane = room.planes[k]
+        plane[EXPECTED] = math.inf
+        if plane[BEGUN] != UNKNOWN:
+            n, arm = vector(plane, BEGUN + 1), vector(plane, BEGUN + 4)
+            plane[EXPECTED] = _gap_after(body, step, plane[BEGUN], n, arm)
+    pressed = False
+    for i in range(count):
+        row = room.points[i]
+        n = vector(row, NORMAL)
+        pressed = pressed or dot(vector(row, IMPULSE), n) > 0.0
+        plane = room.planes[_place_of(room, int(row[FACET]))]
+        plane[EXPECTED] = min(plane[EXPECTED], _gap_after(body, step, row[ROW_GAP], n, vector(row, ARM)))
+    return pressed
+
+
+@kernel
+def _place_of(room: Room, f: int) -> int:
+    """Return the place of a facet in the room's ascending list."""
+    low, high = 0, room.count[0] - 1
+    while low < high:
+        middle = (low + high) // 2
+        if room.facets[middle] < f:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def _error(body: Body, room: Room, moved: float) -> float:
+    """Return the largest error of a gap at the end of a step, over the largest allowed one (-)."""
+    worst, band = 0.0, BAND * body.skin
+    for k in range(room.count[0]):
+        plane = room.planes[k]
+        if plane[ACTIVE] == COVERED or plane[EXPECTED] == math.inf:
+            continue
+        if plane[MARK] == moved and min(plane[GAP], plane[EXPECTED]) <= band:
+            worst = max(worst, abs(plane[GAP] - plane[EXPECTED]))
+    return worst / (OFF * body.skin)
+
+
+@kernel
+def _next_length(h: float, error: float) -> float:
+    """Return the length (s) of the next step, by the fourth root of the error, which is cautious for third order."""
+    if error <= 0.0:
+        return GROWTH * h
+    return h * min(max(SAFETY / math.sqrt(math.sqrt(error)), SHRINKAGE), GROWTH)
+
+
+@kernel
+def _shortened(body: Body, motion: BodyMotion, h: float) -> float:
+    """Return a length (s) of a step within its limits."""
+    spin = norm(motion.w)
+    most = min(LONGEST, TURN / spin) if spin > 0.0 else LONGEST
+    return max(min(h, most), SHORTEST)
+
+
+@routine
+def carry(
+    body: Body, room: Room, count: int, physics: Physics, motion: BodyMotion, h: float, at: tuple[float, RockContext]
+) -> Carried:
+    """Return the motion of a body after a step in contact.
+
+    count : number of contacts in `room.points`; h : length of the step to try first (s)
+    at : path bound of the body (m), and the rock's data
+
+    A step whose gaps are not as expected is repeated with a shorter length.
+    """
+    moved, rock = at
+    gravity, before = physics.settings.gravity, body_velocity(motion)
+    h = _shortened(body, motion, h)
+    _keep_begin(room)
+    while True:
+        _set_goals(body, room, count, motion, gravity, h)
+        within = SOLVED * body.skin / h
+        begin = with_velocity(motion, sustained(room.points, room.rows, count, body.moments, before, within))
+        flight = flight_of(body, begin, gravity)
+        t = max(clear_until(body, room, physics.facets, flight, h, moved), SHORTEST)
+        end, path = motion_after(flight, t), moved + travelled(body, flight, t)
+        pressed = _expect(body, room, count, begin, gravity, t)
+        now = contacts_of(body, room, room.later, physics, end, rock, path)
+        error = _error(body, room, path)
+        if error <= 1.0 or h <= SHORTEST:
+            break
+        touch(body, room, physics.facets, motion, moved)
+        h = max(min(_next_length(h, error), 0.7 * h), SHORTEST)
+    keep_impulses(body, room.points, count, room.later, now)
+    copy_contacts(room.later, now, room.points)
+    after = _shortened(body, end, max(_next_length(t, error), SHORTEST) if t < h else _next_length(h, error))
+    return Carried(motion=end, contacts=now, moved=path, begin=begin, h=t, next=after, pressed=pressed)
+
+
+@kernel
+def is_lifting(room: Room, count: int, motion: BodyMotion) -> bool:
+    """Return True if every contact of a body moves away from the ground, or there is none."""
+    velocity = body_velocity(motion)
+    for i in range(count):  # noqa: SIM110  (all() of a generator does not compile)
+        if not approach(room.points[i], velocity.v, velocity.w) > 0.0:
+            return False
+    return True

@@ -1,0 +1,152 @@
+"""The free flights of a body: to a contact, an obstacle, a gap of the terrain, its boundary, or the time limit."""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.arc import Arc, arc_length
+from rpf3d_core.detection.caps import Loss, loss_on
+from rpf3d_core.detection.contact import NO_CONTACT
+from rpf3d_core.detection.search import flight_end
+from rpf3d_core.detection.sphere_contact import Course
+from rpf3d_core.detection.swept import stretch_end, swept_contact
+from rpf3d_core.effects.hooks import NO_MEETING, Meeting, first_obstacle, longest_flight
+from rpf3d_core.jit.dispatch import kernel, routine
+from rpf3d_core.kinetics.slippage import slip_in_air
+from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.bodies.around import braked, height_of
+from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, Flight, flight_of, motion_after
+from rpf3d_core.simulation.bodies.notes import motion_of, note_segment
+from rpf3d_core.simulation.bodies.ride import MARGIN, Ride, after_flight, ended, margin_of, past_obstacle, with_slip
+from rpf3d_core.simulation.bodies.room import Room
+from rpf3d_core.simulation.bodies.survey import first_meeting, travelled
+from rpf3d_core.simulation.march import hovers
+from rpf3d_core.simulation.parabola import AGAIN
+from rpf3d_core.simulation.physics import Physics
+from rpf3d_core.simulation.record import Record
+from rpf3d_core.simulation.state import RockTally, with_slide
+from rpf3d_core.values import MOVING, Mode, Outcome
+from rpf3d_core.vectors import norm, subtract
+
+FLIGHT = int(Mode.FLIGHT)
+LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
+
+
+class Path(NamedTuple):
+    """A free flight of a body for t seconds, and what ends it.
+
+    start : motion at its beginning, and longest : s for which one free flight may replace the flight through the air
+    k : the facet's place in the room where contact begins, else -1; left : s until max_time; end : s until the flight
+    has left the terrain
+    meeting, loss : first obstacle and first passage through a cap; none is earlier than t
+    """
+
+    start: BodyMotion
+    flight: Flight
+    t: float
+    k: int
+    left: float
+    end: float
+    longest: float
+    meeting: Meeting
+    loss: Loss
+
+
+@kernel
+def _free_flight(
+    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, start: BodyMotion, longest: float
+) -> Path:  # fmt: skip
+    """Return the free flight from a motion on, up to a contact, a cap or the end of the facets nearby."""
+    facets, settings = physics.facets, physics.settings
+    arc = Arc(x=start.x, v=start.v, gravity=settings.gravity)
+    end, left = flight_end(facets, arc, body.reach), settings.max_time - start.t
+    down = (0.0, 0.0, -settings.gravity)
+    flight, most, k = flight_of(body, start, settings.gravity), min(end, left, longest), -1
+    if room.count[0] == 0:
+        wide = Course(x=start.x, v=start.v, a=down, radius=(1.0 + 0.5 * MARGIN) * body.reach, gravity=settings.gravity)
+        t = min(swept_contact(locator, facets, wide, most).t, most)
+    else:
+        course = Course(x=start.x, v=start.v, a=down, radius=body.reach, gravity=settings.gravity)
+        way = max(margin_of(body) - norm(subtract(start.x, ride.centre)), 0.0)
+        met = first_meeting(body, room, facets, flight, stretch_end(course, 0.0, way, most), ride.moved)
+        t, k = met.t, met.k
+    loss = loss_on(physics.caps, arc, NO_CONTACT, t)
+    if loss.t < t:
+        t, k = loss.t, -1
+    return Path(
+        start=start, flight=flight, t=t, k=k, left=left, end=end, longest=longest, meeting=NO_MEETING, loss=loss
+    )
+
+
+@kernel
+def _next_path(
+    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext
+) -> Path:  # fmt: skip
+    """Return the next free flight of a body, up to a contact, an obstacle or a cap, in air as `next_parabola` says."""
+    effects, motion = physics.effects, ride.motion
+    longest = longest_flight(effects, motion_of(motion), rock)
+    height = height_of(physics, locator, motion)
+    while True:
+        start = braked(effects, motion, height, 0.5 * longest, rock)
+        path = _free_flight(body, room, locator, physics, ride, start, longest)
+        arc = Arc(x=start.x, v=start.v, gravity=physics.settings.gravity)
+        meeting = first_obstacle(effects, arc, ride.passed, path.t, rock)
+        t = min(path.t, meeting.t)
+        if longest == math.inf or not 0.0 < t < 0.5 * longest:  # a search again for no time would find nothing
+            return Path(
+                start=start, flight=path.flight, t=t, k=path.k, left=path.left, end=path.end, longest=longest,
+                meeting=meeting, loss=path.loss,
+            )  # fmt: skip
+        longest = AGAIN * t
+
+
+@routine
+def fly_on(
+    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
+) -> tuple[Ride, bool]:  # fmt: skip
+    """Return the state after a part of a free flight, and whether it ends with contact.
+
+    Otherwise the facets nearby must be listed again, the air acts again, or the path ends.
+    """
+    effects, facets = physics.effects, physics.facets
+    path = _next_path(body, room, locator, physics, ride, rock)
+    start, t, k = path.start, path.t, path.k
+    after, moved = motion_after(path.flight, t), ride.moved + travelled(body, path.flight, t)
+    if t > 0.0:
+        note_segment(record, ride.tally, body, start, after, FLIGHT)
+    arc = Arc(x=start.x, v=start.v, gravity=physics.settings.gravity)
+    if path.longest < math.inf:
+        height = height_of(physics, locator, after)
+        after = braked(effects, after, height, t - 0.5 * path.longest, rock) if t > 0.0 else ride.motion
+    tally = _with_flight(ride.tally, arc, t, after, facets.tolerance)
+    flown = _slipped(after_flight(ride, after, moved, tally, MOVING, ride.passed), physics, t)
+    if path.meeting.t <= t:
+        return past_obstacle(body, physics, flown, path.meeting, rock, record), False
+    if path.loss.t <= t:
+        return ended(flown, path.loss.outcome), False
+    if k >= 0:
+        return flown, True
+    if t >= path.left:
+        return ended(flown, MAX_TIME), False
+    if t >= path.end:
+        return ended(flown, LEFT_TERRAIN), False
+    if t >= path.longest and hovers(physics.settings.max_impacts, tally):
+        return ended(flown, MAX_IMPACTS), False
+    return flown, False
+
+
+@kernel
+def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
+    """Return the state of a body with the slip that is left after t seconds of flight."""
+    if physics.rebound.slip is None:
+        return ride
+    zone = physics.facets.zone[max(ride.tally.facet, 0)]
+    slip = slip_in_air(physics.rebound.slip, ride.slip, zone, t)
+    return with_slip(ride, slip)
+
+
+@kernel
+def _with_flight(tally: RockTally, arc: Arc, t: float, after: BodyMotion, tolerance: float) -> RockTally:
+    """Return the totals after a flight of t seconds, which counts as a path segment if it takes time."""
+    if not t > 0.0:
+        return tally
+    return with_slide(tally, arc_length(arc, t), motion_of(after), tolerance, True)

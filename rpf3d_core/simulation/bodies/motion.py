@@ -1,0 +1,161 @@
+"""The motion of a body with an orientation, and its free flight in closed form."""
+
+from typing import Any, NamedTuple
+
+from rpf3d_core.body.clearance import Sweep
+from rpf3d_core.body.quaternions import Quaternion, turned, turned_back
+from rpf3d_core.body.rotation import Turning, spin_bound, turned_for, turning_of
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import add, dot, scale
+
+
+class Body(NamedTuple):
+    """The constants of one rock with a shape.
+
+    shapes : `ShapeTable`, the shapes of the ensemble; shape : number of the rock's shape
+    first, last : rows of its corners; size : radius (m) of the sphere of equal volume, the factor of the corners
+    moments : principal moments per unit of mass (m2), ascending; reach : largest distance of a corner (m)
+    skin : distance from the ground (m) at which contact begins
+    """
+
+    shapes: Any
+    shape: int
+    first: int
+    last: int
+    size: float
+    moments: Vec
+    reach: float
+    skin: float
+
+
+class BodyMotion(NamedTuple):
+    """The motion of a body: t (s), centre of mass x (3,) m, its velocity v (3,) m/s, orientation q, spin w (3,) rad/s.
+
+    q : from the body's axes to space; w : in the body's axes; x, v : in space
+    """
+
+    t: float
+    x: Vec
+    v: Vec
+    q: Quaternion
+    w: Vec
+
+
+class Flight(NamedTuple):
+    """A free flight of a body: start, constants of the rotation, gravity (m/s2), bound of the spin (rad/s)."""
+
+    start: BodyMotion
+    turning: Turning
+    gravity: float
+    spin: float
+
+
+SKIN = 4e-3
+"""Largest distance at which contact begins, as a share (-) of the largest distance of a corner."""
+
+
+@kernel
+def body_of(model: Any, shape: int, radius: float) -> Body:
+    """Return the constants of a rock.
+
+    model : `RigidBody`; shape : number of the rock's shape; radius : of the sphere of equal volume (m)
+    """
+    shapes = model.shapes
+    reach, square = shapes.reach[shape] * radius, radius * radius
+    moments = (
+        square * shapes.moments[shape, 0],
+        square * shapes.moments[shape, 1],
+        square * shapes.moments[shape, 2],
+    )
+    return Body(
+        shapes=shapes,
+        shape=shape,
+        first=shapes.first[shape],
+        last=shapes.first[shape + 1],
+        size=radius,
+        moments=moments,
+        reach=reach,
+        skin=min(model.accuracy, SKIN * reach),
+    )
+
+
+@kernel
+def flight_of(body: Body, motion: BodyMotion, gravity: float) -> Flight:
+    """Return the free flight that begins with a motion."""
+    turning = turning_of(body.moments, motion.q, motion.w)
+    return Flight(start=motion, turning=turning, gravity=gravity, spin=spin_bound(turning))
+
+
+@kernel
+def motion_after(flight: Flight, t: float) -> BodyMotion:
+    """Return the motion after t seconds of a free flight."""
+    start, g = flight.start, flight.gravity
+    q, w = turned_for(flight.turning, t)
+    x, v = start.x, start.v
+    return BodyMotion(
+        t=start.t + t,
+        x=(x[0] + t * v[0], x[1] + t * v[1], x[2] + t * (v[2] - 0.5 * g * t)),
+        v=(v[0], v[1], v[2] - g * t),
+        q=q,
+        w=w,
+    )
+
+
+@kernel
+def sweep_of(flight: Flight, motion: BodyMotion) -> Sweep:
+    """Return the rest of a free flight from a motion on, as the search for contacts reads it."""
+    return Sweep(
+        x=motion.x,
+        v=motion.v,
+        w=turned(motion.q, motion.w),
+        q=motion.q,
+        gravity=flight.gravity,
+        spin_bound=flight.spin,
+    )
+
+
+@kernel
+def corner_acceleration(body: Body, motion: BodyMotion, arm: Vec, down: Vec) -> Vec:
+    """Return the acceleration (m/s2) of a point of a body in free flight, in the body's axes.
+
+    arm : of the point (m); down : gravity (m/s2); both in the body's axes
+    """
+    w, m = motion.w, body.moments
+    turning = (
+        (m[1] - m[2]) / m[0] * w[1] * w[2],
+        (m[2] - m[0]) / m[1] * w[2] * w[0],
+        (m[0] - m[1]) / m[2] * w[0] * w[1],
+    )
+    inward = add(scale(dot(w, arm), w), scale(-dot(w, w), arm))
+    return (
+        down[0] + inward[0] + turning[1] * arm[2] - turning[2] * arm[1],
+        down[1] + inward[1] + turning[2] * arm[0] - turning[0] * arm[2],
+        down[2] + inward[2] + turning[0] * arm[1] - turning[1] * arm[0],
+    )
+
+
+@kernel
+def kinetic_energy(body: Body, motion: BodyMotion) -> float:
+    """Return the kinetic energy of a body per unit of mass (J/kg)."""
+    return 0.5 * dot(motion.v, motion.v) + rotational_energy(body, motion)
+
+
+@kernel
+def rotational_energy(body: Body, motion: BodyMotion) -> float:
+    """Return the energy of rotation of a body per unit of mass (J/kg)."""
+    m, w = body.moments, motion.w
+    return 0.5 * (m[0] * w[0] * w[0] + m[1] * w[1] * w[1] + m[2] * w[2] * w[2])
+
+
+@kernel
+def place_of(motion: BodyMotion, arm: Vec) -> Vec:
+    """Return the place (m) of a point of a body in space from its arm in the body's axes."""
+    return add(motion.x, turned(motion.q, arm))
+
+
+@kernel
+def in_body(motion: BodyMotion, p: Vec) -> Vec:
+    """Return a place in space (m) in the body's axes."""
+    x = motion.x
+    return turned_back(motion.q, (p[0] - x[0], p[1] - x[1], p[2] - x[2]))

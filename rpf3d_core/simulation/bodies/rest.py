@@ -1,0 +1,83 @@
+"""When a body has stopped: it stands, it has not moved for a while, it is slower than the ground's stop speed, or it
+leans against an obstacle.
+"""
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+from rpf3d_core.body.quaternions import Quaternion, inverse, multiply
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, rotational_energy
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import dot, norm, subtract
+
+STANDS = 1e-3
+"""Speed (m/s) below which a body counts as standing."""
+STANDS_FOR, HELD_FOR, SLOW_FOR = 0.3, 2.0, 5.0
+"""Time (s) for which a body must stand, stay where it is to within the skin, or be slow, to count as stopped."""
+
+
+class Stop(IntEnum):
+    """Why a body counts as stopped."""
+
+    NOT_STOPPED = -1
+    STANDS = 0
+    HELD = 1
+    SLOW = 2
+    LEANS = 3
+
+
+NOT_STOPPED = int(Stop.NOT_STOPPED)
+STANDING, HELD, CRAWLING, LEANING = int(Stop.STANDS), int(Stop.HELD), int(Stop.SLOW), int(Stop.LEANS)
+
+
+class Rest(NamedTuple):
+    """The times (s) since when a body stands, is slow, and is where it is; inf if it does not stand or is not slow.
+
+    x, q : place (m) and orientation at time `held`
+    """
+
+    stands: float
+    slow: float
+    held: float
+    x: Vec
+    q: Quaternion
+
+
+@kernel
+def no_rest(motion: BodyMotion) -> Rest:
+    """Return the record of a body that moves."""
+    return Rest(stands=math.inf, slow=math.inf, held=motion.t, x=motion.x, q=motion.q)
+
+
+@kernel
+def mean_speed(body: Body, begin: BodyMotion, end: BodyMotion) -> float:
+    """Return the speed (m/s) of a body that moves as fast as the kinetic energy in the middle of a step says."""
+    v = (0.5 * (begin.v[0] + end.v[0]), 0.5 * (begin.v[1] + end.v[1]), 0.5 * (begin.v[2] + end.v[2]))
+    return math.sqrt(dot(v, v) + 2.0 * min(rotational_energy(body, begin), rotational_energy(body, end)))
+
+
+@kernel
+def after_step(body: Body, rest: Rest, end: BodyMotion, speed: float, stop_speed: float) -> Rest:
+    """Return the record of rest after a step in contact.
+
+    speed, stop_speed : m/s
+    """
+    stands = min(rest.stands, end.t) if speed <= STANDS else math.inf
+    slow = min(rest.slow, end.t) if speed <= stop_speed else math.inf
+    turn = multiply(inverse(rest.q), end.q)
+    sine = math.sqrt(turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3])
+    if norm(subtract(end.x, rest.x)) + 2.0 * body.reach * sine > body.skin:
+        return Rest(stands=stands, slow=slow, held=end.t, x=end.x, q=end.q)
+    return Rest(stands=stands, slow=slow, held=rest.held, x=rest.x, q=rest.q)
+
+
+@kernel
+def why_stopped(rest: Rest, t: float) -> int:
+    """Return why a body counts as stopped at time t (s), a `Stop`."""
+    if t - rest.stands >= STANDS_FOR:
+        return STANDING
+    if t - rest.held >= HELD_FOR:
+        return HELD
+    return CRAWLING if t - rest.slow >= SLOW_FOR else NOT_STOPPED

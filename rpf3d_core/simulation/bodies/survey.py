@@ -1,0 +1,250 @@
+"""Looks at single facets near a body: their distance, a plane that separates body and facet, and how long it holds.
+
+A plane with the body on one side and the facet on the other bounds the time of contact whatever the facet's features
+are: corners on facets, edges on edges, and corners of the terrain under faces of the body. So no kind of contact needs
+a search of its own, walls and overhangs included.
+"""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.body.clearance import clear_time, reach_time
+from rpf3d_core.body.contacts import put, vector
+from rpf3d_core.body.distance import lowest, separation
+from rpf3d_core.body.quaternions import turned, turned_back
+from rpf3d_core.detection.closest import closest_point
+from rpf3d_core.jit.dispatch import kernel, routine
+from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, Flight, in_body, motion_after, sweep_of
+from rpf3d_core.simulation.bodies.room import (
+    ACTIVE,
+    AWAY,
+    GAP,
+    GUESS,
+    MARK,
+    NEAREST,
+    NORMAL,
+    OFFSET,
+    UNKNOWN,
+    UNTIL,
+    Room,
+)
+from rpf3d_core.terrain.facet_geometry import corner, stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract
+
+FAR = 0.1
+"""Distance of the sphere around a body from a facet, as a share of the body's reach (-), that needs no closer look."""
+EXACT = 0.05
+"""Error of the distance at which contact begins, as a share (-) of this distance."""
+FLOOR = 0.2
+"""Least distance from the ground during contact, as a share (-) of the distance at which contact begins."""
+LEAST = 1e-7
+"""Least time (s) between two looks at a facet."""
+LEAVING = 0.9
+"""Share (-) of its distance that a body which leaves a facet keeps until the next look."""
+
+
+class Meeting(NamedTuple):
+    """The first contact of a flight: its time from the start (s), and the facet's place in the room; -1 if none."""
+
+    t: float
+    k: int
+
+
+@kernel
+def facet_in_body(facets: Facets, f: int, motion: BodyMotion) -> tuple[Vec, Vec, Vec]:
+    """Return the corners (m) of a facet in the body's axes."""
+    return (
+        in_body(motion, corner(facets, f, 0)),
+        in_body(motion, corner(facets, f, 1)),
+        in_body(motion, corner(facets, f, 2)),
+    )
+
+
+@kernel
+def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
+    """Write the gap (m) and the separating plane of facet k in the room."""
+    plane = room.planes[k]
+    plane[GAP], plane[OFFSET] = gap, offset
+    put(plane, NORMAL, n)
+
+
+@routine
+def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
+    """Look at facet k of the room: write its gap and a separating plane.
+
+    moved : path bound of the body (m)
+
+    Far away, the plane belongs to the sphere around the body.
+    """
+    f, plane = room.facets[k], room.planes[k]
+    p = closest_point(facets, f, motion.x)
+    away = subtract(motion.x, p)
+    distance = norm(away)
+    plane[MARK] = moved
+    if distance > (1.0 + FAR) * body.reach:
+        n = scale(1.0 / distance, away)
+        _note(room, k, distance - body.reach, n, dot(n, p))
+        put(plane, GUESS, in_body(motion, add(motion.x, n)))
+        return
+    known = plane[GAP] != UNKNOWN
+    guess = vector(plane, GUESS) if known else in_body(motion, _outwards(facets, f, motion.x))
+    found = separation(body.shapes.corners, body.first, body.last, body.size, facet_in_body(facets, f, motion), guess)
+    if found.overlap:
+        _look_inside(body, room, motion, k, in_body(motion, _outwards(facets, f, motion.x)))
+        return
+    n = turned(motion.q, found.normal)
+    _note(room, k, found.distance, n, dot(n, add(motion.x, turned(motion.q, found.on_facet))))
+    put(plane, GUESS, found.normal)
+    put(plane, NEAREST, found.on_body)
+
+
+@kernel
+def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
+    """Return True if the plane of the last look at facet k shows that the body is more than a level (m) away.
+
+    The distance from the plane is then the new gap.
+    """
+    plane = room.planes[k]
+    n = vector(plane, NORMAL)
+    up, corners = turned_back(motion.q, n), body.shapes.corners
+    deep = lowest(corners, body.first, body.last, up)
+    height = dot(n, motion.x) - plane[OFFSET] + body.size * (
+        up[0] * corners[deep, 0] + up[1] * corners[deep, 1] + up[2] * corners[deep, 2]
+    )
+    if not height > level:
+        return False
+    plane[GAP], plane[MARK] = height, moved
+    return True
+
+
+@kernel
+def _outwards(facets: Facets, f: int, x: Vec) -> Vec:
+    """Return the point one facet normal away from x, on the free side of facet f."""
+    return add(x, stored_normal(facets, f))
+
+
+@kernel
+def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: Vec) -> None:
+    """Write the gap of a facet that the body overlaps: how far the body lies behind the last separating plane (m).
+
+    outwards : normal of the facet in the body's axes, used if there is no plane yet; the gap is then 0
+    """
+    plane = room.planes[k]
+    known = plane[GAP] != UNKNOWN
+    n = vector(plane, NORMAL) if known else turned(motion.q, outwards)
+    local = in_body(motion, add(motion.x, n))
+    lowest, nearest = math.inf, motion.x
+    corners, size = body.shapes.corners, body.size
+    for i in range(body.first, body.last):
+        arm = (size * corners[i, 0], size * corners[i, 1], size * corners[i, 2])
+        if dot(local, arm) < lowest:
+            lowest, nearest = dot(local, arm), arm
+    height = dot(n, motion.x) + lowest
+    _note(room, k, min(height - plane[OFFSET], 0.0) if known else 0.0, n, plane[OFFSET] if known else height)
+    put(plane, GUESS, local)
+    put(plane, NEAREST, nearest)
+
+
+@kernel
+def clear_of(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, level: float) -> float:
+    """Return a time (s) for which the body stays more than a level (m) above the separating plane of facet k.
+
+    motion : the motion of the flight at the last look
+    """
+    plane = room.planes[k]
+    n, offset = vector(plane, NORMAL), plane[OFFSET] + level
+    corners = body.shapes.corners
+    return clear_time(corners, body.first, body.last, body.size, sweep_of(flight, motion), (n, offset))
+
+
+@kernel
+def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int) -> float:
+    """Return a time (s) for which the sphere around the body stays above the separating plane of facet k."""
+    plane = room.planes[k]
+    n = vector(plane, NORMAL)
+    height = dot(n, motion.x) - plane[OFFSET] - body.reach - body.skin
+    return reach_time(height, dot(n, motion.v), flight.gravity * n[2]) if height > 0.0 else 0.0
+
+
+@kernel
+def travelled(body: Body, flight: Flight, t: float) -> float:
+    """Return a bound (m) of the path of every point of the body in the first t seconds of a flight."""
+    return t * (norm(flight.start.v) + 0.5 * flight.gravity * t + flight.spin * body.reach)
+
+
+@kernel
+def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
+    """Return True if the nearest point of the body does not move away from facet k, or the body overlaps the facet."""
+    plane = room.planes[k]
+    turning = cross(motion.w, vector(plane, NEAREST))
+    rate = dot(vector(plane, NORMAL), motion.v) + dot(vector(plane, GUESS), turning)
+    return plane[GAP] <= 0.0 or rate <= 0.0
+
+
+@routine
+def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizon: float, moved: float) -> Meeting:
+    """Return the first contact of a flight with the facets in the room, before the horizon (s).
+
+    Contact begins where the gap has fallen to the body's skin, but for EXACT. A body that is nearer and moves away is
+    not in contact. Each look gives a time for which the facet needs no further look, so the facet with the earliest
+    such time is next.
+    """
+    planes, motion, at = room.planes, flight.start, 0.0
+    count = room.count[0]
+    for k in range(count):
+        planes[k, UNTIL] = 0.0
+    while True:
+        k, t = -1, horizon
+        for i in range(count):
+            if planes[i, UNTIL] < t:
+                k, t = i, planes[i, UNTIL]
+        if k < 0:
+            return Meeting(horizon, -1)
+        if t != at:
+            motion, at = motion_after(flight, t), t
+        look(body, room, facets, motion, k, moved + travelled(body, flight, t))
+        gap = planes[k, GAP]
+        wait = sphere_clear(body, room, flight, motion, k)
+        if not wait >= horizon - t:
+            if gap <= body.skin * (1.0 + EXACT) and _approaches(room, motion, k):
+                return Meeting(t, k)
+            level = body.skin if gap > body.skin * (1.0 + EXACT) else LEAVING * gap
+            wait = max(wait, clear_of(body, room, flight, motion, k, level))
+        planes[k, UNTIL] = t + max(wait, LEAST)
+
+
+@routine
+def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float, moved: float) -> float:
+    """Return the time (s), at most h, for which no facet comes nearer than it may during a step.
+
+    A facet in contact may come as near as FLOOR times the skin, others as near as the skin.
+    moved : path bound of the body at the start (m)
+    """
+    end, path = h, travelled(body, flight, h)
+    for k in range(room.count[0]):
+        plane = room.planes[k]
+        if plane[GAP] - abs(moved - plane[MARK]) - path <= body.skin:
+            end = _clear_of_facet(body, room, facets, flight, Meeting(end, k), moved)
+    return end
+
+
+@kernel
+def _clear_of_facet(body: Body, room: Room, facets: Facets, flight: Flight, most: Meeting, moved: float) -> float:
+    """Return the time (s), at most `most.t`, for which facet `most.k` stays far enough away."""
+    k, t, motion = most.k, 0.0, flight.start
+    plane = room.planes[k]
+    if plane[MARK] != moved:
+        look(body, room, facets, motion, k, moved)
+    level = body.skin
+    if plane[ACTIVE] != AWAY:
+        level = min(FLOOR * body.skin, 0.5 * plane[GAP])
+    while True:
+        t += max(clear_of(body, room, flight, motion, k, level), LEAST)
+        if t >= most.t:
+            return most.t
+        motion = motion_after(flight, t)
+        look(body, room, facets, motion, k, moved + travelled(body, flight, t))
+        if plane[GAP] <= level + EXACT * body.skin:
+            return t

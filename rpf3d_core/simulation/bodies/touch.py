@@ -1,0 +1,183 @@
+"""The contacts of a body at one place: points on facets within the band of contact, with the ground's properties."""
+
+from typing import Any
+
+from rpf3d_core.body.contacts import (
+    ARM,
+    CONTACT_COLUMNS,
+    FACET,
+    IMPULSE,
+    MU,
+    NORMAL,
+    RESTITUTION,
+    ROLLING,
+    put,
+    vector,
+)
+from rpf3d_core.body.contacts import GAP as ROW_GAP
+from rpf3d_core.body.quaternions import turned_back
+from rpf3d_core.detection.closest import distance_to_facet
+from rpf3d_core.jit.dispatch import kernel, routine
+from rpf3d_core.materials.library import surface_of
+from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, place_of
+from rpf3d_core.simulation.bodies.patch import contact_polygon
+from rpf3d_core.simulation.bodies.room import (
+    ACTIVE,
+    AWAY,
+    CONTACTS,
+    COVERED,
+    GAP,
+    GUESS,
+    MARK,
+    NEAREST,
+    TOUCHED,
+    UNKNOWN,
+    Room,
+)
+from rpf3d_core.simulation.bodies.survey import facet_in_body, look, stays_above
+from rpf3d_core.simulation.physics import Physics
+from rpf3d_core.terrain.facet_geometry import stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import dot, norm, scale, subtract
+
+BAND = 2.0
+"""Largest gap of a contact, as a multiple of the skin (-)."""
+SAME_PLANE = 1e-9
+"""Largest difference from 1 of the cosine between contact normal and facet normal, for a contact in the facet (-)."""
+NEARER = 1e-9
+"""Share (-) by which another facet must be nearer to the body's nearest point, so that it covers a facet's border."""
+SAME_POINT = 1e-6
+"""Distance of two contacts, as a share of the body's reach (-), and of their normals, below which they are one."""
+KEPT = 0.05
+"""Distance of a contact from its contact of the step before, as a share of the reach (-), to begin with its impulse."""
+
+
+@routine
+def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: float) -> None:
+    """Look at all facets that may lie within the band of contact, and mark those that do.
+
+    moved : path bound of the body (m)
+    """
+    band = BAND * body.skin
+    for k in range(room.count[0]):
+        plane = room.planes[k]
+        known = plane[GAP] != UNKNOWN
+        near = not known or plane[GAP] - abs(moved - plane[MARK]) <= band
+        if near and known and plane[MARK] != moved:
+            near = not stays_above(body, room, motion, k, band, moved)
+        if near and (plane[MARK] != moved or not known):
+            look(body, room, facets, motion, k, moved)
+        plane[ACTIVE] = TOUCHED if near and plane[GAP] <= band else AWAY
+
+
+@routine
+def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext) -> int:
+    """Write the contacts with all marked facets into `points`; return how many there are.
+
+    physics : the ground; rock : the rock's data for ground properties that are drawn
+
+    If another facet is nearer to the body's nearest point, this point touches a border that the other facet covers. The
+    contact with this facet then acts along the facet's own normal, so blocks slide over the borders of facets that lie
+    in one plane. The nearest of all facets always keeps its contact.
+    """
+    facets, count, nearest = physics.facets, 0, _nearest(room)
+    for k in range(room.count[0]):
+        if room.planes[k, ACTIVE] == AWAY:
+            continue
+        f, plane = room.facets[k], room.planes[k]
+        n, m = vector(plane, GUESS), _facet_normal(facets, f, motion, vector(plane, GUESS))
+        covered = k != nearest and dot(m, n) < 1.0 - SAME_PLANE and _is_covered(body, room, facets, motion, k)
+        before = count
+        if covered:
+            n, plane[ACTIVE] = m, COVERED
+        else:
+            count = _add(body, points, count, vector(plane, NEAREST), n, plane[GAP])
+        corners = facet_in_body(facets, f, motion)
+        for i in range(contact_polygon(body, room, corners, m, n, BAND * body.skin)):
+            arm = (room.polygon[i, 0], room.polygon[i, 1], room.polygon[i, 2])
+            count = _add(body, points, count, arm, n, room.polygon[i, 3])
+        _set_ground(body, points, before, count, physics, f, rock)
+    return count
+
+
+@kernel
+def _nearest(room: Room) -> int:
+    """Return the marked facet with the least gap; -1 if none is marked."""
+    best, gap = -1, 0.0
+    for k in range(room.count[0]):
+        plane = room.planes[k]
+        if plane[ACTIVE] != AWAY and (best < 0 or plane[GAP] < gap):
+            best, gap = k, plane[GAP]
+    return best
+
+
+@kernel
+def _facet_normal(facets: Facets, f: int, motion: BodyMotion, n: Vec) -> Vec:
+    """Return the normal of a facet in the body's axes, on the side of the contact normal n."""
+    m = turned_back(motion.q, stored_normal(facets, f))
+    return m if dot(m, n) >= 0.0 else scale(-1.0, m)
+
+
+@kernel
+def _is_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int) -> bool:
+    """Return True if another marked facet is nearer to the body's nearest point to facet k than facet k itself."""
+    plane = room.planes[k]
+    p = place_of(motion, vector(plane, NEAREST))
+    for i in range(room.count[0]):
+        other = i != k and room.planes[i, ACTIVE] != AWAY
+        if other and distance_to_facet(facets, room.facets[i], p) < plane[GAP] * (1.0 - NEARER):
+            return True
+    return False
+
+
+@kernel
+def _add(body: Body, points: Any, count: int, arm: Vec, n: Vec, gap: float) -> int:
+    """Write a contact into the next row if it is new and there is room; return the number of contacts."""
+    if count >= CONTACTS:
+        return count
+    for i in range(count):
+        apart = norm(subtract(vector(points[i], ARM), arm))
+        if apart <= SAME_POINT * body.reach and norm(subtract(vector(points[i], NORMAL), n)) <= SAME_POINT:
+            return count
+    row = points[count]
+    put(row, ARM, arm)
+    put(row, NORMAL, n)
+    put(row, IMPULSE, (0.0, 0.0, 0.0))
+    row[ROW_GAP] = gap
+    return count + 1
+
+
+@kernel
+def _set_ground(body: Body, points: Any, first: int, last: int, physics: Physics, f: int, rock: RockContext) -> None:
+    """Write facet f and its ground properties into some rows."""
+    if first == last:
+        return
+    surface = surface_of(physics.materials, physics.facets.zone[f], rock)
+    for i in range(first, last):
+        row = points[i]
+        row[FACET], row[MU], row[ROLLING] = f, surface.mu, surface.mu_r * body.size
+        row[RESTITUTION] = surface.R_n
+
+
+@kernel
+def keep_impulses(body: Body, before: Any, count: int, points: Any, now: int) -> None:
+    """Give each contact the impulse of the contact before it on the same facet, as the first guess of the next step."""
+    for i in range(now):
+        row = points[i]
+        for j in range(count):
+            old = before[j]
+            apart = norm(subtract(vector(old, ARM), vector(row, ARM)))
+            if old[FACET] == row[FACET] and apart <= KEPT * body.reach:
+                put(row, IMPULSE, vector(old, IMPULSE))
+                old[FACET] = -1.0
+                break
+
+
+@kernel
+def copy_contacts(points: Any, count: int, into: Any) -> None:
+    """Copy the rows of contacts into another array."""
+    for i in range(count):
+        for column in range(CONTACT_COLUMNS):
+            into[i, column] = points[i, column]
