@@ -49,21 +49,23 @@ class Choice(NamedTuple):
 
 
 def errors_of_scene(prices: PriceList) -> dict[str, float]:
-    """Return the three errors (-) of a scene as it is now, by name: numerical, geometric and statistical.
+    """Return the errors (-) of a scene as it is now, by name: numerical, geometric, statistical and parametric.
 
     The geometric error is the error of a terrain with half of the triangles. The error of the survey itself is unknown,
-    and this error is the nearest value that can be measured.
+    and this error is the nearest value that can be measured. A scene without unknowns has no parametric error here,
+    because its size is not known.
     """
     halves = [line.error for line in prices.geometric if line.setting["part"] == 2]
     return {
         "numerical": _of(prices.numerical, prices.method).error,
         "geometric": halves[0] if halves else 0.0,
         "statistical": statistical_error(prices.statistical, prices.rocks),
+        **({"parametric": prices.parametric[0].error} if prices.parametric else {}),
     }
 
 
 def largest(prices: PriceList) -> str | None:
-    """Return the name of the largest of the three errors of a scene, the first to reduce; None if all are 0."""
+    """Return the name of the largest of the known errors of a scene, the first to reduce; None if all are 0."""
     errors = errors_of_scene(prices)
     name = max(errors, key=lambda name: errors[name])
     return name if errors[name] > 0.0 else None
@@ -90,9 +92,11 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
     """Return the setting with the fewest rocks within a target (-), with exact contacts and the full terrain.
 
-    Return None if no number of rocks meets the target. A run with `--accuracy` uses this choice.
+    Rocks with a shape keep the accuracy of contact that the scene has. Return None if no number of rocks meets the
+    target. A run with `--accuracy` uses this choice.
     """
-    return _chosen(prices, _of(prices.numerical, EVENTS), _whole(prices), target)
+    of_bodies = prices.method["method"] == "contact"
+    return _chosen(prices, _of(prices.numerical, prices.method if of_bodies else EVENTS), _whole(prices), target)
 
 
 def exact_run(scene: str | Path, prices: PriceList, target: float) -> tuple[Scene, int]:

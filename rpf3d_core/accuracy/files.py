@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from rpf3d_core.accuracy.choice import errors_of_scene
 from rpf3d_core.accuracy.price_list import PriceList, price_list_of, section
 from rpf3d_core.accuracy.series import series_of
 from rpf3d_core.accuracy.tables import document, findings
@@ -29,7 +30,7 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
     try:
         place.mkdir(parents=True, exist_ok=True)
         (place / JSON).write_text(json.dumps(plain(facts), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        write_cost(place / PICTURE, prices.scene, series, target)
+        write_cost(place / PICTURE, prices.scene, series, target, errors_of_scene(prices).get("parametric"))
         if recording:
             write_cost_recording(place / RECORDING, series, place / PICTURE, document(prices, target))
     except OSError as fault:

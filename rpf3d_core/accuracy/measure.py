@@ -1,22 +1,29 @@
 """Measure the whole price list of a scene, that is error and cost of each setting, for `rpf3d cost`."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from rpf3d_core.accuracy.flown import fly, some_rocks
 from rpf3d_core.accuracy.geometric import coarser_terrains
+from rpf3d_core.accuracy.in_contact import BUDGET, accuracies
 from rpf3d_core.accuracy.numerical import SETTINGS, Steps, raster_answers, rounding, stepped_answers
+from rpf3d_core.accuracy.parametric import over_sets
 from rpf3d_core.accuracy.precise import ImpactErrors, off_exact
 from rpf3d_core.accuracy.price_list import (
     EVENTS,
     Priced,
     PriceList,
+    contact_setting,
+    priced_contact,
     priced_events,
     priced_full_terrain,
     priced_sample,
     priced_steps,
     priced_terrain,
+    priced_unknowns,
     steps_setting,
 )
 from rpf3d_core.accuracy.statistical import Sampled, doublings
@@ -60,18 +67,19 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
     prepared = prepare(scene.model_copy(update={"engine": "compiled", "method": MethodSpec()}))
     tell("statistical: doubling the number of rocks")
     sampled = doublings(prepared, DOUBLINGS_S)
-    numerical, exact = _numerical(prepared, scene, sampled, tell)
+    numerical, exact = (_in_contact if scene.rock.is_body else _numerical)(prepared, scene, sampled, tell)
     return PriceList(
         scene=scene.path.name,
         digest=scene_digest(scene),
         rocks=rocks_of(scene, prepared),
         auto=scene.rocks == "auto",
-        method=steps_setting(own) if (own := _own_steps(scene)) else EVENTS,
+        method=_own_method(prepared, scene),
         cell=prepared.raster.cell,
         triangles=len(prepared.terrain.triangles),
         numerical=numerical,
         geometric=_geometric(prepared, sampled, tell),
         statistical=[priced_sample(found) for found in sampled],
+        parametric=_parametric(prepared, tell),
         off_exact=exact,
     )
 
@@ -86,6 +94,26 @@ def _own_steps(scene: Scene) -> Steps | None:
     """Return the fixed-step method that a scene names, to measure it too; None if the scene uses exact contacts."""
     its = scene.method.stepping
     return None if its is None else Steps(dt=its.dt, threshold=its.threshold, squared=its.squared)
+
+
+def _own_method(prepared: Prepared, scene: Scene) -> Mapping[str, Any]:
+    """Return the method of the scene as the key of its line in the price list."""
+    if scene.rock.is_body:
+        return contact_setting(prepared.flight.models.rebound.accuracy)
+    own = _own_steps(scene)
+    return EVENTS if own is None else steps_setting(own)
+
+
+def _in_contact(
+    prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
+) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
+    """Return the lines of the accuracies of rocks with a shape; 50 digits would need their steps, and are left out."""
+    tell("numerical: the finest accuracy of contact")
+    lines = []
+    for found in accuracies(prepared, some_rocks(prepared, PAIRED)):
+        tell(f"numerical: accuracy {found.accuracy:g} m done")
+        lines.append(priced_contact(found, sampled))
+    return lines, []
 
 
 def _numerical(
@@ -106,10 +134,18 @@ def _numerical(
 
 def _geometric(prepared: Prepared, sampled: list[Sampled], tell: Tell) -> list[Priced]:
     tell("geometric: the terrain as it is")
+    bodies = prepared.scene.rock.is_body
     releases = some_rocks(prepared, OVER_TERRAINS)
-    exact = fly(prepared, releases, paths=True)
+    exact = fly(prepared, releases, BUDGET if bodies else math.inf, paths=True)
     lines = [priced_full_terrain(len(prepared.terrain.triangles), exact.seconds_per_1000)]
     for found in coarser_terrains(prepared, releases, exact):
         tell(f"geometric: 1/{found.part} of the triangles done")
-        lines.append(priced_terrain(found, OVER_TERRAINS, sampled))
+        lines.append(priced_terrain(found, len(exact.rows), sampled))
     return lines
+
+
+def _parametric(prepared: Prepared, tell: Tell) -> list[Priced]:
+    """Return the line of a scene's unknowns; none without unknowns."""
+    tell("parametric: the parameter sets of the unknowns")
+    found = over_sets(prepared)
+    return [] if found is None else [priced_unknowns(found)]

@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.accuracy.differences import AnswerDifference, Metres
 from rpf3d_core.accuracy.geometric import Coarser
+from rpf3d_core.accuracy.in_contact import InContact
 from rpf3d_core.accuracy.numerical import Measured, OnRaster, Steps
+from rpf3d_core.accuracy.parametric import OverSets
 from rpf3d_core.accuracy.precise import DIGITS, ImpactErrors, impact_errors
-from rpf3d_core.accuracy.statistical import Sampled, floor_of
+from rpf3d_core.accuracy.statistical import Sampled, beyond_chance, floor_of
 
 DEFINITIONS = {
     "error": (
@@ -18,11 +20,16 @@ DEFINITIONS = {
     "floor": "distance of two maps by events of that many rocks each, other rocks in either: what chance alone does",
     "of_shares": "largest difference of the share of rocks that reach, or stop in, an area of interest (or zone)",
     "numerical": "the same rocks, event by event and in fixed steps; events: how far the map moves where all rocks "
-    "start one contact tolerance further east",
+    "start one contact tolerance further east; rocks with a shape: the same rocks with other values of `accuracy`, "
+    "compared with the finest: the root of distance^2 - floor^2, 0 where chance explains the distance; rows of fixed "
+    "steps, rasters and 50 digits make no sense for them and are left out",
+    "distance": "numerical, rocks with a shape, and parametric: of the two maps, chance included",
     "geometric": "the same rocks over fewer triangles, compared with the terrain as it is: what the survey itself "
     "misses is in none of these numbers",
     "statistical": "that many rocks against all that were flown, n of N, over the square root of 1 - n/N: how far "
     "they are off the map of all rocks there could be",
+    "parametric": "the maps of two parameter sets of the scene's unknowns: the root of the mean square distance over "
+    "all pairs, without what chance does; empty if the scene has no unknowns, for then it is not known",
     "apart": "distance of the maps of two ensembles of that many rocks",
     "half_width": "of the widest 95 % Wilson interval of a share of an area of interest (or zone)",
     "p95_energy_half_width": "of the 95 % interval of the p95 of kinetic energy, between order statistics, over "
@@ -32,16 +39,20 @@ DEFINITIONS = {
     "maps; steps of all rocks times the time of one; timed is false where that is of a coarser setting",
     "seconds": "of one processor core for that many rocks",
     "rocks": "of the scene: those it flies (if auto, in the first round); of a line: those that tell its error",
-    "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel",
+    "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel; the "
+    "parametric error is not in it, because no setting reduces it",
 }  # fmt: skip
 UNITS = {
     "error": "1", "floor": "1", "apart": "1", "of_shares": "1", "half_width": "1", "p95_energy_half_width": "1",
+    "distance": "1", "accuracy": "m",
     "dt": "s", "threshold": "m, or m2 where squared", "cell": "m", "first_impact_m": "m, [median, p95] over rocks",
     "stop_m": "m, [median, p95] over rocks at rest",
     "bounce_height_m": "m, [median, p95] over rocks, of the rise with the normal speed after the first impact",
     "seconds_per_1000_rocks": "s", "seconds": "s", "place_m": "m", "time_s": "s",
 }  # fmt: skip
 EVENTS: Mapping[str, Any] = {"method": "events"}
+GROUPS = ("numerical", "geometric", "statistical", "parametric")
+"""Names of the groups of a price list."""
 
 
 class Priced(NamedTuple):
@@ -58,11 +69,12 @@ class Priced(NamedTuple):
 
 @dataclass(frozen=True)
 class PriceList:
-    """The price list of one scene: error and cost of each measured setting, in three groups of `Priced`.
+    """The price list of one scene: error and cost of each measured setting, in four groups of `Priced`.
 
     digest : of the scene; rocks : number of rocks of a run
     auto : True if the scene has `rocks: auto`; `rocks` is then the number of the first round
     method : the method setting of the scene; cell : side of a map cell, m
+    parametric : a single line, or none if the scene has no unknowns
     off_exact : errors of exact contacts compared with 50 digits, by impact number
     """
 
@@ -76,6 +88,7 @@ class PriceList:
     numerical: Sequence[Priced]
     geometric: Sequence[Priced]
     statistical: Sequence[Priced]
+    parametric: Sequence[Priced]
     off_exact: Sequence[ImpactErrors]
 
 
@@ -103,6 +116,25 @@ def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
         setting=steps_setting(found.setting),
         error=found.off.of_map,
         seconds_per_1000_rocks=price.seconds_per_1000,
+        more=more,
+    )
+
+
+def contact_setting(accuracy: float) -> dict[str, Any]:
+    """Return an accuracy (m) of the contact of rocks with a shape as the key of its line in the price list."""
+    return {"method": "contact", "accuracy": accuracy}
+
+
+def priced_contact(found: InContact, sampled: list[Sampled]) -> Priced:
+    """Return the line of the price list for an accuracy of the contact of rocks with a shape.
+
+    There is no height of a bounce: the speed of the centre after the first impact depends on the body's spin.
+    """
+    more = {**_off(found.off, found.rocks, sampled), "bounce_height_m": [None, None], "distance": found.off.of_map}
+    return Priced(
+        setting=contact_setting(found.accuracy),
+        error=beyond_chance(found.off.of_map, more["floor"]),
+        seconds_per_1000_rocks=found.seconds_per_1000,
         more=more,
     )
 
@@ -137,6 +169,13 @@ def priced_sample(found: Sampled) -> Priced:
         seconds_per_1000_rocks=1000.0 * found.seconds / found.rocks,
         more=more,
     )
+
+
+def priced_unknowns(found: OverSets) -> Priced:
+    """Return the line of the price list for the unknowns of a scene: their parametric error."""
+    more = {"distance": found.distance, "of_shares": found.of_shares, "rocks": found.rocks}
+    setting = {"sets": found.sets}
+    return Priced(setting=setting, error=found.of_map, seconds_per_1000_rocks=found.seconds_per_1000, more=more)
 
 
 def _off(off: AnswerDifference, rocks: int, sampled: list[Sampled]) -> dict[str, Any]:
@@ -175,7 +214,7 @@ def section(prices: PriceList) -> dict[str, Any]:
         "cell_m": prices.cell,
         "definitions": DEFINITIONS,
         "units": UNITS,
-        **{name: [_line(line) for line in getattr(prices, name)] for name in ("numerical", "geometric", "statistical")},
+        **{name: [_line(line) for line in getattr(prices, name)] for name in GROUPS},
         "events_against_exact_arithmetic": {"digits": DIGITS, "median_and_largest_by_impact": exact},
     }
 
@@ -205,7 +244,7 @@ def price_list_of(facts: Mapping[str, Any]) -> PriceList:
     scene = facts["scene"]
     lines = {
         name: [_priced(line) for line in facts[name]]
-        for name in ("numerical", "geometric", "statistical")
+        for name in GROUPS
     }  # fmt: skip
     exact = facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"]
     off = [impact_errors(one["rocks"], one["place_m"], one["time_s"]) for one in exact]

@@ -5,10 +5,8 @@ from itertools import cycle
 from typing import Any
 
 from rpf3d_core.accuracy.price_list import Priced, PriceList
-from rpf3d_core.results.series import Colour, Series
+from rpf3d_core.results.series import LEAST, Colour, Series
 
-LEAST = 1e-4
-"""Smallest drawn error, because a logarithmic axis has no 0; the label of the point then shows the error as text."""
 BLACK, GREEN, BLUE = (0, 0, 0), (44, 160, 44), (31, 119, 180)
 STEPS = (
     (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (166, 166, 166), (102, 102, 102), (140, 86, 75),
@@ -58,6 +56,8 @@ def _beside(line: Priced) -> str:
 
 
 def _method_name(setting: Mapping[str, Any]) -> str:
+    if setting["method"] == "contact":
+        return "accuracy of contact"
     if setting["method"] == "stepping":
         unit = "m2, squared" if setting["squared"] else "m"
         return f"steps, threshold {setting['threshold']:g} {unit}"
@@ -70,6 +70,10 @@ def word_of(setting: Mapping[str, Any]) -> str:
         return f"{setting['rocks']:,}"
     if "part" in setting:
         return "all" if setting["part"] == 1 else f"1/{setting['part']}"
+    if "sets" in setting:
+        return f"{setting['sets']} sets"
     if setting["method"] == "events":
         return "events"
+    if setting["method"] == "contact":
+        return f"{1000.0 * setting['accuracy']:g} mm"
     return f"{setting['dt']:g} s"

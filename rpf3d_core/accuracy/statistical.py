@@ -147,3 +147,15 @@ def floor_of(rocks: int, sampled: list[Sampled]) -> float:
     """
     nearest = min(sampled, key=lambda one: abs(math.log(one.rocks / rocks)))
     return min(math.sqrt(nearest.rocks / rocks) * nearest.apart, 1.0)
+
+
+def beyond_chance(distance: float, chance: float) -> float:
+    """Return the part (-) of a distance of two maps that chance does not explain, 0 if chance explains all of it.
+
+    What two settings, or two grounds, change adds to what chance does in quadrature. The path of a rock with a shape
+    is chaotic: with another accuracy, a rock soon takes another path, and even the maps of the same rocks differ like
+    those of other rocks.
+
+    distance : of the maps of two settings; chance : of the maps of as many, but other, rocks of one setting
+    """
+    return math.sqrt(max(distance * distance - chance * chance, 0.0))

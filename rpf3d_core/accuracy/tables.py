@@ -21,6 +21,15 @@ GEOMETRIC_HEADER = (
 STATISTICAL_HEADER = (
     "statistical: rocks", "map error", "shares, half-width", "p95 energy, half-width", "s", "s / 1,000 rocks",
 )  # fmt: skip
+PARAMETRIC_HEADER = ("parametric: sets of the unknowns", "map error", "shares, range", "s / 1,000 rocks")
+SPEND = {
+    "numerical": "use exact contacts, or a finer step or accuracy",
+    "geometric": "a finer survey brings most",
+    "statistical": "more rocks bring most",
+    "parametric": "a calibration (`rpf3d calibrate`) or narrower ranges bring most; neither rocks nor a finer survey "
+    "replace it",
+}
+"""What to spend on next, by the name of the largest error."""
 NOTE = (
     "map error: share of all visits to cells that one map has elsewhere than the other (0 to 1); chance: the same "
     "between maps of as many, but other, rocks; lengths are medians; seconds are those of one core, ~ where a step was "
@@ -47,6 +56,8 @@ def _numerical(line: Priced) -> Row:
 def _method(setting: Any) -> str:
     if setting["method"] == "stepping":
         return f"threshold {setting['threshold']:g} {'m2, squared' if setting['squared'] else 'm'}"
+    if setting["method"] == "contact":
+        return f"contact at {1000.0 * setting['accuracy']:g} mm"
     return f"raster, cell {setting['cell']:g} m" if setting["method"] == "raster" else "events (exact)"
 
 
@@ -73,6 +84,17 @@ def statistical_rows(prices: PriceList) -> list[Row]:
     ]  # fmt: skip
 
 
+def parametric_rows(prices: PriceList) -> list[Row]:
+    """Return the row of the unknowns, for the table of the parametric error; none without unknowns."""
+    return [
+        (
+            str(line.setting["sets"]), number(line.error), number(line.more["of_shares"]),
+            number(line.seconds_per_1000_rocks),
+        )
+        for line in prices.parametric
+    ]  # fmt: skip
+
+
 def _lengths(more: Any) -> Row:
     return tuple(number((more.get(name) or [None])[0]) for name in ("first_impact_m", "stop_m", "bounce_height_m"))
 
@@ -88,7 +110,7 @@ def number(value: float | None) -> str:
 
 
 def findings(prices: PriceList, target: float) -> list[str]:
-    """Return the conclusions from a price list as sentences: rounding error, three errors, cheapest setting.
+    """Return the conclusions from a price list as sentences: rounding error, the errors, cheapest setting.
 
     target : largest total error (-)
     """
@@ -97,15 +119,30 @@ def findings(prices: PriceList, target: float) -> list[str]:
         "numerical": "numerical (the scene's method)",
         "geometric": "geometric (half of its triangles)",
         "statistical": f"statistical ({_rocks(prices.rocks)}{', the first of `rocks: auto`' if prices.auto else ''})",
+        "parametric": "parametric (values of the ground)",
     }
     each = ", ".join(f"{told[name]} {number(error)}" for name, error in errors.items())
     return [
         *_exactness(prices),
+        *_left_out(prices),
         f"errors of this scene: {each}; {_largest(prices)}",
         f"total up to {target:g} (the sum of the three, against the terrain as it is), cheapest: "
         f"{_choice(cheapest(prices, target))}",
         f"`rpf3d run --accuracy {target:g}` flies {_choice(cheapest_by_events(prices, target))}",
+        *_unbought(prices, target),
     ]
+
+
+def _unbought(prices: PriceList, target: float) -> list[str]:
+    """Return what no number of rocks can buy, as a sentence; nothing if the parametric error is within the target."""
+    if not prices.parametric:
+        return ["parametric error: not known, because the scene gives every value of the ground as known; give ranges "
+                "with `library` or `prior`, for it is often the largest"]  # fmt: skip
+    error = errors_of_scene(prices)["parametric"]
+    if error <= target:
+        return []
+    return [f"rocks cannot buy {target:g}: with the ground as unknown as the scene says, the map may be off by "
+            f"{number(error)} however many rocks fly"]  # fmt: skip
 
 
 def _rocks(number: int) -> str:
@@ -114,7 +151,17 @@ def _rocks(number: int) -> str:
 
 def _largest(prices: PriceList) -> str:
     name = largest(prices)
-    return "none of them is seen" if name is None else f"the largest is the {name} one"
+    return "none of them is seen" if name is None else f"the largest is the {name} one: {SPEND[name]}"
+
+
+def _left_out(prices: PriceList) -> list[str]:
+    """Return what the price list of rocks with a shape lacks, as a sentence; nothing for points and spheres."""
+    if prices.method["method"] != "contact":
+        return []
+    return [
+        "rocks with a shape: the numerical error is that of `accuracy` against the finest, beyond chance; fixed steps, "
+        "rasters and impacts with 50 digits are for points, and are left out"
+    ]
 
 
 def _exactness(prices: PriceList) -> list[str]:
@@ -150,11 +197,13 @@ def ordinal(number: int) -> str:
 
 
 def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
-    """Return the three tables of a price list, each as header and rows: numerical, geometric, statistical."""
+    """Return the tables of a price list, each as header and rows; that of the unknowns only if there are any."""
+    unknowns = [(PARAMETRIC_HEADER, parametric_rows(prices))] if prices.parametric else []
     return [
         (NUMERICAL_HEADER, numerical_rows(prices)),
         (GEOMETRIC_HEADER, geometric_rows(prices)),
         (STATISTICAL_HEADER, statistical_rows(prices)),
+        *unknowns,
     ]
 
 

@@ -9,7 +9,7 @@ import pytest
 from command_line import call, refused
 from small_pit import HAZARD_CELL, scene_file
 
-from rpf3d_core.accuracy import geometric, measure, numerical, statistical
+from rpf3d_core.accuracy import geometric, in_contact, measure, numerical, statistical
 from rpf3d_core.accuracy.files import read_price_list, write_price_list
 from rpf3d_core.accuracy.numerical import Steps
 from rpf3d_core.accuracy.statistical import Sampled
@@ -34,6 +34,42 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numerical, "BUDGET", 0.1)
     monkeypatch.setattr(numerical, "RASTER_STEPS", (1e-2,))
     monkeypatch.setattr(measure, "SETTINGS", (Steps(0.1, 0.5), Steps(0.01, 0.05), Steps(1e-5, 0.05, True)))
+
+
+@pytest.mark.long
+def test_rocks_with_a_shape_have_accuracies_of_contact_in_place_of_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], quick: None
+) -> None:
+    scene, out = scene_of_bodies(tmp_path), tmp_path / "out"
+    assert call(monkeypatch, "cost", scene, "--out", out, "--target", 0.9) == 0
+    told = capsys.readouterr().out
+    assert "contact at 2 mm" in told and "left out" in told and "50 digits" in told
+    facts = json.loads((out / "cost.json").read_text())
+    lines = facts["numerical"]
+    assert [line["setting"] for line in lines] == [
+        {"method": "contact", "accuracy": 0.002 * factor} for factor in (*in_contact.FACTORS, in_contact.FINEST)
+    ]
+    assert facts["scene"]["method"] == {"method": "contact", "accuracy": 0.002}
+    assert lines[-1]["error"] == lines[-1]["distance"] == 0.0, "the finest is compared with itself"
+    for line in lines:
+        assert line["error"] == pytest.approx(statistical.beyond_chance(line["distance"], line["floor"]))
+        assert line["seconds_per_1000_rocks"] > 0.0 and "tunnelled" not in line
+    assert lines[-2]["distance"] > 0.0, "another accuracy is another path"
+    first = [line["first_impact_m"][0] for line in lines]
+    assert first[-1] == 0.0 and all(off < 0.05 for off in first), "flight is exact up to the first contact"
+    assert facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"] == []
+    kept = read_price_list(out, facts["scene"]["digest"])
+    assert kept is not None and kept.method == {"method": "contact", "accuracy": 0.002}
+
+
+def scene_of_bodies(folder: Path) -> Path:
+    """Write the small pit with blocks in place of points."""
+    path = scene_file(folder)
+    kept = [line for line in path.read_text().splitlines() if not line.startswith(("rebound", "ground"))]
+    ground = "restitution: 0.2, friction: 0.6, rolling_resistance: 0.2"
+    text = "\n".join(kept).replace("normal_restitution: 0.5, tangential_restitution: 0.8", ground)
+    path.write_text(f"{text}\nrock: {{shape: {{family: equant}}}}\n")
+    return path
 
 
 @pytest.mark.long

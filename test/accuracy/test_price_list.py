@@ -18,13 +18,37 @@ from rpf3d_core.accuracy.choice import (
     statistical_error,
 )
 from rpf3d_core.accuracy.decimated import decimated
-from rpf3d_core.accuracy.differences import first_bounces, first_impacts, map_distance, metres, share_distance
+from rpf3d_core.accuracy.differences import (
+    AnswerDifference,
+    Metres,
+    first_bounces,
+    first_impacts,
+    map_distance,
+    metres,
+    share_distance,
+)
 from rpf3d_core.accuracy.flown import PILOT, Reached, affordable, spread
 from rpf3d_core.accuracy.geometric import put_back
+from rpf3d_core.accuracy.in_contact import InContact
 from rpf3d_core.accuracy.numerical import under_ground
 from rpf3d_core.accuracy.precise import ImpactErrors
-from rpf3d_core.accuracy.price_list import EVENTS, Priced, price_list_of, section
-from rpf3d_core.accuracy.statistical import Sampled, distance_from_truth, floor_of, quantile_half_width, together
+from rpf3d_core.accuracy.price_list import (
+    EVENTS,
+    Priced,
+    PriceList,
+    contact_setting,
+    price_list_of,
+    priced_contact,
+    section,
+)
+from rpf3d_core.accuracy.statistical import (
+    Sampled,
+    beyond_chance,
+    distance_from_truth,
+    floor_of,
+    quantile_half_width,
+    together,
+)
 from rpf3d_core.accuracy.tables import findings, ordinal
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import InputError
@@ -131,7 +155,7 @@ def test_what_no_scene_can_ask_for_is_not_chosen_however_cheap() -> None:
 
 
 def test_a_choice_says_that_its_terrain_is_another_one() -> None:
-    _, any_terrain, its_own = findings(price_list(), 0.12)
+    _, any_terrain, its_own, _ = findings(price_list(), 0.12)
     assert "cheapest: 400 rocks by events (exact), 400 triangles (the mesh, decimated to 1/2)" in any_terrain
     assert its_own.endswith("800 triangles, total 0.1, 0.004 s of one core"), "a run keeps its own terrain"
 
@@ -243,3 +267,39 @@ def test_first_impacts_and_first_bounces_are_those_of_a_drop_on_a_floor() -> Non
 def test_some_rocks_are_spread_over_all_of_them() -> None:
     assert spread(np.arange(100), 5).tolist() == [0, 24, 49, 74, 99]
     assert spread(np.arange(3), 5).tolist() == [0, 1, 2]
+
+
+CONTACTS = [contact_setting(0.001 * factor) for factor in (8.0, 2.0, 0.5)]
+
+
+def price_list_of_bodies() -> PriceList:
+    """Return a price list whose numerical lines are accuracies of contact; the scene has the middle one."""
+    known = zip(CONTACTS, (0.3, 0.01, 0.0), (0.3, 10.0, 40.0), strict=True)
+    lines = [Priced(setting, error, seconds, {}) for setting, error, seconds in known]
+    return price_list(numerical=lines, method=CONTACTS[1])
+
+
+def test_only_what_exceeds_chance_is_an_error_of_the_accuracy() -> None:
+    assert beyond_chance(0.5, 0.3) == pytest.approx(0.4), "3, 4, 5"
+    assert beyond_chance(0.3, 0.3) == 0.0 and beyond_chance(0.1, 0.3) == 0.0
+    assert beyond_chance(0.2, 0.0) == 0.2
+
+
+def test_the_line_of_an_accuracy_keeps_the_distance_and_has_no_bounce() -> None:
+    nothing = Metres(None, None)
+    off = AnswerDifference(of_map=0.5, of_shares=0.1, first_impact=nothing, stop=nothing, bounce=Metres(1.0, 2.0),
+                           other_outcome=0.0)  # fmt: skip
+    line = priced_contact(InContact(0.002, 400, off, 3.0), [Sampled(100, 0.2, 0.6, 0.1, None, 1.0)])
+    assert line.error == pytest.approx(0.4) and line.more["floor"] == pytest.approx(0.3)
+    assert line.more["distance"] == 0.5 and line.more["bounce_height_m"] == [None, None]
+    assert line.setting == contact_setting(0.002) and line.seconds_per_1000_rocks == 3.0
+
+
+def test_rocks_with_a_shape_keep_the_accuracy_of_their_scene() -> None:
+    prices = price_list_of_bodies()
+    choice = cheapest_by_events(prices, 0.2)
+    assert choice is not None and choice.method == CONTACTS[1] and choice.numerical == 0.01
+    assert errors_of_scene(prices)["numerical"] == 0.01
+    told = findings(prices, 0.2)
+    assert any("left out" in line for line in told) and any("contact at 2 mm" in line for line in told)
+    assert not any("left out" in line for line in findings(price_list(), 0.2)), "points have every row"

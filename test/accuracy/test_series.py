@@ -7,9 +7,10 @@ import pytest
 from price_lists import STEPS, price_list
 
 from rpf3d_core.accuracy.price_list import EVENTS, Priced
-from rpf3d_core.accuracy.series import LEAST, series_of, word_of
+from rpf3d_core.accuracy.series import series_of, word_of
 from rpf3d_core.recordings.cost import places_of
 from rpf3d_core.results.plots_cost import write_cost
+from rpf3d_core.results.series import LEAST
 
 
 def a_line(setting: dict, error: float = 0.1) -> Priced:
@@ -50,5 +51,5 @@ def test_a_recorded_series_lies_lower_the_smaller_its_errors_are() -> None:
 def test_a_picture_is_drawn_of_a_list_without_fewer_triangles(tmp_path: Path) -> None:
     whole = [Priced({"part": 1, "triangles": 8}, 0.0, 0.01, {})]
     series = series_of(price_list(geometric=whole, numerical=[a_line(STEPS)]))
-    write_cost(tmp_path / "cost.png", "a.yaml", series, 0.05)
+    write_cost(tmp_path / "cost.png", "a.yaml", series, 0.05, 0.3)
     assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")

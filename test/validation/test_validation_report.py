@@ -46,7 +46,7 @@ def test_the_page_is_what_was_measured() -> None:
 
 
 def test_the_pictures_of_the_page_are_there() -> None:
-    for site in ("authume", "tschamut", "chant_sura"):
+    for site in ("authume", "tschamut", "chant_sura", "blocks"):
         name = f"pictures/validation_{site}.png"
         assert f"(../{name})" in document(RESULTS) and (DOCS / name).stat().st_size > 10_000
 
@@ -195,7 +195,8 @@ def test_every_scene_of_the_page_names_its_rebound_and_its_ground() -> None:
     for row in ALL_ROWS:
         found = [row.keys({one.name: one.low for one in row.free})]
         found += [row.published(site, source) for site in SITES for source in (HOEK, STONE)]
-        assert all(keys["ground"] in ("sliding", "sphere") and keys["rebound"] for keys in found)
+        assert all(keys["ground"] in ("sliding", "sphere") for keys in found)
+        assert all(len({"rebound", "contact"} & set(keys)) == 1 for keys in found)
 
 
 def test_what_the_page_says_of_the_sphere_is_what_its_figures_say() -> None:
@@ -240,9 +241,10 @@ def test_a_model_that_scenes_cannot_name_has_no_row() -> None:
 def test_parameters_go_to_the_rebound_model_or_to_the_ground() -> None:
     row = row_named("rigid sphere")
     parameters = {"normal_restitution": 0.3, "rolling_friction": 0.2}
-    assert row.keys(parameters)["rebound"] == {"coulomb_sphere": {}} and row.keys(parameters)["ground"] == "sphere"
+    assert row.keys(parameters)["contact"] == {"coulomb_sphere": {}} and row.keys(parameters)["ground"] == "sphere"
+    assert row.keys(parameters)["rock"] == {"shape": "sphere"} and "rebound" not in row.keys(parameters)
     keys = row._replace(of_rebound=("impact_friction",)).keys({**parameters, "impact_friction": 0.9})
-    assert keys["rebound"] == {"coulomb_sphere": {"impact_friction": 0.9}} and keys["ground"] == "sphere"
+    assert keys["contact"] == {"coulomb_sphere": {"impact_friction": 0.9}} and keys["ground"] == "sphere"
     assert keys["materials"]["default"] == row.fixed | parameters
 
 
@@ -251,7 +253,7 @@ def test_scenes_accept_both_ends_of_what_is_searched(row: Row) -> None:
     scene = read_scene(chant_sura.ANY_SCENE)
     for ends in ({one.name: one.low for one in row.free}, {one.name: one.high for one in row.free}):
         flown = with_keys(scene, row.keys(ends))
-        assert flown.rebound.name == row.rebound and flown.ground.name == row.ground
+        assert flown.impact_model.name == row.rebound and flown.ground.name == row.ground
         assert flown.materials["default"].model_dump(include=set(ends)) == ends
 
 

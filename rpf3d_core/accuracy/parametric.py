@@ -1,0 +1,85 @@
+"""Measure the parametric error: how far the map is off because no one knows the values of the ground.
+
+Each parameter set of a scene's unknowns is a ground that may be the true one. The error is the distance between the
+maps of two such grounds.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.accuracy.differences import map_distance, share_distance
+from rpf3d_core.accuracy.flown import PILOT, FlownSample, affordable, fly, some_rocks
+from rpf3d_core.accuracy.statistical import beyond_chance
+from rpf3d_core.setup.parameter_sets import flight_of_set
+from rpf3d_core.setup.prepared import Prepared
+from rpf3d_core.setup.unknowns import sets_of_scene
+
+SETS = 32
+"""Largest number of parameter sets that are flown."""
+ROCKS = 1000
+"""Largest number of rocks of a lot; each set flies two lots."""
+BUDGET = 12.0
+"""Time budget for all sets: seconds of one core."""
+
+
+class OverSets(NamedTuple):
+    """The parametric error of a scene, from S parameter sets with two lots of `rocks` rocks each.
+
+    of_map : root of the mean square distance (-) between the maps of two sets, beyond chance
+    distance : the same, chance included; of_shares : largest difference (-) of a share between two sets
+    seconds_per_1000 : s of one core for 1,000 rocks
+    """
+
+    sets: int
+    rocks: int
+    of_map: float
+    distance: float
+    of_shares: float
+    seconds_per_1000: float
+
+
+def over_sets(prepared: Prepared) -> OverSets | None:
+    """Return the parametric error of a scene; None if it has no unknowns, so that the error is not known either."""
+    if not prepared.scene.has_unknowns:
+        return None
+    sets = sets_of_scene(prepared.scene)
+    numbers = np.unique(np.linspace(0, len(sets) - 1, min(SETS, len(sets))).astype(int)).tolist()
+    pilot = _flown(prepared, sets.at(numbers[0]), PILOT, 0)
+    rocks = affordable(ROCKS, pilot.seconds / PILOT * 2 * len(numbers), BUDGET)
+    # Each set flies two lots of rocks that no other set flies: two lots of one set differ by chance alone.
+    pairs = [
+        (_flown(prepared, sets.at(number), rocks, 2 * k), _flown(prepared, sets.at(number), rocks, 2 * k + 1))
+        for k, number in enumerate(numbers)
+    ]
+    return compared(pairs)
+
+
+def _flown(prepared: Prepared, values: dict[str, float], rocks: int, lot: int) -> FlownSample:
+    """Return a lot of rocks flown with one parameter set."""
+    return fly(replace(prepared, flight=flight_of_set(prepared, values)), some_rocks(prepared, rocks, lot))
+
+
+def compared(pairs: Sequence[tuple[FlownSample, FlownSample]]) -> OverSets:
+    """Return the parametric error from two lots of rocks of each parameter set.
+
+    A lot of one set and a lot of another set differ by chance as two lots of one set do, and by the sets.
+    """
+    crossed = [(pairs[i][0], pairs[j][1]) for i in range(len(pairs)) for j in range(len(pairs)) if i != j]
+    distance = _root_mean_square([map_distance(a.reached, b.reached) for a, b in crossed])
+    chance = _root_mean_square([map_distance(a.reached, b.reached) for a, b in pairs])
+    return OverSets(
+        sets=len(pairs),
+        rocks=pairs[0][0].reached.flown,
+        of_map=beyond_chance(distance, chance),
+        distance=distance,
+        of_shares=max((share_distance(a.places, b.places) for a, b in crossed), default=0.0),
+        seconds_per_1000=float(np.mean([each.seconds_per_1000 for pair in pairs for each in pair])),
+    )
+
+
+def _root_mean_square(values: Sequence[float]) -> float:
+    return math.sqrt(sum(value * value for value in values) / max(len(values), 1))

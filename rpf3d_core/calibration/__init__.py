@@ -1,0 +1,1 @@
+"""Calibrate unknown parameters on field data, and measure which unknown moves which result."""

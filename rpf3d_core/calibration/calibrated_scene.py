@@ -1,0 +1,78 @@
+"""Write the posterior: the sample of parameter sets, and a scene that flies them."""
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.formats.yaml import read_yaml, yaml_text
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.unknowns.parameter_sets import ParameterSets, parameter_sets, write_parameter_sets
+
+FloatArray = NDArray[np.float64]
+
+FEWEST_SETS, MOST_SETS = 50, 256
+"""Bounds of the number of parameter sets of a sample of the posterior."""
+ROCKS_A_SET = 100
+"""Least number of rocks for each set in the scene that flies the sample."""
+SAMPLE, SCENE = "posterior.parquet", "calibrated.yaml"
+
+
+def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, seed: int) -> ParameterSets:
+    """Return a sample of the posterior with equal weights, from sets (S, U) with weights (S,) whose sum is 1.
+
+    The number of sets is the effective number of samples, from FEWEST_SETS to MOST_SETS.
+    Source: Kitagawa 1996, J. Comput. Graph. Stat. 5:1-25: systematic resampling.
+    """
+    count = int(np.clip(1.0 / (weights**2).sum(), FEWEST_SETS, MOST_SETS))
+    start = np.random.Generator(np.random.Philox(key=[seed, 2**32 + 2])).random()
+    order = np.argsort(values[:, 0])  # neighbours in the first parameter follow one another, so the sample is even
+    reached = np.cumsum(weights[order])
+    rows = np.searchsorted(reached, (np.arange(count) + start) / count * reached[-1])
+    return parameter_sets(names, values[order[rows.clip(max=len(order) - 1)]])
+
+
+def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: float) -> None:
+    """Write posterior.parquet and calibrated.yaml into a folder; files are named relative to this folder.
+
+    misfit : m, by how much observed stops differ from the model's beyond its own spread
+    """
+    write_parameter_sets(out / SAMPLE, sample)
+    written = read_yaml(scene.path).values
+    values = {key: value for key, value in written.items() if key not in ("calibration", "unknowns", "rocks")}
+    moved = _moved(values, scene.path.parent, out, set(_files_of(scene.model_dump())))
+    more = {key: value for key, value in (written.get("unknowns") or {}).items() if key == "priors"}
+    unknowns = {**more, "sets": len(sample), "sample": SAMPLE, "misfit": round(misfit, 3)}
+    rocks = max(sum(source.rocks for source in scene.sources), ROCKS_A_SET * len(sample))
+    text = (
+        f"# Calibrated from {scene.path.name} by `rpf3d calibrate`: `rpf3d run` flies the posterior, a sample of "
+        f"{len(sample)} parameter sets.\n"
+        "# calibration.json says how well they are known. `rocks` is the total over all sets.\n"
+    )
+    (out / SCENE).write_text(text + yaml_text({**moved, "rocks": rocks, "unknowns": unknowns}), encoding="utf-8")
+
+
+def _files_of(value: Any) -> Iterator[Path]:
+    """Yield the paths of all files that a scene names."""
+    if isinstance(value, Path):
+        yield value
+    elif isinstance(value, Mapping):
+        for inner in value.values():
+            yield from _files_of(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _files_of(inner)
+
+
+def _moved(value: Any, before: Path, out: Path, files: set[Path]) -> Any:
+    """Return values of a scene file in the folder `before`, with names of files as they are from the folder `out`."""
+    if isinstance(value, Mapping):
+        return {key: _moved(inner, before, out, files) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_moved(inner, before, out, files) for inner in value]
+    if isinstance(value, str) and (path := Path(os.path.abspath(before / value))) in files:
+        return os.path.relpath(path, out.resolve())
+    return value

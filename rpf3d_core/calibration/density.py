@@ -1,0 +1,131 @@
+"""Densities of simulated results at observed values: kernel estimates for one parameter set, by groups of releases.
+
+A field observation is a column: the density of the simulated results at the observed value. Rocks that did not deposit
+count among all rocks, so each of them lowers the density: a rock that left the terrain is wrong, not missing. The rocks
+of a parameter set are divided into groups of releases, and the density of each group is kept, so that the noise due to
+the finite number of rocks can be measured (`likelihood`).
+
+No model is exact, so an observed stop is taken as a simulated stop plus an error. The error has the field's measuring
+error and the model's own, the misfit, whose size is unknown: densities are computed for several misfits, between which
+the data decides.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+GROUPS = 16
+"""Number of groups of releases; rock number j belongs to group j modulo GROUPS."""
+NARROWING = 0.7
+"""Factor on the standard deviation of the kernel, against the rule for one density estimate.
+
+Densities of neighbouring parameter sets are averaged afterwards, which removes noise, so kernels may be narrower.
+"""
+LEAST_KERNEL = 0.1
+"""Smallest standard deviation (m) of a kernel, used where all rocks stop in one place and no error is given."""
+NORMAL_QUARTILES = 1.349
+"""Distance of the quartiles of a standard normal distribution (-)."""
+
+
+MISFITS = (0.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0)
+"""Misfits that are possible, as multiples of the spread of the observed stops; all are equally likely beforehand."""
+
+
+def misfits_of(observed: FloatArray) -> FloatArray:
+    """Return the possible misfits (M,) m of a model, from observed stops (N, 2) m.
+
+    The spread of the stops is the geometric mean of their standard deviations along and across.
+    """
+    if len(observed) < 2:
+        return np.zeros(1)
+    return np.asarray(np.array(MISFITS) * float(np.sqrt(np.prod(observed.std(axis=0, ddof=1)))))
+
+
+class Stops(NamedTuple):
+    """Where the R rocks of a parameter set stopped.
+
+    place : (R, 2) m, along and across the direction of comparison; deposited : (R,) False for rocks that left the
+    terrain or did not stop
+    """
+
+    place: FloatArray
+    deposited: NDArray[np.bool_]
+
+
+def kernel_widths(values: FloatArray, error: float) -> FloatArray:
+    """Return the standard deviations (D,) of the kernel for R values (R, D), measuring error (same unit) included.
+
+    Source: Silverman 1986, Density Estimation, equations 3.30 and 4.14, times NARROWING.
+    """
+    count, dimensions = values.shape
+    if count < 2:
+        return np.full(dimensions, max(error, LEAST_KERNEL))
+    quartiles = np.percentile(values, (25, 75), axis=0)
+    robust = (quartiles[1] - quartiles[0]) / NORMAL_QUARTILES
+    sd = values.std(axis=0)
+    spread = np.where(robust > 0.0, np.minimum(robust, sd), sd)
+    width = NARROWING * spread * (4.0 / ((dimensions + 2) * count)) ** (1.0 / (dimensions + 4))
+    return np.asarray(np.maximum(np.hypot(width, error), LEAST_KERNEL))
+
+
+def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) -> FloatArray:
+    """Return the kernel (N, R) of each simulated value (R, D) at each observed value (N, D), per unit of each axis."""
+    scaled, seen = values / widths, observed / widths
+    squares = (seen**2).sum(1)[:, None] + (scaled**2).sum(1)[None, :] - 2.0 * seen @ scaled.T
+    size = (2.0 * np.pi) ** (0.5 * len(widths)) * float(np.prod(widths))
+    return np.asarray(np.exp(-0.5 * np.maximum(squares, 0.0)) / size)
+
+
+def grouped(rows: FloatArray) -> FloatArray:
+    """Return the sums (GROUPS, N) over the rocks of each group, from one value for each of R rocks, (N, R)."""
+    count = rows.shape[1]
+    padded = np.zeros((len(rows), -(-count // GROUPS) * GROUPS))
+    padded[:, :count] = rows
+    return np.asarray(padded.reshape(len(rows), -1, GROUPS).sum(axis=1).T)
+
+
+def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike: FloatArray | None) -> FloatArray:
+    """Return the density (GROUPS, M, N), 1/m2, of the simulated stops of each group at the observed stops (N, 2) m.
+
+    The mean over the groups is the density of all rocks.
+
+    errors : (M,) m, standard deviations of measuring error and misfit together
+    alike : (N, R) how far each rock stands for each observed block, >= 0; None if every rock stands for every block
+    """
+    weights = np.ones((1, len(stops.place))) if alike is None else alike
+    share = grouped(weights).mean(axis=0)
+    places = stops.place[stops.deposited]
+    if not len(places):
+        return np.zeros((GROUPS, len(errors), len(observed)))
+    each = []
+    for error in errors.tolist():
+        kernel = np.zeros((len(observed), len(stops.place)))
+        kernel[:, stops.deposited] = kernel_matrix(places, observed, kernel_widths(places, error))
+        each.append(grouped(kernel * weights) / share)
+    return np.stack(each, axis=1)
+
+
+def value_densities(values: FloatArray, observed: FloatArray, error: float) -> FloatArray:
+    """Return the density (GROUPS, N) of simulated values (R,) at observed values (N,), such as speeds at a gate.
+
+    values : NaN for a rock without the value, such as one that did not reach the gate; these rocks do not count
+    """
+    known = ~np.isnan(values)
+    if not known.any():
+        return np.zeros((GROUPS, len(observed)))
+    given = values[known][:, None]
+    kernel = np.zeros((len(observed), len(values)))
+    kernel[:, known] = kernel_matrix(given, observed[:, None], kernel_widths(given, error))
+    return np.asarray(grouped(kernel) / (known.sum() / GROUPS))
+
+
+def share_densities(flags: NDArray[np.bool_]) -> FloatArray:
+    """Return the shares (GROUPS, 2) (-) of flagged rocks and of other rocks in each group, scaled as densities are.
+
+    flags : (R,) True for a rock that did what was counted, such as reaching an area
+    """
+    both = np.stack([flags, ~flags]).astype(float)
+    return np.asarray(grouped(both) / (len(flags) / GROUPS))

@@ -1,0 +1,77 @@
+"""Write the result of a calibration: calibration.json, the report, the pictures, and the calibrated scene."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.calibration.calibrated_scene import SAMPLE, SCENE, sample_of, write_calibrated
+from rpf3d_core.calibration.findings import Findings
+from rpf3d_core.calibration.flying import Slope
+from rpf3d_core.calibration.normal_space import values_of
+from rpf3d_core.calibration.report import report_text
+from rpf3d_core.calibration.rounds import Result
+from rpf3d_core.calibration.verdict import is_refused, verdict_of
+from rpf3d_core.scene.calibration import CalibrationSpec
+from rpf3d_core.scene.model import Scene
+
+
+def content_of(found: Findings) -> dict[str, Any]:
+    """Return the content of calibration.json; docs/reference/calibration.md lists its keys."""
+    names = [estimate.name for estimate in found.estimates]
+    matrix = found.correlation.tolist()
+    scores = {name: getattr(found, name) for name in ("held_out", "prior", "book", "curve")}
+    return {
+        "parameters": {
+            one.name: {"prior": one.prior, "mean": one.mean, "low": one.low, "high": one.high,
+                       "shrinkage": one.shrinkage}
+            for one in found.estimates
+        },
+        "correlation": {name: dict(zip(names, row, strict=True)) for name, row in zip(names, matrix, strict=True)},
+        "effective_samples": found.effective,
+        "noise": found.noise,
+        "score": {name: None if score is None else score.mean for name, score in scores.items()},
+        "coverage": found.coverage(),
+        "verdict": verdict_of(found),
+    }  # fmt: skip
+
+
+def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, result: Result, found: Findings) -> None:
+    """Write all files of a calibration into its folder; a refused calibration leaves no calibrated scene."""
+    for name in (SCENE, SAMPLE):
+        (out / name).unlink(missing_ok=True)
+    priors = [prior.distribution for prior in spec.unknowns.values()]
+    values = values_of(priors, result.posterior.z)
+    sample = sample_of(slope.names, values, result.posterior.weights, scene.seed)
+    _write_pictures(out, slope, result, found, (values, np.asarray(sample.values)))
+    (out / "report.md").write_text(report_text(scene, found), encoding="utf-8")
+    text = json.dumps(content_of(found), indent=2, allow_nan=False) + "\n"
+    (out / "calibration.json").write_text(text, encoding="utf-8")
+    if not is_refused(found):
+        write_calibrated(out, scene, sample, found.misfit)
+
+
+def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
+    """Write the three pictures; the pictures of stops are left out if no stops were observed."""
+    # Imported here, because the import of matplotlib takes most of a second.
+    from rpf3d_core.results.plots_calibration import Predicted, write_coverage, write_pairs, write_predicted
+
+    every, sample = values
+    first = np.array(result.numbers) == 0
+    write_pairs(out / "posterior.png", slope.names, every[first], sample)
+    if found.rank is None:
+        return
+    weights = {"prior": first / first.sum(), "posterior": result.posterior.weights}
+    prior, posterior = (Predicted(*_stops_of(result, share)) for share in weights.values())
+    write_predicted(out / "predicted.png", slope.field.stops, prior, posterior)
+    write_coverage(out / "coverage.png", found.rank)
+
+
+def _stops_of(result: Result, weights: Any) -> tuple[Any, Any]:
+    """Return the simulated stops (M, 2) m of all sets, and their weights (M,), whose sum is 1."""
+    places = [one.stops.place[one.stops.deposited] for one in result.flown]
+    each = [np.full(len(place), w / max(len(one.stops.place), 1))
+            for place, w, one in zip(places, weights, result.flown, strict=True)]  # fmt: skip
+    joined = np.concatenate(each)
+    return np.concatenate(places), joined / max(joined.sum(), 1e-300)

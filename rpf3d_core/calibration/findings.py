@@ -1,0 +1,178 @@
+"""What a calibration found: parameters with intervals, correlations, scores, coverage, and the verdict in words."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.flying import Flown, Slope, anywhere_density
+from rpf3d_core.calibration.folds import (
+    LEAST_VALUES,
+    Score,
+    covered,
+    curve_score,
+    folds_of,
+    predictive_score,
+    ranks,
+    weights_without,
+)
+from rpf3d_core.calibration.normal_space import values_of
+from rpf3d_core.calibration.rounds import Result
+from rpf3d_core.materials.distributions import Distribution, quantiles
+from rpf3d_core.scene.calibration import CalibrationSpec
+
+FloatArray = NDArray[np.float64]
+
+LOW, HIGH = 0.05, 0.95
+"""Probabilities of the ends of a parameter's interval: a 90 % interval."""
+FINE = 10_000
+"""Number of quantiles from which mean and standard deviation of a prior are computed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """One parameter: its prior as the scene has it, and mean, 90 % interval and shrinkage of the posterior.
+
+    shrinkage : 1 minus the ratio of the posterior's to the prior's standard deviation (-): 0 if nothing was learnt
+    edge : share (-) of the posterior in the outermost twentieth of the prior's range, at its lower and upper end
+    """
+
+    name: str
+    prior: dict[str, float]
+    mean: float
+    low: float
+    high: float
+    shrinkage: float
+    edge: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """All findings of a calibration.
+
+    correlation : (U, U); scores are None where nothing could be kept out, or no book values are named
+    rank : (N, 2) probabilities of the observed stops under predictions that have not seen them, with the measuring
+    error alone, as a run shows its stops; whole_rank : (N, 2) with the misfit as well; None without stops
+    misfit : m, mean error of the model over the posterior; left : share (-) of its rocks that left the terrain or did
+    not stop
+    """
+
+    estimates: list[Estimate]
+    correlation: FloatArray
+    effective: float
+    noise: float
+    held_out: Score | None
+    prior: Score | None
+    book: Score | None
+    curve: Score | None
+    rank: FloatArray | None
+    whole_rank: FloatArray | None
+    misfit: float
+    left: float
+    sets: int
+    rocks: int
+
+    def coverage(self) -> dict[str, Any] | None:
+        """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
+
+        `with_misfit` has the shares for intervals that hold the misfit of the model as well.
+        """
+        if self.rank is None or self.whole_rank is None:
+            return None
+        whole = {**_shares_inside(self.whole_rank), "misfit": self.misfit}
+        return {**_shares_inside(self.rank), "blocks": len(self.rank), "with_misfit": whole}
+
+
+def _shares_inside(rank: FloatArray) -> dict[str, dict[str, float]]:
+    """Return the shares of blocks within 50 and 90 % intervals, along and across, from ranks (N, 2)."""
+    inside = {percent: covered(rank, percent / 100.0) for percent in (50, 90)}
+    return {str(percent): {"along": float(two[0]), "across": float(two[1])} for percent, two in inside.items()}
+
+
+def findings_of(
+    slope: Slope, spec: CalibrationSpec, result: Result, book: Flown | None, seed: int
+) -> Findings:
+    """Return what the flown sets of a calibration say.
+
+    book : the flight of the book's values, or None
+    """
+    post, priors = result.posterior, [prior.distribution for prior in spec.unknowns.values()]
+    values = values_of(priors, post.z)
+    kept = _kept_out(slope, result, book, seed) if _columns(slope) >= LEAST_VALUES else dict[str, Any]()
+    deposited = np.array([one.stops.deposited.mean() for one in result.flown])
+    return Findings(
+        estimates=[
+            _estimate(name, spec.unknowns[name].model_dump(exclude_none=True), prior, values[:, k], post.weights)
+            for k, (name, prior) in enumerate(zip(slope.names, priors, strict=True))
+        ],
+        correlation=correlation_of(values, post.weights), effective=post.effective, noise=post.noise,
+        held_out=kept.get("held_out"), prior=kept.get("prior"), book=kept.get("book"), curve=kept.get("curve"),
+        rank=kept.get("rank"), whole_rank=kept.get("whole_rank"), misfit=float(post.misfits @ slope.misfits),
+        left=float(1.0 - post.weights @ deposited), sets=len(post.z), rocks=slope.rocks,
+    )  # fmt: skip
+
+
+def _columns(slope: Slope) -> int:
+    """Return the number of observations that can be kept out: end points, or else values at gates."""
+    return len(slope.field.stops) or sum(len(one.observed) for one in slope.field.values)
+
+
+def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> dict[str, Any]:
+    """Return scores and ranks of observations, each predicted without its own fold."""
+    field, post = slope.field, result.posterior
+    count = _columns(slope)
+    folds, columns = folds_of(count, seed), np.arange(count)
+    weights = weights_without(post.log_ratio, post.weighed, folds, columns)[folds]
+    densities = np.stack([one.densities.mean(axis=0)[:, :count] for one in result.flown])
+    stops = field.stops
+    anywhere: Any = anywhere_density(slope) if len(stops) else np.concatenate(
+        [np.full(len(one.observed), 0.5 / max(float(one.observed.max()), 1e-9)) for one in field.values]
+    )  # fmt: skip
+    first = np.array(result.numbers) == 0
+    before = np.tile(first[:, None] / first.sum() / len(slope.misfits), (1, len(slope.misfits)))
+    found: dict[str, Any] = {
+        "held_out": predictive_score(weights, densities, anywhere),
+        "prior": predictive_score(before[None], densities, anywhere),
+    }
+    if book is not None:
+        found["book"] = predictive_score(
+            np.full((1, 1, len(slope.misfits)), 1.0 / len(slope.misfits)), book.densities.mean(axis=0)[None, :, :count],
+            anywhere,
+        )  # fmt: skip
+    if len(stops):
+        found["curve"] = curve_score(stops, folds)
+        places = [one.stops for one in result.flown]
+        found["rank"] = ranks(places, weights.sum(axis=2, keepdims=True), stops, np.array([slope.error]))
+        found["whole_rank"] = ranks(places, weights, stops, np.hypot(slope.error, slope.misfits))
+    return found
+
+
+def _estimate(
+    name: str, written: dict[str, float], prior: Distribution, values: FloatArray, weights: FloatArray
+) -> Estimate:
+    """Return the estimate of one parameter from its values (S,) and their weights (S,)."""
+    before = quantiles(prior, (np.arange(FINE) + 0.5) / FINE)
+    mean = float(weights @ values)
+    sd = float(np.sqrt(weights @ (values - mean) ** 2))
+    low, high = (float(value) for value in weighted_quantiles(values, weights, (LOW, HIGH)))
+    margin = 0.05 * (prior.high - prior.low)
+    edge = float(weights[values < prior.low + margin].sum()), float(weights[values > prior.high - margin].sum())
+    return Estimate(
+        name=name, prior=written, mean=mean, low=low, high=high, shrinkage=float(1.0 - sd / before.std()), edge=edge
+    )
+
+
+def weighted_quantiles(values: FloatArray, weights: FloatArray, shares: tuple[float, ...]) -> FloatArray:
+    """Return the quantiles (K,) of values (S,) with weights (S,) whose sum is 1, linear between the values."""
+    order = np.argsort(values)
+    middle = np.cumsum(weights[order]) - 0.5 * weights[order]
+    return np.asarray(np.interp(shares, middle, values[order]))
+
+
+def correlation_of(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the correlations (U, U) of parameters with values (S, U) and weights (S,)."""
+    centred = values - weights @ values
+    covariance = (centred * weights[:, None]).T @ centred
+    sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return np.asarray(np.clip(covariance / np.outer(sd, sd), -1.0, 1.0))

@@ -1,0 +1,269 @@
+"""Fly parameter sets over one prepared terrain, and return what each set says about the observations."""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.density import (
+    GROUPS,
+    Stops,
+    misfits_of,
+    share_densities,
+    stop_densities,
+    value_densities,
+)
+from rpf3d_core.calibration.observations import (
+    Counted,
+    Directions,
+    Field,
+    Values,
+    calibration_of,
+    directions_of,
+    field_of,
+)
+from rpf3d_core.calibration.passages import Passages, contained, passages, visited
+from rpf3d_core.calibration.sampling import Observed
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
+from rpf3d_core.ensemble.releases import Releases, share_out
+from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME
+from rpf3d_core.scene.key_paths import with_values
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.parameter_sets import check_names, flight_of_set
+from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, releases_in_ranges
+from rpf3d_core.simulation.engines import Compiled, precompile_flights, precompile_ground_below
+from rpf3d_core.values import DEPOSITED
+
+FloatArray = NDArray[np.float64]
+
+ROCKS_A_BLOCK, SIZED_ROCKS_A_BLOCK = 24, 4
+"""Rocks of a parameter set for each observed block: points, and rocks with a size, which take much longer.
+
+Densities are averaged over neighbouring sets, so more sets of few rocks determine more than few sets of many rocks.
+"""
+LEAST_ROCKS, MOST_ROCKS = 128, 4096
+"""Bounds of the number of rocks of a parameter set, where the scene does not give it."""
+MASS_KERNEL = 0.3
+"""Standard deviation of the logarithm of the mass within which blocks stand for each other (-)."""
+JOULE_PER_KJ = 1000.0
+
+
+class Flown(NamedTuple):
+    """One flown parameter set: where its rocks stopped, the densities (GROUPS, M, C) of the observations, and energies.
+
+    energy : (R,) kJ, the largest energy of translation of each rock
+    """
+
+    stops: Stops
+    densities: FloatArray
+    energy: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Slope:
+    """A prepared scene with its observations: everything that flights of parameter sets share.
+
+    names : key paths of the unknowns; rocks : number of rocks of each set
+    error : m, measuring error of an end point; misfits : (M,) m, possible errors of the model
+    alike : (N, R) how far each rock stands for each observed block, or None
+    """
+
+    prepared: Prepared
+    names: tuple[str, ...]
+    directions: Directions
+    field: Field
+    rocks: int
+    error: float
+    misfits: FloatArray
+    alike: FloatArray | None
+
+    @property
+    def needs_paths(self) -> bool:
+        """True if the observations need the paths of rocks, and not only where they stopped."""
+        return bool(self.field.values) or any(one.kind != "stopped" for one in self.field.counted)
+
+
+def slope_of(scene: Scene) -> Slope:
+    """Read the terrain and the observations of a scene, and compile its flights.
+
+    Raises
+    ------
+    InputError
+        The scene, a file or an observation is refused; the message names it.
+    """
+    spec = calibration_of(scene)
+    check_names(scene, (*spec.unknowns, *spec.book))
+    with_values(scene, spec.book)  # refuses a wrong value of the book before the first flight
+    prepared = prepare(scene)
+    field = field_of(scene, prepared.terrain.frame)
+    rocks = spec.rocks or rocks_a_set(scene, len(field.stops))
+    slope = Slope(
+        prepared=prepared, names=tuple(spec.unknowns), directions=directions_of(scene, prepared.terrain.frame),
+        field=field, rocks=rocks, error=spec.measuring_error, misfits=misfits_of(field.stops), alike=None,
+    )  # fmt: skip
+    releases = releases_of_round(slope, 0)
+    check_releases(prepared, releases)
+    flight = prepared.flight
+    precompile_flights(prepared.engine, flight.models, flight.materials, flight.settings)
+    precompile_ground_below(prepared.engine)
+    return replace(slope, alike=_alike(field, releases))
+
+
+def rocks_a_set(scene: Scene, blocks: int) -> int:
+    """Return the number of rocks of a parameter set for a number of observed blocks."""
+    each = SIZED_ROCKS_A_BLOCK if scene.rock.shape is not None else ROCKS_A_BLOCK
+    return int(np.clip(each * blocks, LEAST_ROCKS, MOST_ROCKS))
+
+
+def releases_of_round(slope: Slope, number: int) -> Releases:
+    """Return the releases that all sets of a round share; each round has rocks of its own.
+
+    A known mass or shape of the observed blocks replaces the scene's, block after block.
+    """
+    prepared, field = slope.prepared, slope.field
+    counts = share_out([source.rocks for source in prepared.sources], slope.rocks)
+    releases = releases_in_ranges(prepared, [range(number * n, (number + 1) * n) for n in counts])
+    block = np.arange(slope.rocks) % max(len(field.stops), 1)
+    if field.masses is not None:
+        mass = field.masses[block]
+        radius = np.cbrt(mass / (prepared.scene.rock.density * UNIT_SPHERE_VOLUME))
+        releases = replace(releases, mass=mass, radius=radius)
+    return releases if field.shapes is None else replace(releases, shape=field.shapes[block])
+
+
+def _alike(field: Field, releases: Releases) -> FloatArray | None:
+    """Return how far each rock (column) stands for each observed block (row) by its mass and shape, or None."""
+    if field.masses is None and field.shapes is None:
+        return None
+    weights = np.ones((len(field.stops), len(releases.x)))
+    if field.masses is not None:
+        distance = np.log(field.masses)[:, None] - np.log(releases.mass)[None, :]
+        weights *= np.exp(-0.5 * (distance / MASS_KERNEL) ** 2)
+    if field.shapes is not None and releases.shape is not None:
+        weights *= field.shapes[:, None] == releases.shape[None, :]
+    return weights
+
+
+def observed_of(slope: Slope) -> Observed:
+    """Return counts and background densities of all observations, in the order of `Flown.densities`."""
+    field = slope.field
+    counts, anywhere = [np.ones(len(field.stops))], [np.full(len(field.stops), anywhere_density(slope))]
+    for one in field.values:
+        counts.append(np.ones(len(one.observed)))
+        anywhere.append(np.full(len(one.observed), 1.0 / max(2.0 * float(one.observed.max()), 1e-9)))
+    for part in field.counted:
+        counts.append(np.array([part.rocks, part.of - part.rocks], dtype=float))
+        anywhere.append(np.full(2, 0.5))
+    return Observed(counts=np.concatenate(counts), anywhere=np.concatenate(anywhere))
+
+
+def anywhere_density(slope: Slope) -> float:
+    """Return the density (1/m2) of a stop anywhere on the terrain: 1 over the box of the terrain, along and across."""
+    places = slope.directions.places(slope.prepared.terrain.vertices)
+    return float(1.0 / np.prod(np.maximum(np.ptp(places, axis=0), 1e-9)))
+
+
+def fly_sets(
+    slope: Slope, values: FloatArray, number: int, stop: Callable[[], bool], threads: int | None = None
+) -> Iterator[Flown]:
+    """Fly parameter sets (S, U) of a round, a thread for each set, and yield the results in their order.
+
+    stop : called before each set; after True no further set flies, and the sets that have begun are yielded
+    threads : number of threads, None for one per core; the results have the same bits for any number
+    """
+    compiled = isinstance(slope.prepared.engine, Compiled)
+    workers = (threads or os.cpu_count() or 1) if compiled else 1
+    releases = releases_of_round(slope, number)
+    with ThreadPoolExecutor(workers) as pool:
+        waiting = list[Future[Flown]]()
+        for row in values:
+            if stop():
+                break
+            waiting.append(pool.submit(fly_set, slope, row, releases))
+            if len(waiting) > workers:
+                yield waiting.pop(0).result()
+        for future in waiting:
+            yield future.result()
+
+
+def fly_set(slope: Slope, values: Sequence[float] | FloatArray, releases: Releases) -> Flown:
+    """Fly the rocks of one parameter set on the calling thread.
+
+    values : (U,), each in the unit that its key has in the scene, such as (-) or degrees
+    """
+    prepared, rocks = slope.prepared, len(releases.x)
+    flight = flight_of_set(prepared, dict(zip(slope.names, map(float, values), strict=True)))
+    flags = np.full(rocks, slope.needs_paths)
+    keep = Keep(paths=flags, impacts=np.zeros(rocks, dtype=bool), record=slope.needs_paths)
+    batch = fly_batches(prepared.engine, flight, releases, keep, None, BatchControl(threads=1))
+    deposited = np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
+    mixed = _mixed_order(rocks)
+    stops = Stops(place=slope.directions.places(batch.finals[:, 1:4])[mixed], deposited=deposited[mixed])
+    energy = 0.5 * releases.mass * batch.finals[:, 5] ** 2 / JOULE_PER_KJ
+    return Flown(stops=stops, densities=_densities(slope, batch, releases, stops), energy=energy[mixed])
+
+
+def _mixed_order(rocks: int) -> NDArray[np.int64]:
+    """Return an order (R,) of the rocks in which every group has rocks of all sources and places."""
+    return np.random.Generator(np.random.Philox(key=GROUPS)).permutation(rocks)
+
+
+def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> FloatArray:
+    """Return the densities (GROUPS, M, C) of all observations under one parameter set; misfits are of stops alone."""
+    field, mixed = slope.field, _mixed_order(len(releases.x))
+    alike = None if slope.alike is None else slope.alike[:, mixed]
+    of_stops = stop_densities(stops, field.stops, np.hypot(slope.error, slope.misfits), alike)
+    parts = list[FloatArray]()
+    gates = {one.at: passages(batch, slope.directions, one.at, slope.prepared.engine) for one in field.values}
+    parts += [_of_values(one, gates[one.at], releases.mass, mixed) for one in field.values]
+    parts += [_of_count(slope, one, batch, stops, mixed) for one in field.counted]
+    others = [np.repeat(part[:, None, :], len(slope.misfits), axis=1) for part in parts]
+    together = np.concatenate([of_stops, *others], axis=2)
+    return np.ascontiguousarray(together)  # as read from disk, so that sums have the same order
+
+
+def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:
+    """Return the densities (GROUPS, N) of values observed at a gate."""
+    energy = 0.5 * mass * gate.speed**2 / JOULE_PER_KJ
+    simulated = {"speed": gate.speed, "height": gate.height, "energy": energy}[one.kind]
+    return value_densities(simulated[mixed], one.observed, one.error)
+
+
+def _of_count(slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]) -> FloatArray:
+    """Return the densities (GROUPS, 2) of a count: shares of rocks that did it, and that did not."""
+    if one.kind == "passed" and one.at is not None:
+        flags = passages(batch, slope.directions, one.at, slope.prepared.engine).passed[mixed]
+    elif one.place in slope.prepared.outlines:
+        flags = _in_area(slope, one, batch)[mixed]
+    else:
+        flags = _in_section(slope, one, batch, stops, mixed)
+    return share_densities(flags)
+
+
+def _in_area(slope: Slope, one: Counted, batch: Batch) -> NDArray[np.bool_]:
+    """Return which rocks (R,) stopped in an area of interest, or reached it."""
+    outlines = slope.prepared.outlines[one.place]
+    if one.kind == "reached":
+        return visited(batch, outlines)
+    deposited = np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
+    return contained(batch.finals[:, 1:3], outlines) & deposited
+
+
+def _in_section(
+    slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Return which rocks (R,), in mixed order, stopped in a section of the slope, or went past its lower end."""
+    observed = slope.prepared.scene.observed
+    low, high = (None, None) if observed is None else observed.sections[one.place]
+    along = stops.place[:, 0]
+    if one.kind == "stopped":
+        inside = (along >= (-np.inf if low is None else low)) & (along < (np.inf if high is None else high))
+        return inside & stops.deposited
+    if low is None:
+        return np.ones(len(along), dtype=bool)
+    return (along >= low) | passages(batch, slope.directions, low, slope.prepared.engine).passed[mixed]

@@ -1,0 +1,118 @@
+"""Score on kept-out observations: folds, log scores, a curve without physics, and coverage of predictive intervals."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.density import Stops, kernel_widths
+from rpf3d_core.calibration.likelihood import ASTRAY, Weighed, log_likelihoods, posterior_weights
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FOLDS = 5
+"""Number of folds; fewer if there are fewer observations."""
+NEGLIGIBLE = 0.01
+"""Weight of a parameter set, relative to the mean, below which its stops are left out of ranks."""
+RANKED, LEAST_RANKED = 100_000, 50
+"""Rocks of all sets together from which ranks are computed, and least number of each set: more would change nothing."""
+LEAST_VALUES = 3
+"""Smallest number of observations with which anything can be kept out."""
+
+
+class Score(NamedTuple):
+    """The mean log score of observations (N,), each from a prediction that has not seen them."""
+
+    each: FloatArray
+
+    @property
+    def mean(self) -> float:
+        """The mean over the observations."""
+        return float(self.each.mean())
+
+
+def folds_of(count: int, seed: int) -> IntArray:
+    """Return the number of the fold of each observation (N,), folds of equal size in random order."""
+    folds = min(FOLDS, count)
+    order = np.random.Generator(np.random.Philox(key=[seed, 2**32 + 1])).permutation(count)
+    return np.asarray(np.argsort(order) % folds)
+
+
+def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, columns: IntArray) -> FloatArray:
+    """Return the weights (F, S, M) of the sets and misfits, each without the observations of one fold.
+
+    folds : (N,) fold of each kept-out observation; columns : (N,) its column among all observations
+    """
+    rows = []
+    for fold in range(int(folds.max()) + 1):
+        kept = np.ones(weighed.log_densities.shape[-1], dtype=bool)
+        kept[columns[folds == fold]] = False
+        rows.append(posterior_weights(log_ratio, log_likelihoods(weighed, kept)))
+    return np.stack(rows)
+
+
+def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float) -> Score:
+    """Return the log score of observations under a mixture of sets and misfits.
+
+    weights : (N, S, M) for each observation, or (1, S, M) for all; densities : (S, M, N); anywhere : as in `Densities`
+    """
+    mixed = np.einsum("nsm,smn->n", np.broadcast_to(weights, (densities.shape[2], *weights.shape[1:])), densities)
+    return Score(np.log((1.0 - ASTRAY) * mixed + ASTRAY * anywhere))
+
+
+def curve_score(observed: FloatArray, folds: IntArray) -> Score:
+    """Return the log score of a normal curve fitted to the other folds: a prediction without any physics.
+
+    observed : (N, D), each axis with its own mean and standard deviation; axes are independent
+    """
+    each = np.empty(len(observed))
+    for fold in range(int(folds.max()) + 1):
+        out = folds == fold
+        rest = observed[~out]
+        mean, sd = rest.mean(axis=0), np.maximum(rest.std(axis=0, ddof=1), 1e-9)
+        squares = ((observed[out] - mean) / sd) ** 2
+        each[out] = (-0.5 * squares - np.log(sd) - 0.5 * np.log(2.0 * np.pi)).sum(axis=1)
+    return Score(each)
+
+
+def ranks(stops: list[Stops], weights: FloatArray, observed: FloatArray, errors: FloatArray) -> FloatArray:
+    """Return the predicted probability (N, 2) of a stop nearer than each observed stop (N, 2), along and across.
+
+    weights : (N, S, M) weights of the sets and errors for each observation; rocks that left the terrain are left out
+    errors : (M,) m, standard deviations of the difference between a simulated stop and an observed one
+
+    Where all sets together have many rocks, the first rocks of each set stand for it: their order is random.
+    """
+    below, total = np.zeros(observed.shape), np.zeros((len(observed), 1))
+    most = max(RANKED // len(stops), LEAST_RANKED)
+    for number, one in enumerate(stops):
+        places = one.place[one.deposited][:most]
+        for error, share in zip(errors.tolist(), weights[:, number].T, strict=True):
+            if not len(places) or share.max() < NEGLIGIBLE / len(stops):
+                continue
+            widths = kernel_widths(places, error)
+            part = one.deposited.mean() * share[:, None]
+            below += part * _probabilities((observed[:, None, :] - places[None, :, :]) / widths).mean(axis=1)
+            total += part
+    return np.asarray(below / np.maximum(total, 1e-300))
+
+
+def covered(rank: FloatArray, share: float) -> FloatArray:
+    """Return the share (D,) of observations within the central predictive interval of a probability `share`.
+
+    rank : (N, D) from `ranks`
+    """
+    edge = 0.5 * (1.0 - share)
+    return np.asarray(((rank >= edge) & (rank <= 1.0 - edge)).mean(axis=0))
+
+
+def _probabilities(z: FloatArray) -> FloatArray:
+    """Return the standard normal probabilities below z (...), with an error below 1e-7.
+
+    Source: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, formula 26.2.17.
+    """
+    t = 1.0 / (1.0 + 0.2316419 * np.abs(z))
+    series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))))
+    upper = np.exp(-0.5 * z * z) / np.sqrt(2.0 * np.pi) * series
+    return np.asarray(np.where(z >= 0.0, 1.0 - upper, upper))

@@ -1,0 +1,127 @@
+"""The likelihood of all parameter sets from their densities, its noise, and the weights that include the noise.
+
+The density of a set is averaged over the sets near it in z, with a kernel that is narrow against the posterior. The
+remaining noise is measured by drawing the groups of releases again with replacement. All sets of a round fly the same
+releases, so their groups are drawn together; each round has releases of its own. The weights are the mean over these
+draws, so intervals include the noise.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.density import GROUPS
+from rpf3d_core.calibration.population import normalised
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+ASTRAY = 0.01
+"""Share (-) of observations that may come from anywhere in the range, so that one odd block cannot decide alone."""
+NEAR = 0.3
+"""Standard deviation of the kernel over parameter sets, relative to the posterior's (-).
+
+It widens the posterior by less than NEAR^2 / 2 = 5 %.
+"""
+REDRAWS = 16
+"""Number of times that the groups of releases are drawn again."""
+
+
+class Densities(NamedTuple):
+    """Densities of C observations under S parameter sets and M misfits, by group of releases.
+
+    values : (S, GROUPS, M, C); rounds : (S,) number of the round of each set; counts : (C,) how often each was observed
+    anywhere : (C,) density of an observation from anywhere in the range, in the unit of its density; 0 for shares
+    """
+
+    values: FloatArray
+    rounds: IntArray
+    counts: FloatArray
+    anywhere: FloatArray
+
+
+class Weighed(NamedTuple):
+    """The log-likelihood of S sets with its noise.
+
+    log_densities : (D, S, M, C) logarithms of the averaged densities: first of all groups, then of each draw of groups
+    """
+
+    log_densities: FloatArray
+    counts: FloatArray
+
+
+def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
+    """Return the share of each group in the rocks of each round (D, T, GROUPS): equal shares, then random draws.
+
+    rounds : number of rounds T; redraws : number of random draws, D - 1
+    """
+    random = np.random.Generator(np.random.Philox(key=[seed, 2**32]))
+    drawn = random.multinomial(GROUPS, np.full(GROUPS, 1.0 / GROUPS), size=(redraws, rounds)) / GROUPS
+    return np.concatenate([np.full((1, rounds, GROUPS), 1.0 / GROUPS), drawn])
+
+
+def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return how far each set (column) stands for each set (row), (S, S) with rows of sum 1.
+
+    z : (S, U); covariance : (U, U) of the posterior in z
+    """
+    scaled = np.linalg.solve(np.linalg.cholesky(covariance) * NEAR, z.T).T
+    squares = (scaled**2).sum(1)[:, None] + (scaled**2).sum(1)[None, :] - 2.0 * scaled @ scaled.T
+    kernel = np.exp(-0.5 * np.maximum(squares, 0.0))
+    return np.asarray(kernel / kernel.sum(axis=1, keepdims=True))
+
+
+def weighed(densities: Densities, near: FloatArray, shares: FloatArray) -> Weighed:
+    """Return the log densities of S sets, averaged over neighbours, for each draw of groups.
+
+    near : (S, S) from `nearness`; shares : (D, T, GROUPS) from `group_shares`
+    """
+    astray = ASTRAY * densities.anywhere
+    kept = np.where(densities.anywhere > 0.0, 1.0 - ASTRAY, 1.0)
+    shape = densities.values.shape[0], *densities.values.shape[2:]
+    logs = [
+        np.log(np.maximum(kept * (near @ _mixed(densities, share)).reshape(shape) + astray, 1e-300)) for share in shares
+    ]
+    return Weighed(log_densities=np.stack(logs), counts=densities.counts)
+
+
+def _mixed(densities: Densities, share: FloatArray) -> FloatArray:
+    """Return the densities (S, M * C) of all rocks of each set; share : (T, GROUPS) of each group in each round."""
+    mixed = np.einsum("sg,sgk->sk", share[densities.rounds], densities.values.reshape(*densities.values.shape[:2], -1))
+    return np.asarray(mixed)
+
+
+def log_likelihoods(weighed: Weighed, kept: NDArray[np.bool_] | None = None) -> FloatArray:
+    """Return the log-likelihoods (D, S, M), for each draw of groups and each misfit.
+
+    kept : (C,) the observations that count, or None for all
+    """
+    counts = weighed.counts if kept is None else np.where(kept, weighed.counts, 0.0)
+    return np.asarray(weighed.log_densities @ counts)
+
+
+def over_misfits(log_likelihood: FloatArray) -> FloatArray:
+    """Return the log-likelihoods (..., S) with the mean likelihood over the misfits, from those (..., S, M)."""
+    return np.asarray(np.logaddexp.reduce(log_likelihood, axis=-1) - np.log(log_likelihood.shape[-1]))
+
+
+def posterior_weights(log_ratio: FloatArray, log_likelihood: FloatArray) -> FloatArray:
+    """Return the weights (S, M) of the sets and misfits, the mean over the draws of groups; their sum is 1.
+
+    log_ratio : (S,) from `population.log_importance`; log_likelihood : (D, S, M)
+    """
+    each = np.stack([normalised(log_ratio[:, None] + table) for table in log_likelihood[1:]])
+    return np.asarray(each.mean(axis=0))
+
+
+def noise_of(log_likelihood: FloatArray, weights: FloatArray) -> float:
+    """Return the standard deviation (-) of a set's log-likelihood that is due to the finite number of rocks.
+
+    What all sets have in common does not count, because it does not change a weight.
+
+    log_likelihood : (D, S) from `over_misfits`; weights : (S,)
+    """
+    centred = log_likelihood[1:] - (log_likelihood[1:] @ weights)[:, None]
+    deviations = centred - centred.mean(axis=0)
+    return float(np.sqrt((deviations**2).mean(axis=0) @ weights))

@@ -1,0 +1,181 @@
+"""What the field observed, read from the scene: end points with their blocks, values at gates, and counts."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import read_points, rows_of
+from rpf3d_core.scene.calibration import CalibrationSpec
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.observed import horizontal_direction
+from rpf3d_core.setup.unknowns import unknowns_of
+from rpf3d_core.terrain.frame import Frame
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Directions(NamedTuple):
+    """The horizontal directions along and across the slope, in which stops are compared.
+
+    axes : (2, 3) unit vectors in the local frame
+    origin : (2,) m, added to distances along the axes; the sum is the distance in the input's coordinates
+    """
+
+    axes: FloatArray
+    origin: FloatArray
+
+    def places(self, x: FloatArray) -> FloatArray:
+        """Return where local points (R, 3) m lie along and across, (R, 2) m in the input's coordinates."""
+        return np.asarray(x @ self.axes.T + self.origin)
+
+
+class Values(NamedTuple):
+    """Values (N,) of one kind that were observed at a gate: speeds (m/s), heights (m) or energies (kJ)."""
+
+    gate: str
+    kind: str
+    at: float
+    observed: FloatArray
+    error: float
+
+
+class Counted(NamedTuple):
+    """How many of the observed rocks did something: `kind` is passed, stopped or reached; `place` says where.
+
+    rocks : number that did it; of : number of observed rocks
+    """
+
+    place: str
+    kind: str
+    at: float | None
+    rocks: int
+    of: int
+
+
+class Field(NamedTuple):
+    """All observations of a slope.
+
+    stops : (N, 2) m, along and across, in the input's coordinates; (0, 2) if no end points were observed
+    masses : (N,) kg, or None if unknown; shapes : (N,) numbers of the shapes from 0, or None
+    """
+
+    stops: FloatArray
+    masses: FloatArray | None
+    shapes: IntArray | None
+    values: tuple[Values, ...]
+    counted: tuple[Counted, ...]
+
+
+def calibration_of(scene: Scene) -> CalibrationSpec:
+    """Return the section `calibration` of a scene, with all its unknowns: also those that the scene itself has.
+
+    Raises
+    ------
+    InputError
+        The scene names no unknowns; the message shows how.
+    """
+    unknowns = unknowns_of(scene)
+    if not unknowns:
+        raise InputError(f"{scene.path}: names no unknowns; add `calibration: {{unknowns: {{materials.*.friction: "
+                         "{min: 0.2, max: 1.2}}}`, with the key paths of this scene")  # fmt: skip
+    spec = CalibrationSpec() if scene.calibration is None else scene.calibration
+    return spec.model_copy(update={"unknowns": unknowns})
+
+
+def directions_of(scene: Scene, frame: Frame) -> Directions:
+    """Return the directions along and across in which end points are compared."""
+    along = (1.0, 0.0, 0.0) if scene.observed is None else scene.observed.along
+    first = frame.directions_to_local(horizontal_direction(along, frame.up))
+    axes = np.stack([first, [-first[1], first[0], 0.0]])
+    return Directions(axes=axes, origin=axes @ np.array(frame.origin))
+
+
+def field_of(scene: Scene, frame: Frame) -> Field:
+    """Return all observations of a scene.
+
+    Raises
+    ------
+    InputError
+        The scene has no observations, a file is damaged, or a column or a place is missing.
+    """
+    spec, directions = calibration_of(scene), directions_of(scene, frame)
+    stops, masses, shapes = np.empty((0, 2)), None, None
+    if scene.observed is not None:
+        points = read_points(scene.observed.points_file, frame.up)
+        stops = directions.places(frame.points_to_local(points))
+        masses = _column(scene, spec.mass_column, "mass_column")
+        shapes = _shape_numbers(scene, spec)
+    values, counted = tuple(_values_of(spec)), tuple(_counted_in(scene, spec))
+    if not len(stops) and not values and not counted:
+        raise InputError(f"{scene.path}: there is nothing to calibrate on; add `observed: {{points_file: ...}}`, or "
+                         "`calibration: {gates: ..., shares: ...}`")  # fmt: skip
+    return Field(stops=stops, masses=masses, shapes=shapes, values=values, counted=counted)
+
+
+def _column(scene: Scene, number: int | None, key: str) -> FloatArray | None:
+    """Return a column (N,) of the file of observed end points; None if the scene names none."""
+    if number is None or scene.observed is None:
+        return None
+    path = scene.observed.points_file
+    rows = list(rows_of(path, path.read_text(encoding="utf-8-sig")))
+    cells = [(row.line, row.cells[number - 1] if number <= len(row.cells) else "") for row in rows]
+    if cells and not _is_number(cells[0][1]) and not any(map(_is_number, rows[0].cells)):
+        cells = cells[1:]  # a header
+    for line, cell in cells:
+        if not _is_number(cell) or not 0.0 < float(cell) < np.inf:
+            raise InputError(f"{path}, line {line}, column {number}: `calibration.{key}` must be a number above 0, "
+                             f"but is {cell!r}")  # fmt: skip
+    return np.array([float(cell) for _, cell in cells])
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _shape_numbers(scene: Scene, spec: CalibrationSpec) -> IntArray | None:
+    """Return the number of each block's shape (N,), from 0; None if the scene names no column with them."""
+    column = _column(scene, spec.shape_column, "shape_column")
+    if column is None:
+        return None
+    files = (scene.rock.shape.files or ()) if scene.rock.shape is not None else ()
+    numbers = column.astype(np.int64)
+    if (numbers != column).any() or numbers.min() < 1 or numbers.max() > len(files):
+        raise InputError(f"{scene.path}: `calibration.shape_column` must hold numbers from 1 to {len(files)}, the "
+                         "places in rock.shape.files")  # fmt: skip
+    return numbers - 1
+
+
+def _values_of(spec: CalibrationSpec) -> Iterator[Values]:
+    """Yield the values observed at all gates of a scene."""
+    for gate in spec.gates:
+        each = (("speed", gate.speeds, gate.speed_error), ("height", gate.heights, gate.height_error),
+                ("energy", gate.energies, gate.energy_error))  # fmt: skip
+        for kind, observed, error in each:
+            if observed:
+                yield Values(gate=gate.name, kind=kind, at=gate.at, observed=np.array(observed), error=error)
+
+
+def _counted_in(scene: Scene, spec: CalibrationSpec) -> Iterator[Counted]:
+    """Yield the counts of rocks that passed gates, and that stopped in places or reached them."""
+    for gate in spec.gates:
+        if gate.passed is not None and gate.of is not None:
+            yield Counted(place=gate.name, kind="passed", at=gate.at, rocks=gate.passed, of=gate.of)
+    areas = [area.name for area in scene.areas_of_interest]
+    sections = {} if scene.observed is None else scene.observed.sections
+    for share in spec.shares:
+        if share.place not in areas and share.place not in sections:
+            known = ", ".join([*areas, *sections]) or "none"
+            raise InputError(f"{scene.path}: `calibration.shares` names {share.place!r}, which is neither an area of "
+                             f"interest nor a section of `observed`; there are: {known}")  # fmt: skip
+        if share.stopped is not None:
+            yield Counted(place=share.place, kind="stopped", at=None, rocks=share.stopped, of=share.of)
+        elif share.reached is not None:
+            yield Counted(place=share.place, kind="reached", at=None, rocks=share.reached, of=share.of)

@@ -1,0 +1,137 @@
+"""Population Monte Carlo: propose parameter sets near the good ones, and weigh all sets of all rounds together.
+
+The first round is spread over the prior. Each further round draws from a mixture of kernels at the sets flown so far,
+with a share of draws from the prior. The weight of a set is prior times likelihood over the density with which all
+rounds together propose it, so no flown set is lost.
+
+Sources
+-------
+Cappe, Guillin, Marin & Robert 2004, J. Comput. Graph. Stat. 13:907-929: population Monte Carlo.
+Cornuet, Marin, Mira & Robert 2012, Scand. J. Stat. 39:798-812: weights over the mixture of all proposals.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.normal_space import LOG_ROOT_TAU, log_prior, normal_of
+from rpf3d_core.unknowns.points import SMALLEST, spread_points
+
+FloatArray = NDArray[np.float64]
+
+FROM_PRIOR = 0.1
+"""Share (-) of later rounds that is drawn from the prior, so that no weight can grow without bound."""
+WIDENING = 1.5
+"""Factor on the standard deviation of the kernels of a mixture, against the rule for density estimates."""
+LEAST_KEPT = 25.0
+"""Effective number of sets that carry weight when a proposal is made; the likelihood is flattened until they do."""
+
+
+class Mixture(NamedTuple):
+    """A proposal: normal kernels of one shape at K centres, and the prior with the share FROM_PRIOR.
+
+    centres : (K, U); shares : (K,), their sum is 1; root : (U, U) lower triangular root of the kernels' covariance
+    A mixture without centres (K = 0) is the prior alone.
+    """
+
+    centres: FloatArray
+    shares: FloatArray
+    root: FloatArray
+
+
+def prior_mixture(unknowns: int) -> Mixture:
+    """Return the proposal of the first round: the prior alone."""
+    return Mixture(centres=np.empty((0, unknowns)), shares=np.empty(0), root=np.eye(unknowns))
+
+
+def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
+    """Return the S = count parameter sets of a round, drawn from its proposal: z (S, U) (-).
+
+    The numbers depend on the seed and on the number of the round only; the first round is quasi-random.
+    """
+    unknowns = mixture.centres.shape[1]
+    if not len(mixture.centres):
+        return normal_of(np.clip(spread_points(count, unknowns, seed), SMALLEST, 1.0 - SMALLEST))
+    random = np.random.Generator(np.random.Philox(key=[seed, number]))
+    normal, kind = random.standard_normal((count, unknowns)), random.random(count)
+    which = random.choice(len(mixture.centres), size=count, p=mixture.shares)
+    near = mixture.centres[which] + normal @ mixture.root.T
+    return np.asarray(np.where((kind < FROM_PRIOR)[:, None], normal, near))
+
+
+def log_density(mixture: Mixture, z: FloatArray) -> FloatArray:
+    """Return the logarithm (S,) of the density with which a proposal draws the sets z (S, U)."""
+    prior = log_prior(z)
+    if not len(mixture.centres):
+        return prior
+    scaled, centres = (np.linalg.solve(mixture.root, x.T).T for x in (z, mixture.centres))
+    squares = (scaled**2).sum(1)[:, None] + (centres**2).sum(1)[None, :] - 2.0 * scaled @ centres.T
+    size = z.shape[1] * LOG_ROOT_TAU + np.log(np.diag(mixture.root)).sum()
+    kernels = np.log(np.exp(-0.5 * np.maximum(squares, 0.0)) @ mixture.shares + 1e-300) - size
+    return np.asarray(np.logaddexp(np.log(FROM_PRIOR) + prior, np.log1p(-FROM_PRIOR) + kernels))
+
+
+def log_importance(z: FloatArray, mixtures: Sequence[Mixture], counts: Sequence[int]) -> FloatArray:
+    """Return log prior minus log proposal (S,) (-) of all sets z (S, U), the proposal being the mixture of all rounds.
+
+    counts : number of sets of each round
+    """
+    total = np.full(len(z), -np.inf)
+    for mixture, count in zip(mixtures, counts, strict=True):
+        if count:
+            total = np.logaddexp(total, np.log(count / len(z)) + log_density(mixture, z))
+    return np.asarray(log_prior(z) - total)
+
+
+def normalised(log_weights: FloatArray) -> FloatArray:
+    """Return weights (S,) whose sum is 1 from their logarithms (S,)."""
+    weights = np.exp(log_weights - log_weights.max())
+    return np.asarray(weights / weights.sum())
+
+
+def effective_samples(weights: FloatArray) -> float:
+    """Return the effective number of samples (-) of weights (S,) whose sum is 1: from 1 to S.
+
+    Source: Kish 1965, Survey Sampling; Kong 1992, University of Chicago technical report 348.
+    """
+    return float(1.0 / (weights**2).sum())
+
+
+def flattened(log_ratio: FloatArray, log_likelihood: FloatArray, least: float) -> tuple[FloatArray, float]:
+    """Return weights (S,) with at least `least` effective samples, and the power of the likelihood that gives them.
+
+    log_ratio : (S,) from `log_importance`; the power is 1 if the full likelihood has enough effective samples, and is
+    found by bisection otherwise
+    """
+    full = normalised(log_ratio + log_likelihood)
+    if effective_samples(full) >= least:
+        return full, 1.0
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        enough = effective_samples(normalised(log_ratio + middle * log_likelihood)) >= least
+        low, high = (middle, high) if enough else (low, middle)
+    return normalised(log_ratio + low * log_likelihood), low
+
+
+def next_mixture(z: FloatArray, log_ratio: FloatArray, log_likelihood: FloatArray) -> tuple[Mixture, float]:
+    """Return the proposal of the next round, and the power of the likelihood (from 0 to 1) at which it was made.
+
+    z : (S, U) (-) all sets so far; log_ratio, log_likelihood : (S,) (-)
+    Source of the kernels' width: Silverman 1986, Density Estimation, equation 4.14, times WIDENING.
+    """
+    unknowns = z.shape[1]
+    least = max(LEAST_KEPT, 8.0 * unknowns)
+    weights, power = flattened(log_ratio, log_likelihood, min(least, 0.9 * len(z)))
+    width = WIDENING * (4.0 / ((unknowns + 2) * effective_samples(weights))) ** (1.0 / (unknowns + 4))
+    root = width * np.linalg.cholesky(covariance_of(z, weights))
+    return Mixture(centres=z, shares=weights, root=root), power
+
+
+def covariance_of(z: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the weighted covariance (U, U) (-) of sets z (S, U), with a small ridge so that it has an inverse."""
+    centred = z - weights @ z
+    covariance = (centred * weights[:, None]).T @ centred
+    return np.asarray(covariance + 1e-4 * np.eye(z.shape[1]))

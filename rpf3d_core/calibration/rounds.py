@@ -1,0 +1,164 @@
+"""Fly the rounds of a calibration until enough is known, the time is over, or the user interrupts."""
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.flying import Flown, Slope, fly_sets, observed_of
+from rpf3d_core.calibration.normal_space import values_of
+from rpf3d_core.calibration.sampling import (
+    ENOUGH,
+    MOST_ROUNDS,
+    Posterior,
+    Proposed,
+    Round,
+    drawn_sets,
+    first_proposal,
+    is_enough,
+    posterior_of,
+    with_next,
+)
+from rpf3d_core.calibration.state import Kept, read_round, save_part
+from rpf3d_core.materials.distributions import Distribution
+
+FloatArray = NDArray[np.float64]
+
+SAVED_EVERY = 5.0
+"""Seconds after which flown sets are written to disk."""
+REPORT_S, ASSESSMENTS = 11.0, 16.0
+"""Seconds kept for the results at the end of a budget: a fixed part, and a multiple of the time of one proposal."""
+MOST_STRETCH = 4.0
+"""Largest factor (-) on the fixed part on a machine that other programs keep busy."""
+
+
+class Status(NamedTuple):
+    """The progress of a calibration: sets flown, round, effective samples (None if unknown), estimated seconds left."""
+
+    sets: int
+    round: int
+    effective: float | None
+    left_s: float
+
+
+class Control(NamedTuple):
+    """How a caller controls a calibration.
+
+    deadline : `time.monotonic()` at which everything must be written; progress : called with a Status
+    stop : returns True after Ctrl-C; threads : None for one per core
+    """
+
+    deadline: float
+    progress: Callable[[Status], None] = lambda _: None
+    stop: Callable[[], bool] = lambda: False
+    threads: int | None = None
+
+
+class Result(NamedTuple):
+    """All flown sets of a calibration, in the order in which they were drawn, and what they say.
+
+    power : power of the likelihood at which the last proposal was made, 1 if the sampler has arrived
+    """
+
+    posterior: Posterior
+    proposed: Proposed
+    flown: list[Flown]
+    numbers: list[int]
+    power: float
+
+    @property
+    def rounds(self) -> int:
+        """Number of rounds, the last of which may be incomplete."""
+        return max(self.numbers) + 1
+
+
+def fly_rounds(slope: Slope, priors: list[Distribution], seed: int, state: Path, control: Control) -> Result | None:
+    """Fly round after round, and return all sets; None if no set could be flown in time.
+
+    Sets that are kept in `state` are not flown again.
+    """
+    observed, proposed = observed_of(slope), first_proposal(len(priors))
+    rounds, flown, numbers, posterior = list[Round](), list[Flown](), list[int](), None
+    assess_s, left_for = 0.0, _reserve(control.threads)
+    for number in range(MOST_ROUNDS):
+        z = drawn_sets(proposed, number, seed)
+        until = control.deadline - ASSESSMENTS * assess_s
+        tell = _teller(control, len(flown), number, posterior, until - left_for())
+
+        def over(until: float = until) -> bool:
+            return control.stop() or time.monotonic() > until - left_for()
+
+        one = _fly_round(slope, priors, z, number, state, control._replace(stop=over), tell)
+        if not one:
+            break
+        rounds.append(Round(z=z[: len(one)], densities=np.stack([each.densities for each in one])))
+        flown, numbers = [*flown, *one], [*numbers, *[number] * len(one)]
+        began = time.monotonic()
+        proposed = with_next(proposed, rounds, observed, seed)
+        assess_s = time.monotonic() - began
+        if len(one) < len(z):
+            break
+        posterior = posterior_of(proposed, rounds, observed, seed) if proposed.power == 1.0 else None
+        if posterior is not None and is_enough(posterior, proposed.power):
+            break
+    if not rounds:
+        return None
+    posterior = posterior_of(proposed, rounds, observed, seed)
+    return Result(posterior=posterior, proposed=proposed, flown=flown, numbers=numbers, power=proposed.power)
+
+
+def _reserve(threads: int | None) -> Callable[[], float]:
+    """Return a function that returns how many seconds writing the results takes, on a machine as busy as now.
+
+    A busy machine gives this program less than one core for each thread, so everything takes longer.
+    """
+    workers, began, used = threads or os.cpu_count() or 1, time.monotonic(), time.process_time()
+
+    def reserve() -> float:
+        wall, own = time.monotonic() - began, time.process_time() - used
+        stretch = 1.0 if wall < 1.0 else wall * workers / max(own, 1e-9)
+        return REPORT_S * min(max(stretch, 1.0), MOST_STRETCH)
+
+    return reserve
+
+
+def _teller(
+    control: Control, before: int, number: int, posterior: Posterior | None, until: float
+) -> Callable[[int], None]:
+    """Return the function that reports the progress of a round, given the number of its flown sets."""
+    began = time.monotonic()
+    effective = None if posterior is None else posterior.effective
+
+    def tell(sets: int) -> None:
+        now = time.monotonic()
+        left = until - now
+        if posterior is not None and sets:
+            missing = max(len(posterior.z) * (ENOUGH / posterior.effective - 1.0), 100.0) - sets
+            left = min(left, max(missing, 0.0) * (now - began) / sets)
+        control.progress(Status(sets=before + sets, round=number, effective=effective, left_s=max(left, 0.0)))
+
+    return tell
+
+
+def _fly_round(
+    slope: Slope, priors: list[Distribution], z: FloatArray, number: int, state: Path, control: Control,
+    tell: Callable[[int], None],
+) -> list[Flown]:  # fmt: skip
+    """Fly the sets z (S, U) of a round that are not kept yet; return the flown sets, fewer if there was no time."""
+    kept, part = read_round(state, number, z.shape[1])
+    done, unsaved, saved = list(kept.flown), list[Flown](), time.monotonic()
+    rest = z[len(done) :]
+    for one in fly_sets(slope, values_of(priors, rest), number, control.stop, control.threads) if len(rest) else ():
+        unsaved.append(one)
+        done.append(one)
+        tell(len(done))
+        if time.monotonic() - saved > SAVED_EVERY:
+            save_part(state, number, part, Kept(z[len(done) - len(unsaved) : len(done)], unsaved))
+            part, unsaved, saved = part + 1, [], time.monotonic()
+    if unsaved:
+        save_part(state, number, part, Kept(z[len(done) - len(unsaved) : len(done)], unsaved))
+    return done

@@ -1,0 +1,141 @@
+"""The rounds of a calibration: which parameter sets to fly next, and what all flown sets together say.
+
+Everything here is a function of the flown sets, so a calibration that was interrupted continues with the same bits.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.likelihood import (
+    Densities,
+    Weighed,
+    group_shares,
+    log_likelihoods,
+    nearness,
+    noise_of,
+    over_misfits,
+    posterior_weights,
+    weighed,
+)
+from rpf3d_core.calibration.population import (
+    Mixture,
+    covariance_of,
+    draw,
+    effective_samples,
+    log_importance,
+    next_mixture,
+    prior_mixture,
+)
+
+FloatArray = NDArray[np.float64]
+
+FIRST_SETS = 60
+"""Parameter sets of the first round for each unknown."""
+FURTHER_SETS = 100
+"""Parameter sets of each further round."""
+MOST_ROUNDS = 20
+"""Largest number of rounds: more would repeat what is known."""
+ENOUGH = 300.0
+"""Effective samples (-) after which a calibration ends."""
+FLOOR = 50.0
+"""Effective samples (-) below which the data, the rocks or the time do not determine the parameters."""
+MOST_NOISE = 1.0
+"""Noise of the log-likelihood (-) up to which a calibration may end before its last round."""
+
+
+class Round(NamedTuple):
+    """The flown parameter sets of one round: z (S, U) and their densities (S, GROUPS, M, C)."""
+
+    z: FloatArray
+    densities: FloatArray
+
+
+class Observed(NamedTuple):
+    """What was observed, as the likelihood needs it: counts (C,) and densities from anywhere (C,)."""
+
+    counts: FloatArray
+    anywhere: FloatArray
+
+
+class Proposed(NamedTuple):
+    """The proposals of all rounds up to the next one, and the power of the likelihood at which the last was made."""
+
+    mixtures: tuple[Mixture, ...]
+    power: float
+    covariance: FloatArray
+
+
+class Posterior(NamedTuple):
+    """What all flown sets say: z (S, U), weights (S,), effective samples, and noise of the log-likelihood.
+
+    misfits : (M,) probabilities of the misfits; log_ratio : (S,) log prior minus log proposal
+    weighed : densities with their noise
+    """
+
+    z: FloatArray
+    weights: FloatArray
+    misfits: FloatArray
+    log_ratio: FloatArray
+    weighed: Weighed
+    effective: float
+    noise: float
+
+
+def sets_of_round(number: int, unknowns: int) -> int:
+    """Return the number of parameter sets of a round, counted from 0."""
+    return FIRST_SETS * unknowns if number == 0 else FURTHER_SETS
+
+
+def first_proposal(unknowns: int) -> Proposed:
+    """Return the proposal of the first round."""
+    return Proposed(mixtures=(prior_mixture(unknowns),), power=0.0, covariance=np.eye(unknowns))
+
+
+def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
+    """Return the sets z (S, U) of a round, counted from 0."""
+    mixture = proposed.mixtures[number]
+    return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
+
+
+def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
+    """Return the proposals with one more, made from all rounds flown so far."""
+    z, log_ratio = _together(rounds, proposed.mixtures)
+    densities = _densities(rounds, observed)
+    both = weighed(densities, nearness(z, proposed.covariance), group_shares(len(rounds), seed, 0))
+    logs = over_misfits(log_likelihoods(both)[0])
+    mixture, power = next_mixture(z, log_ratio, logs)
+    covariance = covariance_of(z, mixture.shares)
+    return Proposed(mixtures=(*proposed.mixtures, mixture), power=power, covariance=covariance)
+
+
+def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Posterior:
+    """Return what all flown sets say together; the last round may be incomplete."""
+    z, log_ratio = _together(rounds, proposed.mixtures)
+    both = weighed(_densities(rounds, observed), nearness(z, proposed.covariance), group_shares(len(rounds), seed))
+    logs = log_likelihoods(both)
+    joint = posterior_weights(log_ratio, logs)
+    weights = joint.sum(axis=1)
+    return Posterior(
+        z=z, weights=weights, misfits=joint.sum(axis=0), log_ratio=log_ratio, weighed=both,
+        effective=effective_samples(weights), noise=noise_of(over_misfits(logs), weights),
+    )  # fmt: skip
+
+
+def is_enough(posterior: Posterior, power: float) -> bool:
+    """Return whether a calibration may end before its last round."""
+    return power == 1.0 and posterior.effective >= ENOUGH and posterior.noise <= MOST_NOISE
+
+
+def _together(rounds: Sequence[Round], mixtures: Sequence[Mixture]) -> tuple[FloatArray, FloatArray]:
+    """Return the sets z (S, U) of all rounds, and log prior minus log proposal (S,) of each."""
+    z = np.concatenate([one.z for one in rounds])
+    return z, log_importance(z, mixtures[: len(rounds)], [len(one.z) for one in rounds])
+
+
+def _densities(rounds: Sequence[Round], observed: Observed) -> Densities:
+    values = np.concatenate([one.densities for one in rounds])
+    numbers = np.repeat(np.arange(len(rounds)), [len(one.z) for one in rounds])
+    return Densities(values=values, rounds=numbers, counts=observed.counts, anywhere=observed.anywhere)

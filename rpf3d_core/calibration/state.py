@@ -1,0 +1,112 @@
+"""Keep flown parameter sets on disk, so that a calibration that was interrupted continues where it was."""
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.density import Stops
+from rpf3d_core.calibration.flying import Flown
+from rpf3d_core.errors import InputError
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import scene_digest
+
+FloatArray = NDArray[np.float64]
+
+FOLDER, PLAN = "state", "plan.json"
+"""Names of the folder with flown sets in the folder of a calibration, and of the file that says what they belong to."""
+RESULTS = (
+    "calibration.json", "calibrated.yaml", "posterior.parquet", "report.md", "posterior.png", "predicted.png",
+    "coverage.png",
+)  # fmt: skip
+"""Names of the files that a calibration writes."""
+VERSION = 1
+"""Version of the kept files; it changes whenever the sampler or the densities change."""
+
+
+class Kept(NamedTuple):
+    """The flown parameter sets of one round: z (S, U) and the results of each set."""
+
+    z: FloatArray
+    flown: list[Flown]
+
+
+def digest_of(scene: Scene) -> str:
+    """Return a digest of everything that affects a calibration, except the time that it may take."""
+    spec = "" if scene.calibration is None else scene.calibration.model_dump_json()
+    return hashlib.sha256(f"{VERSION} {scene_digest(scene)} {spec}".encode()).hexdigest()
+
+
+def check_folder(out: Path, scene: Scene) -> None:
+    """Refuse a folder that cannot take a calibration of a scene.
+
+    Raises
+    ------
+    InputError
+        The folder holds other files, or the calibration of another scene.
+    """
+    state = out / FOLDER
+    names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()
+    if foreign := sorted(names - {FOLDER, *RESULTS}):
+        raise InputError(f"{out}: holds {foreign[0]!r}, which is not part of a calibration; give a new or empty folder")
+    if names and not (state / PLAN).is_file():
+        raise InputError(f"{out}: holds no calibration that could be continued; give a new or empty folder")
+    if names and json.loads((state / PLAN).read_text(encoding="utf-8"))["digest"] != digest_of(scene):
+        raise InputError(f"{out}: holds the calibration of another scene, or of other data; give another folder")
+
+
+def open_state(out: Path, scene: Scene) -> Path:
+    """Return the folder of flown sets in the folder of a calibration; both are made where they do not exist.
+
+    Raises
+    ------
+    InputError
+        As `check_folder`, or the folder cannot be written to.
+    """
+    check_folder(out, scene)
+    state = out / FOLDER
+    try:
+        state.mkdir(parents=True, exist_ok=True)
+        plan = json.dumps({"program": "rpf3d", "digest": digest_of(scene)})
+        (state / PLAN).write_text(plan + "\n", encoding="utf-8")
+    except OSError as fault:
+        raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
+    return state
+
+
+def save_part(state: Path, number: int, part: int, kept: Kept) -> None:
+    """Write some flown sets of a round as one file: complete, or not at all.
+
+    number : of the round; part : number of the file within the round; both from 0
+    """
+    path, unfinished = _path(state, number, part), state / "unfinished.npz"
+    with unfinished.open("wb") as file:
+        np.savez(
+            file, z=kept.z, place=np.stack([one.stops.place for one in kept.flown]),
+            deposited=np.stack([one.stops.deposited for one in kept.flown]),
+            densities=np.stack([one.densities for one in kept.flown]),
+            energy=np.stack([one.energy for one in kept.flown]),
+        )  # fmt: skip
+        file.flush()
+        os.fsync(file.fileno())
+    unfinished.replace(path)
+
+
+def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
+    """Return the flown sets of a round, and the number of files that hold them."""
+    z, flown, part = [np.empty((0, unknowns))], list[Flown](), 0
+    while (path := _path(state, number, part)).is_file():
+        with np.load(path) as file:
+            z.append(file["z"])
+            columns = [file[name] for name in ("place", "deposited", "densities", "energy")]
+        flown += [Flown(Stops(place, deposited), *rest) for place, deposited, *rest in zip(*columns, strict=True)]
+        part += 1
+    return Kept(np.concatenate(z), flown), part
+
+
+def _path(state: Path, number: int, part: int) -> Path:
+    return state / f"round_{number:02d}_{part:03d}.npz"

@@ -1,0 +1,117 @@
+"""The sensitivity of a scene: fly the design, and say in one sentence which unknown decides."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.materials.distributions import quantiles
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.sensitivity.flown import Compared, compared, fly_all
+from rpf3d_core.sensitivity.morris import Effects, effects_of, trajectories
+from rpf3d_core.sensitivity.sobol import Indices, design, indices_of
+from rpf3d_core.setup.choices import with_choices
+from rpf3d_core.setup.prepared import prepare
+from rpf3d_core.setup.unknowns import unknowns_of
+
+FloatArray = NDArray[np.float64]
+
+ROCKS = 500
+"""Default number of rocks of each parameter set."""
+TRAJECTORIES = 20
+"""Default number of Morris trajectories."""
+BASE_SETS = 128
+"""Default number of base sets of Sobol's design, each of which needs as many flights as there are unknowns, plus 2."""
+FEWEST, MOST = 4, 100_000
+"""Bounds of the number of trajectories and of base sets."""
+EDGE = 1e-6
+"""Probability (-) that is cut from both ends of a range, because a normal prior may have no finite end."""
+
+
+class Stopped(Exception):
+    """The user stopped the analysis before all parameter sets had flown."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How a sensitivity is measured: number of rocks of a set, of trajectories, of base sets (0 for no indices)."""
+
+    rocks: int = ROCKS
+    trajectories: int = TRAJECTORIES
+    base_sets: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Which unknown moves which result.
+
+    names : of the U unknowns; results, units : of the Y results; middle : (Y,) means of the results over the design
+    effects : by Morris; indices : by Sobol, or None; sets : parameter sets flown; rocks : of each
+    """
+
+    names: tuple[str, ...]
+    results: tuple[str, ...]
+    units: tuple[str, ...]
+    middle: FloatArray
+    effects: Effects
+    indices: Indices | None
+    sets: int
+    rocks: int
+
+
+def sensitivity(
+    scene: Scene | str | Path, asked: Asked, advance: Callable[[int, int], None] = lambda done, of: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Sensitivity:  # fmt: skip
+    """Fly parameter sets over the unknowns of a scene, and return which unknown moves which result.
+
+    advance : called with the number of sets flown, and of all sets
+
+    Raises
+    ------
+    InputError
+        The scene is refused, has no unknowns, or the numbers asked for are out of range.
+    Stopped
+        `stop` returned True.
+    """
+    read = scene if isinstance(scene, Scene) else read_scene(scene)
+    priors = unknowns_of(read)
+    _check(read, len(priors), asked)
+    many = with_choices(read, 100_000, None, None) if read.engine == "auto" else read
+    what = compared(prepare(many), tuple(priors), asked.rocks)
+    paths = trajectories(asked.trajectories, len(priors), read.seed)
+    points = design(asked.base_sets, len(priors), read.seed)
+    quantile = np.concatenate([paths.reshape(-1, len(priors)), points.reshape(-1, len(priors))]).clip(EDGE, 1.0 - EDGE)
+    each = [quantiles(prior.distribution, quantile[:, k]) for k, prior in enumerate(priors.values())]
+    flown = fly_all(what, np.stack(each, axis=1), lambda done: advance(done, len(quantile)), stop)
+    if flown is None:
+        raise Stopped
+    return _of(what, paths, points, flown)
+
+
+def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
+    """Raise an error if there is nothing to vary, or if a number asked for is out of range."""
+    if not unknowns:
+        raise InputError(f"{scene.path}: has no unknowns with a range; give coefficients a `prior` or a `library`, or "
+                         "name them in `calibration: {unknowns: ...}`")  # fmt: skip
+    limits = {"--trajectories": asked.trajectories, "--rocks": asked.rocks}
+    limits |= {"--sobol": asked.base_sets} if asked.base_sets else {}
+    for option, number in limits.items():
+        if not FEWEST <= number <= MOST:
+            raise InputError(f"{option} is {number}; it must be from {FEWEST} to {MOST:,}")
+
+
+def _of(what: Compared, paths: FloatArray, points: FloatArray, flown: FloatArray) -> Sensitivity:
+    """Return the sensitivity from the results (S, Y) at all points of both designs."""
+    seed, results = what.prepared.scene.seed, len(what.results)
+    count = paths.shape[0] * paths.shape[1]
+    effects = effects_of(paths, flown[:count].reshape(*paths.shape[:2], results), seed)
+    rest = flown[count:].reshape(*points.shape[:2], results)
+    return Sensitivity(
+        names=what.names, results=what.results, units=what.units, middle=flown.mean(axis=0), effects=effects,
+        indices=indices_of(rest, seed) if len(points) else None, sets=len(flown), rocks=len(what.releases.x),
+    )  # fmt: skip

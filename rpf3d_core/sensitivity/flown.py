@@ -1,0 +1,97 @@
+"""Fly parameter sets of a scene, all with the same rocks, and return the results that a sensitivity compares."""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.passages import visited
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
+from rpf3d_core.ensemble.releases import Releases, share_out
+from rpf3d_core.setup.parameter_sets import flight_of_set
+from rpf3d_core.setup.prepared import Prepared, check_releases, releases_in_ranges
+from rpf3d_core.simulation.engines import Compiled, precompile_flights
+from rpf3d_core.values import DEPOSITED
+
+FloatArray = NDArray[np.float64]
+
+JOULE_PER_KJ = 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """What is compared: a prepared scene, the key paths of its unknowns, and the rocks of each parameter set.
+
+    results : names of the Y results; units : % for shares of rocks, m, kJ
+    """
+
+    prepared: Prepared
+    names: tuple[str, ...]
+    releases: Releases
+    results: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared:
+    """Return what a sensitivity of a scene compares: areas of interest, or zones where there are none; runout, energy.
+
+    Raises
+    ------
+    InputError
+        A release point is refused; the message names its source.
+    """
+    counts = share_out([source.rocks for source in prepared.sources], rocks)
+    releases = releases_in_ranges(prepared, [range(n) for n in counts])
+    check_releases(prepared, releases)
+    precompile_flights(prepared.engine, prepared.flight.models, prepared.flight.materials, prepared.flight.settings)
+    areas = [f"share that reaches {name}" for name in prepared.area_names]
+    places = areas or [f"share that stops in {zone}" for zone in prepared.terrain.zones]
+    return Compared(
+        prepared=prepared, names=names, releases=releases,
+        results=(*places, "mean runout", "p95 runout", "p95 energy"),
+        units=(*["%"] * len(places), "m", "m", "kJ"),
+    )  # fmt: skip
+
+
+def fly_all(
+    what: Compared, values: FloatArray, advance: Callable[[int], None], stop: Callable[[], bool]
+) -> FloatArray | None:
+    """Return the results (S, Y) of parameter sets (S, U), values in the units of the scene; None if stopped.
+
+    advance : called with the number of sets flown; stop : called before each set
+    """
+    workers = (os.cpu_count() or 1) if isinstance(what.prepared.engine, Compiled) else 1
+    rows = list[FloatArray]()
+    with ThreadPoolExecutor(workers) as pool:
+        for begin in range(0, len(values), workers):
+            if stop():
+                return None
+            rows += pool.map(lambda row: results_of(what, row), values[begin : begin + workers])
+            advance(len(rows))
+    return np.stack(rows)
+
+
+def results_of(what: Compared, values: Sequence[float] | FloatArray) -> FloatArray:
+    """Return the results (Y,) of one parameter set, values (U,) in the units of the scene."""
+    prepared, rocks = what.prepared, len(what.releases.x)
+    flight = flight_of_set(prepared, dict(zip(what.names, map(float, values), strict=True)))
+    paths = bool(prepared.area_names)
+    keep = Keep(paths=np.full(rocks, paths), impacts=np.zeros(rocks, dtype=bool), record=paths)
+    batch = fly_batches(prepared.engine, flight, what.releases, keep, None, BatchControl(threads=1))
+    runout = np.hypot(*(batch.finals[:, 1:3] - what.releases.x[:, :2]).T)
+    energy = 0.5 * what.releases.mass * batch.finals[:, 5] ** 2 / JOULE_PER_KJ
+    return np.array([*_shares(what, batch), runout.mean(), np.percentile(runout, 95), np.percentile(energy, 95)])
+
+
+def _shares(what: Compared, batch: Batch) -> list[float]:
+    """Return the shares (%) of rocks that reach each area, or that stop in each zone."""
+    prepared = what.prepared
+    if prepared.area_names:
+        return [100.0 * float(visited(batch, outlines).mean()) for outlines in prepared.outlines.values()]
+    deposited = np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
+    zone = np.where(deposited, prepared.terrain.zone[batch.counts[:, 1]], -1)
+    return [100.0 * float((zone == number).mean()) for number in range(len(prepared.terrain.zones))]

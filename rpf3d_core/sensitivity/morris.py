@@ -1,0 +1,65 @@
+"""Screening by Morris: how much a result changes on average when one unknown moves across its range.
+
+Sources
+-------
+Morris 1991, Technometrics 33:161-174: elementary effects along random trajectories on a grid.
+Campolongo, Cariboni & Saltelli 2007, Environ. Model. Softw. 22:1509-1518: the mean of their absolute values, mu*.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+LEVELS = 4
+"""Levels of the grid in each unknown."""
+STEP = LEVELS / (2.0 * (LEVELS - 1.0))
+"""Step (-) of an unknown's quantile: two thirds of the range, with which all levels are equally likely."""
+REDRAWS = 1000
+"""Number of times that the trajectories are drawn again, for intervals."""
+ENDS = (2.5, 97.5)
+"""Percentiles at the ends of the 95 % intervals."""
+
+
+class Effects(NamedTuple):
+    """Effects of U unknowns on Y results.
+
+    size : (U, Y) mu*, the mean absolute change of the result per whole range of the unknown
+    low, high : (U, Y) its 95 % interval; spread : (U, Y) standard deviation of the changes: curvature, interactions
+    """
+
+    size: FloatArray
+    low: FloatArray
+    high: FloatArray
+    spread: FloatArray
+
+
+def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
+    """Return T = count random trajectories (T, U + 1, U) (-) in the unit cube; each step moves one unknown.
+
+    Each coordinate is one of LEVELS levels from 0 to 1.
+    """
+    random = np.random.Generator(np.random.Philox(key=[seed, 2**33]))
+    paths = np.empty((count, unknowns + 1, unknowns))
+    for path in paths:
+        low = random.integers(0, LEVELS // 2, unknowns) / (LEVELS - 1.0)
+        up = random.random(unknowns) < 0.5
+        path[0] = np.where(up, low, low + STEP)
+        for row, unknown in enumerate(random.permutation(unknowns), start=1):
+            path[row] = path[row - 1]
+            path[row, unknown] += STEP if up[unknown] else -STEP
+    return paths
+
+
+def effects_of(paths: FloatArray, results: FloatArray, seed: int) -> Effects:
+    """Return the effects from trajectories (T, U + 1, U) (-) and the results (T, U + 1, Y) at their points."""
+    moved = np.argmax(np.abs(np.diff(paths, axis=1)), axis=2)
+    steps = np.take_along_axis(np.diff(paths, axis=1), moved[:, :, None], axis=2)
+    changes = np.empty((len(paths), paths.shape[2], results.shape[2]))
+    np.put_along_axis(changes, moved[:, :, None], np.diff(results, axis=1) / steps, axis=1)
+    random = np.random.Generator(np.random.Philox(key=[seed, 2**33 + 1]))
+    again = np.stack([np.abs(changes[random.integers(0, len(paths), len(paths))]).mean(axis=0) for _ in range(REDRAWS)])
+    low, high = np.percentile(again, ENDS, axis=0)
+    return Effects(size=np.abs(changes).mean(axis=0), low=low, high=high, spread=changes.std(axis=0, ddof=1))

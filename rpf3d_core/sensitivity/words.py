@@ -1,0 +1,105 @@
+"""A sensitivity in words, as a table, and as the content of sensitivity.json."""
+
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.sensitivity.analysis import Sensitivity
+
+
+def decisive(found: Sensitivity, result: int) -> int | None:
+    """Return the number of the unknown that moves a result most; None if no unknown moves it."""
+    sizes = found.effects.size[:, result]
+    if found.indices is not None and np.isfinite(found.indices.total[:, result]).all():
+        sizes = found.indices.total[:, result]
+    return int(np.argmax(sizes)) if sizes.max() > 0.0 else None
+
+
+def is_moved(found: Sensitivity, result: int) -> bool:
+    """Return whether any unknown moves a result."""
+    return bool(found.effects.size[:, result].any())
+
+
+def sentence_of(found: Sensitivity, result: int) -> str:
+    """Return in one sentence which unknown decides a result."""
+    unknown, name = decisive(found, result), found.results[result]
+    if unknown is None:
+        return f"no unknown moves the {name}: it is {found.middle[result]:.3g} {found.units[result]} in all sets"
+    effect = f"{found.effects.size[unknown, result]:.3g} {found.units[result]}"
+    subject = f"{found.names[unknown]} decides the {name}"
+    if not is_clear(found, result):
+        subject = f"{found.names[unknown]} moves the {name} most, but not clearly"
+    if found.indices is None or not np.isfinite(found.indices.total[unknown, result]):
+        return f"{subject}: across its range the result changes by {effect} on average"
+    low, high = (100.0 * end for end in found.indices.total_ends[:, unknown, result])
+    share = 100.0 * found.indices.total[unknown, result]
+    return f"{subject}: {share:.0f} % of the variance ({low:.0f} to {high:.0f}), interactions included"
+
+
+def is_clear(found: Sensitivity, result: int) -> bool:
+    """Return whether the interval of the decisive unknown's effect lies above those of all other unknowns."""
+    unknown = decisive(found, result)
+    if unknown is None or len(found.names) == 1:
+        return True
+    low, high = found.effects.low[:, result], found.effects.high[:, result]
+    if found.indices is not None and np.isfinite(found.indices.total[:, result]).all():
+        low, high = found.indices.total_ends[:, :, result]
+    return bool(low[unknown] > np.delete(high, unknown).max())
+
+
+def rows_of(found: Sensitivity) -> list[tuple[str, ...]]:
+    """Return a row for each unknown of each result that any unknown moves, the largest effect first: cells of a table.
+
+    Columns: result, unknown, change with unit, its 95 % interval, share of the variance ("" without Sobol indices).
+    """
+    rows, effects = list[tuple[str, ...]](), found.effects
+    for y, name in enumerate(found.results):
+        order: list[int] = np.argsort(-effects.size[:, y]).tolist() if is_moved(found, y) else []
+        for place, u in enumerate(order):
+            interval = f"{effects.low[u, y]:.3g} to {effects.high[u, y]:.3g}"
+            change = f"{effects.size[u, y]:.3g} {found.units[y]}"
+            rows.append((name if place == 0 else "", found.names[u], change, interval, _share_in_words(found, u, y)))
+    return rows
+
+
+def _share_in_words(found: Sensitivity, u: int, y: int) -> str:
+    """Return the total index of an unknown with its interval; "" if there is none."""
+    if found.indices is None or not np.isfinite(found.indices.total[u, y]):
+        return ""
+    low, high = 100.0 * found.indices.total_ends[:, u, y]
+    return f"{100.0 * found.indices.total[u, y]:.0f} % ({low:.0f} to {high:.0f})"
+
+
+def content_of(found: Sensitivity) -> dict[str, Any]:
+    """Return the content of sensitivity.json: by result, then by unknown."""
+    return {
+        "sets": found.sets,
+        "rocks": found.rocks,
+        "results": {
+            name: {
+                "unit": found.units[y], "mean": float(found.middle[y]), "sentence": sentence_of(found, y),
+                "clear": is_clear(found, y),
+                "unknowns": {path: _numbers(found, u, y) for u, path in enumerate(found.names)},
+            }
+            for y, name in enumerate(found.results)
+        },
+    }  # fmt: skip
+
+
+def _numbers(found: Sensitivity, u: int, y: int) -> dict[str, Any]:
+    """Return the effect of an unknown on a result, and its indices if they were asked for."""
+    effects, indices = found.effects, found.indices
+    numbers: dict[str, Any] = {
+        "effect": float(effects.size[u, y]), "low": float(effects.low[u, y]), "high": float(effects.high[u, y]),
+        "spread": float(effects.spread[u, y]),
+    }  # fmt: skip
+    if indices is not None:
+        for name, each, ends in (("first", indices.first, indices.first_ends),
+                                 ("total", indices.total, indices.total_ends)):  # fmt: skip
+            low, high = ends[:, u, y].tolist()
+            numbers[name] = {"share": _or_none(each[u, y]), "low": _or_none(low), "high": _or_none(high)}
+    return numbers
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,112 @@
+"""Parameter sets: the values that several parameters of a scene have together, one row for each set."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rpf3d_core.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+WEIGHT = "weight"
+"""Column of a file of parameter sets that holds their weights."""
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterSets:
+    """S parameter sets of U parameters, which nothing changes after they are made.
+
+    names : key paths of the parameters in a scene (`scene.key_paths`)
+    values : (S, U) in the units of the scene file; weights : (S,) >= 0, summing to 1; None if all sets weigh alike
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    weights: FloatArray | None = None
+
+    def __len__(self) -> int:
+        """Return the number of sets."""
+        return len(self.values)
+
+    @property
+    def shares(self) -> FloatArray:
+        """The weights (S,) of the sets, which sum to 1, also where all sets weigh alike."""
+        return np.full(len(self), 1.0 / len(self)) if self.weights is None else self.weights
+
+    def at(self, number: int) -> dict[str, float]:
+        """Return one set as values by key path, as `scene.key_paths.with_values` takes them."""
+        return dict(zip(self.names, self.values[number].tolist(), strict=True))
+
+
+def parameter_sets(names: Sequence[str], values: ArrayLike, weights: ArrayLike | None = None) -> ParameterSets:
+    """Return parameter sets after a check; the arrays are copies that cannot be changed, weights are made to sum to 1.
+
+    names : U key paths, all different; values : (S, U); weights : (S,) >= 0, or None
+
+    Raises
+    ------
+    InputError
+        There is no set or no parameter, a name appears twice, shapes do not fit, a value is not finite, or no weight
+        is above 0.
+    """
+    array = np.array(values, dtype=float)
+    if array.ndim != 2 or array.shape[1] != len(names) or not array.size:
+        raise InputError(f"parameter sets need one column for each of {len(names)} names and at least one row, "
+                         f"but have the shape {array.shape}")  # fmt: skip
+    if twice := sorted({name for name in names if list(names).count(name) > 1}):
+        raise InputError(f"the parameter {twice[0]!r} appears twice; each parameter has one column")
+    if not np.isfinite(array).all():
+        row, column = np.argwhere(~np.isfinite(array))[0]
+        raise InputError(f"the parameter {names[column]!r} of set {row} is {array[row, column]}, not a finite number")
+    array.flags.writeable = False
+    return ParameterSets(names=tuple(names), values=array, weights=_checked(weights, len(array)))
+
+
+def _checked(weights: ArrayLike | None, sets: int) -> FloatArray | None:
+    """Return weights (S,) that sum to 1, or None if all are equal or none are given."""
+    if weights is None:
+        return None
+    array = np.array(weights, dtype=float)
+    if array.shape != (sets,) or not np.isfinite(array).all() or (array < 0.0).any() or not array.any():
+        raise InputError(f"the weights must be {sets} numbers >= 0, one for each parameter set, and not all 0")
+    if (array == array[0]).all():
+        return None
+    array /= array.sum()
+    array.flags.writeable = False
+    return array
+
+
+def write_parameter_sets(path: str | Path, sets: ParameterSets, more: Mapping[str, ArrayLike] | None = None) -> None:
+    """Write parameter sets as a Parquet file: a column for each key path, and `weight` where the weights differ.
+
+    more : further columns (S,) by name, such as a likelihood; names without a dot, which `read_parameter_sets` ignores
+    """
+    from rpf3d_core.unknowns.sample_files import write_columns
+
+    columns = {name: sets.values[:, i] for i, name in enumerate(sets.names)}
+    weights = {} if sets.weights is None else {WEIGHT: sets.weights}
+    write_columns(Path(path), columns | weights | {name: np.asarray(values) for name, values in (more or {}).items()})
+
+
+def read_parameter_sets(path: str | Path) -> ParameterSets:
+    """Read parameter sets from a Parquet file: columns whose names have a dot are key paths, `weight` is optional.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or as `parameter_sets`; the message names the file.
+    """
+    from rpf3d_core.unknowns.sample_files import read_columns
+
+    columns = read_columns(Path(path))
+    names = [name for name in columns if name != WEIGHT and (name == "stop_speed" or "." in name)]
+    if not names:
+        raise InputError(f"{path}: has no column whose name is a key path, such as materials.gray.friction; "
+                         f"the columns are {', '.join(columns)}")  # fmt: skip
+    try:
+        return parameter_sets(names, np.stack([columns[name] for name in names], axis=1), columns.get(WEIGHT))
+    except InputError as fault:
+        raise InputError(f"{path}: {fault}") from None

@@ -1,0 +1,47 @@
+"""Evenly spread points for parameter sets: a randomized Halton sequence, whose bits depend on the seed alone."""
+
+import math
+
+import numpy as np
+
+from rpf3d_core.materials.streams import Purpose, uniform
+from rpf3d_core.unknowns.parameter_sets import FloatArray
+
+SMALLEST = 2.0**-53
+"""Weight (-) below which a digit no longer changes a number in [0, 1)."""
+
+
+def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:
+    """Return points (P, D) in the unit cube [0, 1), spread more evenly than independent random points.
+
+    The first points of a longer sequence are the same.
+
+    Sources
+    -------
+    Owen 2017, "A randomized Halton algorithm in R", arXiv:1706.02808: each digit of each base is permuted at random.
+    The permutations are from the counter-based streams.
+    """
+    columns = [_in_base(points, base, i, seed) for i, base in enumerate(_primes(dimensions))]
+    return np.stack(columns, axis=1) if columns else np.empty((points, 0))
+
+
+def _in_base(points: int, base: int, dimension: int, seed: int) -> FloatArray:
+    """Return the coordinates (P,) of one dimension: digits in a base, each place permuted, mirrored at the point."""
+    places = math.ceil(-math.log(SMALLEST) / math.log(base))
+    draws = uniform(seed, dimension, np.arange(places * base), Purpose.PARAMETER_SET).reshape(places, base)
+    left, x, weight = np.arange(points), np.zeros(points), 1.0
+    for order in np.argsort(draws, axis=1):
+        left, digit = np.divmod(left, base)
+        weight /= base
+        x += order[digit] * weight
+    return np.minimum(x, 1.0 - SMALLEST)
+
+
+def _primes(count: int) -> list[int]:
+    """Return the first prime numbers."""
+    primes, number = list[int](), 2
+    while len(primes) < count:
+        if all(number % prime for prime in primes):
+            primes.append(number)
+        number += 1
+    return primes

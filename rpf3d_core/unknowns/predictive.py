@@ -1,0 +1,107 @@
+"""Predictive intervals: in which range a result lies at a site whose parameters no one knows.
+
+Each parameter set gives its own result. The site's own parameters are one more draw from what the sets were drawn
+from. So its result lies between two ranks of the sets' results with a known probability, whatever their distribution:
+between rank a and rank b of S results with probability (b - a) / (S + 1).
+
+A share of n rocks of a set has noise of its own, which is no property of the ground. The variance of this noise is
+known and is taken out: the sets' shares are drawn together towards their mean, until their variance is that of the
+sets alone. The variance between sets is itself an estimate, so its upper end by one standard error is used. Where a set
+has few rocks that count, or few that do not, the noise stays in and the interval is wider. The result is never narrower
+than the sampling interval of all rocks together.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.statistics import wilson_intervals
+
+FloatArray = NDArray[np.float64]
+
+LEVEL = 0.95
+"""Probability (-) of the intervals."""
+
+FEWEST = 5.0
+"""Smallest mean number of rocks of a set that count, and that do not count, for which the noise is taken out."""
+
+
+ENOUGH = 39
+"""Smallest number of sets whose outermost results hold one more result with 95 %: (39 - 1) / (39 + 1)."""
+
+
+class Interval(NamedTuple):
+    """N intervals; NaN where there is no value.
+
+    low, high : (N,) lower and upper ends, in the unit of the quantity
+    """
+
+    low: FloatArray
+    high: FloatArray
+
+
+def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEVEL) -> Interval:
+    """Return the predictive intervals of N shares (-).
+
+    counts : (S, N) rocks of each set that count; totals : (S, N) rocks of each set; sets without rocks have no share
+
+    The ends are NaN if fewer than two sets have rocks.
+    """
+    has = totals > 0
+    sets = has.sum(axis=0)
+    shares = np.where(has, counts / np.maximum(totals, 1), np.nan)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.nansum(shares, axis=0) / sets
+        seen = np.nansum((shares - mean) ** 2, axis=0) / (sets - 1)
+        kept = np.sqrt(np.clip(_between(shares, totals, seen, sets) / seen, 0.0, 1.0))
+        rarer = np.minimum(counts.sum(axis=0), (totals - counts).sum(axis=0))
+        kept = np.where((seen > 0.0) & (rarer >= FEWEST * sets), kept, 1.0)
+        low, high = ranked(mean + kept * (shares - mean), level)
+        pooled = wilson_intervals(counts.sum(axis=0), np.maximum(totals.sum(axis=0), 1))
+    enough = sets >= 2
+    return Interval(
+        low=np.where(enough, np.clip(np.minimum(low, pooled[0]), 0.0, 1.0), np.nan),
+        high=np.where(enough, np.clip(np.maximum(high, pooled[1]), 0.0, 1.0), np.nan),
+    )
+
+
+def _between(shares: FloatArray, totals: FloatArray, seen: FloatArray, sets: NDArray[np.int64]) -> FloatArray:
+    """Return the variance (N,) of shares between sets without the noise of the rocks, at its upper end.
+
+    shares, totals : (S, N); seen : (N,) variance of the shares. A set of one rock has no measured noise, and counts as
+    if it had none.
+    """
+    noise = np.where(totals > 1, shares * (1.0 - shares) / np.maximum(totals - 1, 1), 0.0)
+    upper = seen * (1.0 + np.sqrt(2.0 / (sets - 1)))
+    return np.asarray(np.maximum(upper - np.nansum(noise, axis=0) / sets, 0.0))
+
+
+def ranked(values: FloatArray, level: float = LEVEL) -> Interval:
+    """Return the intervals that hold one more draw with a probability, from S draws (S, N) of N quantities.
+
+    Values that are NaN count as missing. With too few draws for the level, the ends are the outermost draws.
+    """
+    some = np.sort(values, axis=0)  # NaN sort to the end
+    sets = np.isfinite(some).sum(axis=0)
+    tail = 0.5 * (1.0 - level) * (sets + 1)
+    return Interval(low=_at_rank(some, sets, tail), high=_at_rank(some, sets, sets + 1 - tail))
+
+
+def ranked_if_enough(values: FloatArray) -> Interval:
+    """Return the intervals as `ranked` for 95 %, from S draws (S, N); NaN where fewer than ENOUGH draws are known.
+
+    Ends have the unit of the values.
+    """
+    low, high = ranked(values)
+    enough = np.isfinite(values).sum(axis=0) >= ENOUGH
+    return Interval(low=np.where(enough, low, np.nan), high=np.where(enough, high, np.nan))
+
+
+def _at_rank(some: FloatArray, sets: NDArray[np.int64], rank: FloatArray) -> FloatArray:
+    """Return the values (N,) at ranks (N,), counted from 1, of sorted values (S, N), linear between ranks."""
+    place = np.clip(rank, 1.0, np.maximum(sets, 1)) - 1.0
+    low = np.floor(place).astype(np.int64)
+    high = np.minimum(low + 1, np.maximum(sets - 1, 0))
+    columns = np.arange(some.shape[1])
+    return np.asarray(some[low, columns] + (place - low) * (some[high, columns] - some[low, columns]))

@@ -1,0 +1,41 @@
+"""Parquet files with named columns of numbers, in which parameter sets are stored."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import InputError
+
+
+def write_columns(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+    """Write columns (N,) of equal length as a Parquet file."""
+    pa.parquet.write_table(pa.table(dict(columns)), path)
+
+
+def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Return the columns of numbers of a Parquet file by name, without columns of text.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not a Parquet file, or a value of a column of numbers is missing.
+    """
+    try:
+        table = pa.parquet.read_table(path)
+    except (OSError, pa.ArrowInvalid) as fault:
+        raise InputError(f"{path}: cannot be read as a Parquet file: {fault}") from fault
+    numbers = [field.name for field in table.schema if _is_number(field.type)]
+    for name in numbers:
+        if table[name].null_count:
+            raise InputError(f"{path}: the column {name!r} has {table[name].null_count} rows without a value")
+    return {name: table[name].to_numpy().astype(float) for name in numbers}
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    """Return True for the type of a column of numbers."""
+    return bool(pa.types.is_floating(kind) or pa.types.is_integer(kind))

@@ -1,0 +1,64 @@
+"""Scores on what was kept out: folds, the curve without physics, ranks and coverage."""
+
+from math import erf, sqrt
+
+import numpy as np
+import pytest
+
+from rpf3d_core.calibration.density import Stops
+from rpf3d_core.calibration.folds import covered, curve_score, folds_of, predictive_score, ranks
+from rpf3d_core.calibration.likelihood import ASTRAY
+
+RANDOM = np.random.default_rng(3)
+
+
+def test_each_observation_is_kept_out_once_in_folds_of_equal_size() -> None:
+    folds = folds_of(41, seed=1)
+    assert sorted(np.bincount(folds).tolist()) == [8, 8, 8, 8, 9]
+    assert folds_of(3, seed=1).max() == 2
+
+
+def test_the_curve_is_fitted_without_the_fold_that_it_predicts() -> None:
+    seen = RANDOM.normal(10.0, 2.0, (20, 1))
+    folds = folds_of(20, seed=2)
+    score = curve_score(seen, folds)
+    for k in range(20):
+        rest = seen[folds != folds[k], 0]
+        mean, sd = sum(rest) / len(rest), rest.std(ddof=1)
+        density = np.exp(-0.5 * ((seen[k, 0] - mean) / sd) ** 2) / (sd * sqrt(2 * np.pi))
+        assert score.each[k] == pytest.approx(np.log(density))
+
+
+def test_a_score_is_the_log_of_the_mean_density_over_sets() -> None:
+    densities = np.array([[[0.2, 0.4]], [[0.6, 0.0]]])  # two sets, one misfit, two observations
+    weights = np.array([[[0.25], [0.75]]])
+    expected = (1 - ASTRAY) * np.array([0.5, 0.1]) + ASTRAY * 0.01
+    np.testing.assert_allclose(predictive_score(weights, densities, 0.01).each, np.log(expected))
+
+
+def test_ranks_are_predicted_probabilities_and_ignore_lost_rocks() -> None:
+    place = RANDOM.normal(0.0, 1.0, (20_000, 2))
+    lost = Stops(np.full((50, 2), 1e6), np.zeros(50, dtype=bool))
+    seen = np.array([[-1.0, 0.5], [0.0, 2.0]])
+    found = ranks([Stops(place, np.ones(len(place), dtype=bool)), lost], np.full((2, 2, 1), 0.5), seen, np.zeros(1))
+    expected = [[0.5 * (1 + erf(x / sqrt(2))) for x in row] for row in seen]
+    np.testing.assert_allclose(found, expected, atol=0.012)
+
+
+def test_an_error_of_the_model_widens_the_prediction() -> None:
+    place = RANDOM.normal(0.0, 1.0, (20_000, 2))
+    seen = np.array([[-1.0, 0.5], [0.0, 2.0]])
+    weights = np.array([[[0.5, 0.5]], [[0.0, 1.0]]])  # two observations, one set, two errors
+    found = ranks([Stops(place, np.ones(len(place), dtype=bool))], weights, seen, np.array([0.0, 3.0]))
+
+    def below(x: float, sd: float) -> float:
+        return 0.5 * (1 + erf(x / (sd * sqrt(2))))
+
+    wide = sqrt(1.0 + 9.0)
+    np.testing.assert_allclose(found[0], [0.5 * (below(x, 1.0) + below(x, wide)) for x in seen[0]], atol=0.012)
+    np.testing.assert_allclose(found[1], [below(x, wide) for x in seen[1]], atol=0.012)
+
+
+def test_coverage_of_even_ranks_is_the_probability_of_the_interval() -> None:
+    even = (np.arange(1000) + 0.5) / 1000
+    np.testing.assert_allclose(covered(np.stack([even, np.full(1000, 0.5)], axis=1), 0.9), [0.9, 1.0], atol=2e-3)

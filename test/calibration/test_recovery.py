@@ -1,0 +1,26 @@
+"""Known values are found: a small campaign. `make recovery` runs 100 calibrations."""
+
+import pytest
+from recovery import recovered
+
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+
+pytestmark = pytest.mark.skipif(not HAS_NUMBA, reason="hundreds of parameter sets need the compiled engine")
+
+SMALL = 8
+LEAST = 5
+"""A correct sampler holds fewer than 5 of 8 with a probability of 0.5 % (binomial, 90 %)."""
+
+
+def test_a_known_value_is_found_with_enough_effective_samples() -> None:
+    inside, effective, _ = recovered(3)
+    assert all(inside.values())
+    assert effective > 50
+
+
+@pytest.mark.long
+def test_intervals_hold_known_values_as_often_as_they_say() -> None:
+    results = [recovered(seed) for seed in range(1, SMALL + 1)]
+    for name in results[0][0]:
+        assert sum(inside[name] for inside, _, _ in results) >= LEAST
+    assert min(effective for _, effective, _ in results) > 50

@@ -1,0 +1,71 @@
+"""Parameter sets: checked, never changed, the same after a file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.unknowns.parameter_sets import parameter_sets, read_parameter_sets, write_parameter_sets
+from rpf3d_core.unknowns.sample_files import write_columns
+
+NAMES = ("materials.a.friction", "stop_speed")
+VALUES = np.array([[0.5, 0.2], [0.7, 0.1], [1 / 3, 0.3]])
+
+
+@pytest.mark.parametrize("weights", [None, [1.0, 2.0, 5.0]])
+def test_a_file_gives_back_the_sets_bit_for_bit(tmp_path: Path, weights: list[float] | None) -> None:
+    sets = parameter_sets(NAMES, VALUES, weights)
+    write_parameter_sets(tmp_path / "sample.parquet", sets, {"log_likelihood": [-1.0, -2.0, -3.0]})
+    back = read_parameter_sets(tmp_path / "sample.parquet")
+    assert back.names == NAMES
+    assert back.values.tobytes() == VALUES.tobytes()
+    assert back.shares.tolist() == sets.shares.tolist()
+    assert back.at(2) == {"materials.a.friction": 1 / 3, "stop_speed": 0.3}
+
+
+def test_weights_are_made_to_sum_to_one_and_equal_weights_are_none() -> None:
+    assert parameter_sets(NAMES, VALUES, [1, 2, 5]).shares.tolist() == [0.125, 0.25, 0.625]
+    assert parameter_sets(NAMES, VALUES, [2, 2, 2]).weights is None
+    assert len(parameter_sets(NAMES, VALUES)) == 3
+
+
+def test_the_arrays_are_copies_that_cannot_be_changed() -> None:
+    given = VALUES.copy()
+    sets = parameter_sets(NAMES, given, [1, 2, 5])
+    given[0, 0] = 99.0
+    assert sets.values[0, 0] == 0.5
+    assert sets.weights is not None
+    for array in (sets.values, sets.weights):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "weights", "message"),
+    [
+        (NAMES, VALUES[:, :1], None, "one column for each of 2 names"),
+        (NAMES, VALUES[:0], None, "at least one row"),
+        (("a.b", "a.b"), VALUES, None, "'a.b' appears twice"),
+        (NAMES, np.where(VALUES == 0.1, np.nan, VALUES), None, "'stop_speed' of set 1 is nan"),
+        (NAMES, VALUES, [1.0, 2.0], "3 numbers >= 0"),
+        (NAMES, VALUES, [1.0, -2.0, 1.0], "3 numbers >= 0"),
+        (NAMES, VALUES, [0.0, 0.0, 0.0], "not all 0"),
+    ],
+)
+def test_wrong_sets_are_refused(
+    names: tuple[str, ...], values: np.ndarray, weights: list[float] | None, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        parameter_sets(names, values, weights)
+
+
+def test_a_wrong_file_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read as a Parquet file"):
+        read_parameter_sets(tmp_path / "none.parquet")
+    (tmp_path / "text.parquet").write_text("no table")
+    with pytest.raises(InputError, match=r"text\.parquet: cannot be read"):
+        read_parameter_sets(tmp_path / "text.parquet")
+    write_columns(tmp_path / "other.parquet", {"depth": np.ones(2)})
+    with pytest.raises(InputError, match="no column whose name is a key path"):
+        read_parameter_sets(tmp_path / "other.parquet")

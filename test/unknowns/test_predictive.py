@@ -1,0 +1,84 @@
+"""Predictive intervals hold one more site as often as they say, whatever the sets are drawn from."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from rpf3d_core.unknowns.predictive import predictive_shares, ranked, ranked_if_enough
+
+SETS, SITES = 64, 3000
+Draw = Callable[[np.random.Generator, tuple[int, ...]], np.ndarray]
+SHARES: dict[str, Draw] = {
+    "at the ends": lambda rng, n: rng.beta(0.3, 0.3, n),
+    "any": lambda rng, n: rng.random(n),
+    "around a half": lambda rng, n: rng.beta(2, 2, n),
+    "high": lambda rng, n: rng.beta(20, 3, n),
+    "nearly the same": lambda rng, n: rng.beta(200, 30, n),
+    "the same": lambda rng, n: np.full(n, 0.5),
+    "one of two": lambda rng, n: np.where(rng.random(n) < 0.5, 0.3, 0.9),
+    "seldom": lambda rng, n: np.where(rng.random(n) < 0.1, 0.8, 0.0),
+    "small": lambda rng, n: np.minimum(np.exp(rng.normal(-5, 1, n)), 1.0),
+}
+
+
+@pytest.mark.parametrize("rocks", [2, 15, 50, 500])
+@pytest.mark.parametrize("name", SHARES)
+def test_the_interval_holds_the_share_of_one_more_site(name: str, rocks: int) -> None:
+    """Each site has its own 64 sets; of 3,000 sites 95 % are 2,850 +- 12; where rocks are few, more hold it."""
+    rng = np.random.default_rng(7)
+    sets, site = SHARES[name](rng, (SETS, SITES)), SHARES[name](rng, (SITES,))
+    counts = rng.binomial(rocks, sets).astype(float)
+    low, high = predictive_shares(counts, np.full((SETS, SITES), float(rocks)))
+    assert np.mean((low <= site) & (site <= high)) > 0.93
+
+
+@pytest.mark.parametrize("name", ["any", "around a half", "high"])
+def test_many_rocks_leave_the_width_of_the_ground_alone(name: str) -> None:
+    rng = np.random.default_rng(3)
+    counts = rng.binomial(2000, SHARES[name](rng, (SETS, SITES))).astype(float)
+    low, high = predictive_shares(counts, np.full((SETS, SITES), 2000.0))
+    ends = np.quantile(SHARES[name](rng, (400_000,)), [0.025, 0.975])
+    assert np.mean(high - low) == pytest.approx(ends[1] - ends[0], rel=0.15)
+
+
+def test_sets_that_agree_leave_no_less_than_the_sampling_interval() -> None:
+    counts = np.full((SETS, 1), 15.0)
+    low, high = predictive_shares(counts, np.full((SETS, 1), 15.0))
+    assert 0.99 < low[0] < 1.0 == high[0]
+
+
+def test_sets_that_are_sure_and_disagree_leave_everything_open() -> None:
+    counts = np.where(np.arange(SETS) % 2, 15.0, 0.0)[:, None]
+    low, high = predictive_shares(counts, np.full((SETS, 1), 15.0))
+    assert (low[0], high[0]) == (0.0, 1.0)
+
+
+def test_sets_without_rocks_do_not_count_and_one_set_predicts_nothing() -> None:
+    totals = np.where(np.arange(SETS) < 40, 1000.0, 0.0)[:, None]
+    some = predictive_shares(0.3 * totals, totals)
+    few = predictive_shares(0.3 * totals[:40], totals[:40])
+    assert some.low == few.low and some.high == few.high
+    alone = predictive_shares(np.array([[3.0]]), np.array([[10.0]]))
+    assert np.isnan(alone.low[0]) and np.isnan(alone.high[0])
+
+
+def test_ranks_hold_one_more_draw_with_their_probability() -> None:
+    """Of 39 draws the outermost hold the next with 38/40 = 95 %: counted over many samples of a skewed quantity."""
+    rng = np.random.default_rng(5)
+    low, high = ranked(np.exp(2 * rng.normal(size=(39, 40_000))))
+    one_more = np.exp(2 * rng.normal(size=40_000))
+    assert np.mean((low <= one_more) & (one_more <= high)) == pytest.approx(0.95, abs=0.004)
+
+
+def test_percentiles_of_too_few_sets_have_no_interval() -> None:
+    values = np.arange(40.0)[:, None] * [1.0, 1.0]
+    values[38:, 1] = np.nan
+    low, high = ranked_if_enough(values)
+    assert (low[0], high[0]) == pytest.approx((0.025, 38.975)) and np.isnan([low[1], high[1]]).all()
+
+
+def test_missing_values_do_not_count() -> None:
+    values = np.array([[3.0], [np.nan], [1.0], [2.0]])
+    assert [end.tolist() for end in ranked(values)] == [[1.0], [3.0]]
+    assert np.isnan(ranked(np.full((4, 1), np.nan)).low[0])
