@@ -10,6 +10,8 @@ from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
     from rpf3d_core.runs.check import Check, Cost
+    from rpf3d_core.scene.model import Scene
+    from rpf3d_core.setup.extents import Extent
 
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
@@ -17,11 +19,20 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
     from rpf3d_core.runs.check import check_scene
     from rpf3d_core.setup.choices import chosen_scene
 
-    report = check_scene(chosen_scene(scene, number_of_rocks(rocks), engine, None))
+    chosen = chosen_scene(scene, number_of_rocks(rocks), engine, None)
+    report = check_scene(chosen, lambda extents, hints: _print_extents(chosen, extents, hints))
     _print_check(report)
     print_warnings(report.warnings)
     if not report.fit:
         raise InputError(f"{scene}: some rocks do not start above the ground; see the sources above")
+
+
+def _print_extents(scene: "Scene", extents: "list[Extent]", hints: list[str]) -> None:
+    """Print where each input of a scene lies, with plain decimals, and notes on those that look misplaced."""
+    width = max(len(extent.name) for extent in extents)
+    for extent in extents:  # not a table, which would break numbers in a narrow terminal
+        screen.print(f"{extent.name.ljust(width)}  {extent.describe(scene.terrain.crs)}", soft_wrap=True)
+    print_warnings(hints)
 
 
 def _print_check(report: "Check") -> None:
@@ -32,9 +43,15 @@ def _print_check(report: "Check") -> None:
     lines = [line.split("  ", 1) for line in report.faults.describe()]
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
     lines += [["rocks", report.rocks.describe()]]
+    lines += [["shape", sentence] for sentence in report.shapes]
     lines += [["effects", ", ".join(named.effects.named) or "none named"]]
-    models = f"rebound {named.rebound.name}, ground {named.ground.name}, stop_speed {named.stop_speed:g} m/s"
+    models = f"rebound {named.impact_model.name}, ground {named.ground_model.name}"
+    if named.rock.is_body:
+        models = f"contact {named.impact_model.name}"
+    models += f", stop_speed {named.stop_speed:g} m/s"
     lines += [["models", f"{models}, method {named.method.describe()}"]]
+    if named.unknowns is not None and named.has_unknowns:
+        lines += [["unknowns", named.unknowns.describe()]]
     if report.assumed_friction:
         lines += [["friction", words_on_friction(report.assumed_friction)]]
     lines += [["hazard maps", report.maps.describe()]]

@@ -19,7 +19,7 @@ def cost(
     out: Annotated[Path, typer.Option(help="Folder to write the price list to.", show_default=False)],
     target: TargetOption = 0.05,
 ) -> None:
-    """Measure what accuracy costs on a scene: errors of fixed steps, of the terrain and of the number of rocks."""
+    """Measure what accuracy costs on a scene: errors of steps, terrain, number of rocks and unknown ground."""
     from rpf3d_core.accuracy.command import measured
     from rpf3d_core.accuracy.tables import NOTE, findings, tables
 

@@ -1,14 +1,19 @@
-"""`rpf3d import`: make a scene from the input folder of another program."""
+"""`rpf3d import`: make a scene from the input of another program, a terrain from a cloud, GeoJSON from a layer."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rpf3d_core.commands.screen import print_warnings
+from rpf3d_core.errors import InputError
+
 if TYPE_CHECKING:  # each command imports its own modules, so that `rpf3d --help` loads neither VTK nor numba
     from rpf3d_core.imports.imported import Imported
 
-app = typer.Typer(help="Make a scene of the input folder of another program.", no_args_is_help=True)
+app = typer.Typer(
+    help="Make a scene of another program's input, a terrain of a cloud, or GeoJSON of a layer.", no_args_is_help=True
+)
 
 Folder = Annotated[Path, typer.Argument(help="The folder that holds the grids.", show_default=False)]
 Out = Annotated[Path, typer.Option(help="New or empty folder to write the scene to.", show_default=False)]
@@ -28,6 +33,52 @@ def stone(folder: Folder, out: Out) -> None:
     from rpf3d_core.imports.stone import import_stone
 
     _tell(import_stone(folder, out))
+
+
+@app.command()
+def cloud(
+    files: Annotated[list[Path], typer.Argument(help=".las, .laz, .e57, .xyz, .csv or .str.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="Mesh to write: .vtp, .ply, .obj or .stl.", show_default=False)],
+    cell: Annotated[float | None, typer.Option(help="Side of a cell (m); the lowest point stays.", min=1e-3)] = None,
+    widest: Annotated[float | None, typer.Option(help="Widest hole (m) that is closed; 4 cells.", min=0.0)] = None,
+    classes: Annotated[str, typer.Option(help="Classes of the ground, such as 2,8; those of LAS.")] = "",
+) -> None:
+    """Clouds of points: choose the ground, thin it, and connect it to a terrain that keeps the gaps of the survey."""
+    from rpf3d_core.imports.cloud import import_cloud
+    from rpf3d_core.terrain.cloud_surface import CloudChoice
+
+    choice = CloudChoice(cell=cell, widest=widest, classes=_numbers(classes))
+    imported = import_cloud(files, out, choice)
+    for sentence in imported.sentences:
+        typer.echo(sentence)
+    print_warnings(imported.warnings)
+    typer.echo(f"\nterrain in {out}")
+
+
+@app.command()
+def layer(
+    file: Annotated[Path, typer.Argument(help=".gpkg, .shp, .dxf, .str or .geojson.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="New .geojson file.", show_default=False)],
+    kind: Annotated[str, typer.Option(help="polygon, line or point.")] = "polygon",
+    layer: Annotated[str, typer.Option(help="Layer of a GeoPackage; the only one of this kind.")] = "",
+    begin: Annotated[str | None, typer.Option("--from", help="Reference system of the file, if not stated.")] = None,
+    end: Annotated[str | None, typer.Option("--to", help="Reference system to transform to: EPSG:32719.")] = None,
+) -> None:
+    """Areas, lines or points: write a layer as GeoJSON, in the coordinate reference system of the terrain."""
+    from rpf3d_core.imports.layer import TYPES, import_layer
+
+    if kind not in TYPES:
+        raise InputError(f"--kind is {kind!r}; it must be one of {', '.join(TYPES)}")
+    count = import_layer(file, out, kind, layer, begin, end)  # type: ignore[arg-type]
+    typer.echo(f"{count:,} geometries in {out}" + f", in {end}" * bool(end))
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    """Return whole numbers between commas."""
+    words = [word.strip() for word in text.split(",") if word.strip()]
+    if not all(word.isdecimal() for word in words):
+        raise InputError(f"--classes is {text!r}; it must be whole numbers between commas, such as 2,8")
+    return tuple(int(word) for word in words)
 
 
 def _tell(imported: "Imported") -> None:

@@ -75,7 +75,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     from rpf3d_core.ensemble.statistics import words_on_pieces
     from rpf3d_core.hazard.benches import lost_in_words
     from rpf3d_core.results.hazard_zones import zones_without_cells
-    from rpf3d_core.setup.warnings import warnings_of
+    from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
 
     prepared, totals, flights = result.prepared, result.totals, result.flights
     broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
@@ -84,7 +84,8 @@ def _print_run(result: "Run", write_s: float) -> None:
     _print_benches(result)
     _print_maps(result)
     _print_barriers(result)
-    of_scene = warnings_of(result.scene)
+    _print_open(result)
+    of_scene = [*prepared.faults.remarks, *warnings_of(result.scene), *warnings_of_speed(totals.max_speed.high)]
     print_warnings([*lost, *of_scene, *zones_without_cells(result.maps, result.scene.hazard), *broken])
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
     screen.print(
@@ -103,10 +104,13 @@ def _print_outcomes(run: "Run") -> None:
     from rpf3d_core.results.findings import sentence_of
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
+    sets = run.maps.sets
     table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)
     for outcome in Outcome:
         if rocks := run.totals.outcomes[outcome]:
             share = f"{100 * rocks / run.totals.rocks:.1f} %"
+            if sets is not None:
+                share += " ({:.0f}-{:.0f})".format(*(100 * end for end in sets.outcome(outcome)))
             table.add_row(outcome.name.lower(), f"{rocks:,}", share, sentence_of(outcome, run.scene))
     screen.print(table)
     if assumed := without_friction(run.scene, run.terrain.zones):
@@ -115,7 +119,7 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """Print the bench table: how many rocks reached each zone and area of interest, and how many stopped there."""
-    from rpf3d_core.hazard.benches import OPEN, TEXT_NOTE, bench_table, left_out, text_header, text_rows
+    from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, text_header, text_rows
 
     benches = bench_table(run.terrain, run.maps)
     table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)
@@ -125,7 +129,7 @@ def _print_benches(run: "Run") -> None:
         screen.print(table)
         if more := left_out(benches):
             screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
-        screen.print(f"{TEXT_NOTE};\n{OPEN}", style="dim", highlight=False)
+        screen.print(";\n".join(notes_of(run.maps)), style="dim", highlight=False)
 
 
 def _print_maps(run: "Run") -> None:
@@ -146,6 +150,16 @@ def _print_barriers(run: "Run") -> None:
         table.add_row(*row)
     screen.print(table)
     screen.print(TEXT_NOTE, style="dim", highlight=False)
+
+
+def _print_open(run: "Run") -> None:
+    """Print where the answer of a run is surer than it can be, one line for each reason."""
+    from rpf3d_core.results.certainty import surer_than_it_may_be
+
+    if sentences := surer_than_it_may_be(run):
+        screen.print("surer than it may be:", highlight=False)
+    for sentence in sentences:
+        screen.print(f"- {sentence}", highlight=False, soft_wrap=True)
 
 
 def _print_convergence(run: "Run") -> None:

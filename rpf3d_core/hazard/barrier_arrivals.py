@@ -14,7 +14,7 @@ from rpf3d_core.effects.barriers import BELOW, CORNER, Barriers, crossing_of
 from rpf3d_core.effects.obstacle_cells import index_of, leaves_at
 from rpf3d_core.hazard.flown import FlownRocks
 from rpf3d_core.jit.dispatch import kernel, loop
-from rpf3d_core.simulation.record import FIRST_OBSTACLE
+from rpf3d_core.simulation.record import BLOW, FIRST_OBSTACLE, POSE
 from rpf3d_core.values import Mode, Outcome
 from rpf3d_core.vectors import dot
 
@@ -26,7 +26,8 @@ FLIGHT, CAUGHT, FAILED = int(Mode.FLIGHT), int(Outcome.CAUGHT), int(Outcome.FAIL
 class BarrierArrivals(NamedTuple):
     """How the N rocks of a batch arrived at B barriers.
 
-    did, t, energy, height : (N, B) of each rock's first arrival: result (NEVER to HELD), s, J, m above the ground
+    did, t, energy, height : (N, B) of each rock's first arrival: result (NEVER to HELD), s, J, m above the ground;
+        the energy is that of translation, for rocks with a shape that of translation and rotation
     held : (N, B) 1 if the barrier caught the rock in the end
     events : (B, 4) number of arrivals with each result, NEVER to HELD, over all rocks
     """
@@ -130,8 +131,15 @@ def _contact(
         return
     b = panel.barrier[k]
     height = impacts[q, 3] - _foot(barriers, k, impacts[q, 1], impacts[q, 2]) + panel.top[b] * rock.radius
-    energy = 0.5 * rock.mass * impacts[q, 7] * impacts[q, 7]
-    _note(found, rock.row, b, did, impacts[q, 0], energy, height)
+    _note(found, rock.row, b, did, impacts[q, 0], _energy_before(impacts, q, rock.mass), height)
+
+
+@kernel
+def _energy_before(impacts: Any, q: int, mass: float) -> float:
+    """Return the energy (J) of a rock before the contact in row q, with that of rotation for rocks with a shape."""
+    if impacts.shape[1] > BLOW:
+        return mass * impacts[q, BLOW + 1]  # type: ignore[no-any-return]
+    return 0.5 * mass * impacts[q, 7] * impacts[q, 7]  # type: ignore[no-any-return]
 
 
 @kernel
@@ -225,6 +233,8 @@ def _pass(
     else:
         start, end = (pieces[p, 4], pieces[p, 5], pieces[p, 6]), (pieces[p, 7], pieces[p, 8], pieces[p, 9])
         speed2 = dot(start, start) + crossing.t * (dot(end, end) - dot(start, start))
+    if pieces.shape[1] > POSE:
+        speed2 += 2.0 * pieces[p, POSE + 7]
     _note(found, rock.row, b, did, t, 0.5 * rock.mass * speed2, high)
     return number + 1
 

@@ -25,6 +25,15 @@ TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % interv
 OPEN = "intervals are of the number of rocks alone; ground and model leave more open"
 """Note under the printed table on uncertainties that its intervals do not include."""
 
+OF_SETS = (
+    "shares of all rocks (retained: of those that came), each with the 95 % predictive interval over {sets} parameter "
+    "sets, which holds the unknowns of the scene, and then the sampling interval of the number of rocks"
+)
+"""Note under the printed table of a run over parameter sets."""
+
+STILL_OPEN = "what the scene takes as known (models, terrain, sources) is in no interval"
+"""Note under the printed table of a run over parameter sets on what its intervals leave open."""
+
 MOST_DECIMALS = 4
 """Largest number of decimals of a share in per cent: 4 show one rock in a million."""
 
@@ -43,6 +52,8 @@ class Bench(NamedTuple):
     energy_p95 : 95th percentile of each rock's largest energy in the place, J; None for fewer than 20 rocks
     lost : share of all rocks flown that were lost to holes of the terrain; None if no rock was lost
     reached_at_most : share of all rocks flown if every lost rock had also reached the place; None if no rock was lost
+    energy_sampling, energy_predictive : 95 % intervals (J) of energy_p95, with None for an unknown end; None without
+        parameter sets
     """
 
     kind: str
@@ -53,12 +64,54 @@ class Bench(NamedTuple):
     energy_p95: float | None
     lost: dict[str, Any] | None = None
     reached_at_most: dict[str, Any] | None = None
+    energy_sampling: list[float | None] | None = None
+    energy_predictive: list[float | None] | None = None
 
 
 def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
     """Return the bench table: a row for each zone, in the terrain's order, then for each area, in the scene's order."""
-    zones = _benches(ZONE, terrain.zones, maps.zones, maps)
-    return [*zones, *_benches(AREA, maps.area_names, maps.areas, maps)]
+    benches = [
+        *_benches(ZONE, terrain.zones, maps.zones, maps), *_benches(AREA, maps.area_names, maps.areas, maps)
+    ]  # fmt: skip
+    return benches if maps.sets is None else _over_sets(benches, maps.sets)
+
+
+def _over_sets(benches: Sequence[Bench], sets: Any) -> list[Bench]:
+    """Return the rows of the bench table with predictive intervals over the parameter sets.
+
+    sets : `hazard.sets.SetFigures`
+    """
+    intervals = {kind: sets.predictive(kind) for kind in (ZONE, AREA)}
+    sampling = {kind: sets.sampling_of_energy(kind) for kind in (ZONE, AREA)}
+    places, rows = {ZONE: 0, AREA: 0}, []
+    for bench in benches:
+        place, found = places[bench.kind], intervals[bench.kind]
+        changes: dict[str, Any] = {
+            name: with_predictive(getattr(bench, name), found[name].low[place], found[name].high[place])
+            for name in ("reached", "stopped", "retained")
+        }
+        changes["energy_predictive"] = _known(found["energy"].low[place], found["energy"].high[place])
+        changes["energy_sampling"] = _known(*sampling[bench.kind][place])
+        rows.append(bench._replace(**changes))
+        places[bench.kind] += 1
+    return rows
+
+
+def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str, Any]:
+    """Return a share as in `share_of` with both intervals; `interval_95` is the predictive one, which is wider."""
+    predictive = None if math.isnan(low) else [float(low), float(high)]
+    return {**share, "interval_95": predictive or share["interval_95"], "predictive": predictive,
+            "sampling": share["interval_95"]}  # fmt: skip
+
+
+def _known(low: float, high: float) -> list[float | None]:
+    """Return the ends of an interval, None for an end that is not known."""
+    return [None if math.isnan(end) else float(end) for end in (low, high)]
+
+
+def notes_of(maps: HazardMaps) -> tuple[str, str]:
+    """Return the notes under the printed table: on its columns, and on what its intervals leave open."""
+    return (TEXT_NOTE, OPEN) if maps.sets is None else (OF_SETS.format(sets=maps.sets.flown), STILL_OPEN)
 
 
 def lost_in_words(lost: int, flown: int) -> str:
@@ -79,9 +132,17 @@ def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
             "stopped": bench.stopped,
             "retained": bench.retained,
             "energy_p95_j": bench.energy_p95,
+            **_energy_section(bench),
             **_lost_section(bench),
         }
     return sections
+
+
+def _energy_section(bench: Bench) -> dict[str, Any]:
+    """Return the intervals of the p95 energy of a zone or area, which summary.json has only with parameter sets."""
+    if bench.energy_predictive is None:
+        return {}
+    return {"energy_p95_predictive_j": bench.energy_predictive, "energy_p95_sampling_j": bench.energy_sampling}
 
 
 def _lost_section(bench: Bench) -> dict[str, Any]:
@@ -153,17 +214,25 @@ def _bench(kind: str, name: str, reached: int, stopped: int, energy: float, flow
 def _text_row(bench: Bench) -> tuple[str, ...]:
     name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
     energy = "-" if bench.energy_p95 is None else three_figures(bench.energy_p95 / 1000.0)
+    if bench.energy_p95 is not None and bench.energy_predictive and None not in bench.energy_predictive:
+        energy += f" ({'-'.join(three_figures((end or 0.0) / 1000.0) for end in bench.energy_predictive)})"
     most = () if bench.reached_at_most is None else (bench.reached_at_most,)
     return (name, *(_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained)), energy)
 
 
 def _text(share: dict[str, Any]) -> str:
-    """Return a share in per cent with its interval as text, such as `84.5 % (79-89)`."""
+    """Return a share in per cent with its interval as text, such as `84.5 % (79-89)`; the widest interval first."""
     if share["share"] is None:
         return "-"
-    low, high = share["interval_95"]
+    intervals = [share["interval_95"], *([share["sampling"]] if share.get("predictive") else [])]
+    texts = dict.fromkeys(_interval(*interval) for interval in intervals)  # one text if both intervals are alike
+    return f"{_percent(share['share'], SHORT)} % ({'; '.join(texts)})"
+
+
+def _interval(low: float, high: float) -> str:
+    """Return an interval of a share in per cent as text, such as `79-89`."""
     decimals = min(_decimals(0.5 * (high - low)), SHORT)
-    return f"{_percent(share['share'], SHORT)} % ({_percent(low, decimals)}-{_percent(high, decimals)})"
+    return f"{_percent(low, decimals)}-{_percent(high, decimals)}"
 
 
 def _percent(share: float, decimals: int) -> str:

@@ -62,6 +62,18 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
     return told
 
 
+def bins_of(tally: CellTally, q: int) -> NDArray[np.uint32]:
+    """Return the counts (S, B) in the bins of quantity number q, of the S reached cells in the order of their slots."""
+    whole = tally.carries.whole(tally.slots.bins, np.arange(tally.used))
+    return np.ascontiguousarray(whole[:, _columns(tally, q)])
+
+
+def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: CountArray) -> FloatArray:
+    """Return the values (N,) of quantity number q at a rank (N,) of the rocks of N cells, from their bins (N, B)."""
+    place = _places(bins, slice(0, bins.shape[1]), ranks[:, None])[:, 0]
+    return bin_values(_edges(tally, q))[place]
+
+
 def _columns(tally: CellTally, q: int) -> slice:
     """Return the columns of the bins of quantity number q, after merging."""
     bins = tally.scales.bins

@@ -104,6 +104,8 @@ class HazardMaps:
     barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
     spins : True if rocks spin; energies then include rotation
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
+    sets : `hazard.sets.SetFigures` of the parameter sets, if the scene has unknowns
+    reach_band : ends (S,) of the predictive intervals of the reach probability of `cells`, if there are parameter sets
     """
 
     flown: int
@@ -116,6 +118,8 @@ class HazardMaps:
     barriers: tuple[Any, ...] = ()
     spins: bool = False
     lost: int = 0
+    sets: Any = None
+    reach_band: Any = None
 
     @property
     def energy_kind(self) -> str:

@@ -39,6 +39,18 @@ REACH = Quantity(
     meaning="share of all rocks flown that came here, given that they fall",
     elsewhere=0,
 )
+REACH_LOW = Quantity(
+    name="reach_probability_low",
+    unit="1",
+    meaning="lower end of the 95 % predictive interval of reach probability over the parameter sets",
+    elsewhere=0,
+)
+REACH_HIGH = Quantity(
+    name="reach_probability_high",
+    unit="1",
+    meaning="upper end of the 95 % predictive interval of reach probability over the parameter sets",
+    elsewhere=0,
+)
 PER_METRE = Quantity(
     name="passage_per_metre",
     unit="1/m",

@@ -15,6 +15,9 @@ from rpf3d_core.terrain.frame import FloatArray
 
 Flags = NDArray[np.bool_]
 
+UPPER = "reach_probability_upper"
+"""Kind of a zone of the upper end of the predictive interval of reach probability."""
+
 
 class Matrix(NamedTuple):
     """A hazard matrix: the user's classes by energy and reach probability, such as "low" and "high".
@@ -44,8 +47,8 @@ class Matrix(NamedTuple):
 class Zone(NamedTuple):
     """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
-    kind : "reach_probability", all cells of at least a level (zones of lower levels contain those of higher ones), or
-        "matrix", all cells of a class
+    kind : "reach_probability", all cells of at least a level (zones of lower levels contain those of higher ones);
+        UPPER, the same for the upper end of its predictive interval; or "matrix", all cells of a class
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) flag of each cell; guessed : number of these cells whose largest energy replaces a missing percentile
     object_width : m, of the object that the probabilities of a class refer to; None if they refer to a cell and so grow
@@ -66,6 +69,18 @@ def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     return [
         Zone(kind="reach_probability", level=level, name=None, cells=_flags(maps, share >= level)) for level in levels
     ]
+
+
+def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
+    """Return a hazard zone for each level (-) of the upper end of the predictive interval of reach probability.
+
+    Such a zone holds the zone of the same level and the cells where the unknowns of the scene leave the level open.
+    There are none without parameter sets.
+    """
+    if maps.reach_band is None:
+        return []
+    high = maps.reach_band.high
+    return [Zone(kind=UPPER, level=level, name=None, cells=_flags(maps, high >= level)) for level in levels]
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.hazard.benches import OPEN, TEXT_NOTE, bench_table, lost_in_words, text_header, text_rows, three_figures
+from rpf3d_core.hazard.benches import bench_table, lost_in_words, notes_of, text_header, text_rows, three_figures
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.raster import typical_size
 from rpf3d_core.hazard.scales import Scale, Values, colours_at, places, reach_scale, scale_of_energy, value_at
@@ -113,9 +113,9 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
     """Return the bench table and the colour legend as a Markdown document for the viewer."""
-    benches = bench_table(terrain, maps)
+    benches, (note, still_open) = bench_table(terrain, maps), notes_of(maps)
     parts = [
-        f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson); {OPEN}. p95 energy is {maps.energy_kind}, of each "
+        f"# Benches\n{maps.flown:,} rocks; {note} (Wilson); {still_open}. p95 energy is {maps.energy_kind}, of each "
         f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",
         _table([text_header(benches), *text_rows(benches)]),
         *([lost_in_words(maps.lost, maps.flown) + "."] if maps.lost else []),

@@ -22,6 +22,8 @@ from rpf3d_core.recordings.hazard import log_hazard
 from rpf3d_core.recordings.log_text import RecordedScene, document, outcome_line, rock_name, scene_lines, sentences_of
 from rpf3d_core.recordings.obstacles import log_obstacles
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
+from rpf3d_core.recordings.tumbling import log_blocks
+from rpf3d_core.results.orientations import blocks_of
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import DEPOSITED, Outcome
@@ -55,6 +57,8 @@ def write_recording(
 ) -> None:
     """Write run.rrd, the recording of a run: terrain, trajectories, moving rocks, plots, log, documents, view layout.
 
+    Some of the rocks with a shape tumble as blocks (`tumbling.SHOWN_BLOCKS`).
+
     Parameters
     ----------
     summary : mapping, optional
@@ -72,7 +76,7 @@ def write_recording(
         The file could not be written.
     """
     rr = import_rerun()
-    names = [source.name for source in scene.sources]
+    names, blocks = [source.name for source in scene.sources], blocks_of(scene, flights.deposits)
     rows = displayed_rows(flights.paths, scene.outputs.trajectories)
     samples = sample_paths(flights.paths, rows, gravity=scene.gravity)
     shown = displayed_rows(flights.paths, SERIES_ROCKS)
@@ -89,6 +93,7 @@ def write_recording(
     log_trajectories(recording, samples)
     log_ends(recording, flights.deposits)
     log_moving_rocks(recording, flights, rows, scene.gravity)
+    log_blocks(recording, blocks, flights, scene.rock.density, scene.gravity)
     log_series(recording, names, flights, scene.gravity)
     log_scene(recording, scene, terrain, summary or {})
     log_outcomes(recording, names, terrain, flights.deposits, sentences_of(summary or {}))

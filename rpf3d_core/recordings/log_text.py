@@ -27,6 +27,14 @@ class RecordedOutputs(Protocol):
         """Number of rocks whose trajectories are shown."""
 
 
+class RecordedRock(Protocol):
+    """The attributes that the rocks of a scene must have for a recording."""
+
+    @property
+    def density(self) -> float:
+        """Density (kg/m^3)."""
+
+
 class RecordedMethod(Protocol):
     """The attributes that the contact method of a scene must have for a recording."""
 
@@ -56,6 +64,10 @@ class RecordedScene(Protocol):
     @property
     def materials(self) -> Mapping[str, Any]:
         """Materials by name of a zone, or by pattern of zone names."""
+
+    @property
+    def rock(self) -> RecordedRock:
+        """The rocks."""
 
     @property
     def method(self) -> RecordedMethod:

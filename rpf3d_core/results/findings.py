@@ -120,5 +120,5 @@ def sentence_of(outcome: Outcome, scene: Scene) -> str:
 
     A ground model may have its own sentence for STOPPED, for example if it ignores friction.
     """
-    stopped = scene.ground.model_spec.STOPPED
+    stopped = scene.ground_model.model_spec.STOPPED
     return stopped if outcome == Outcome.STOPPED and stopped is not None else OUTCOME_SENTENCES[outcome]

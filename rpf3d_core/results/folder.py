@@ -15,6 +15,7 @@ from rpf3d_core.results import tables
 from rpf3d_core.results import trace_map as vtp
 from rpf3d_core.results.findings import MapContent, Run
 from rpf3d_core.results.hazard_folder import write_hazard
+from rpf3d_core.results.orientations import blocks_of, moments_of
 from rpf3d_core.results.summary import summary
 
 Record = Callable[[Path, dict[str, Any]], None]
@@ -29,7 +30,7 @@ PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
 """Files of the price list of accuracy, which are kept when a run replaces an earlier result in the same folder."""
 RESULT_NAMES = {
     SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "hazard", "convergence.png", "run.rrd", *PRICE_LIST,
+    "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
 }  # fmt: skip
 """Names of files that a result folder may hold; a folder with any other file is never replaced."""
 
@@ -152,18 +153,29 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None) ->
     start = time.perf_counter()
     facts = summary(findings)
     paths, scene = findings.flights.paths, findings.scene
-    samples = sample_paths(paths, displayed_rows(paths, scene.outputs.trajectories), gravity=scene.gravity)
+    rows, deposits = displayed_rows(paths, scene.outputs.trajectories), findings.flights.deposits
+    moments = moments_of(blocks_of(scene, deposits), deposits)
+    samples = sample_paths(paths, rows, gravity=scene.gravity, moments=moments)
     outlines = dict(findings.prepared.outlines)
     _write_paths(folder, findings, samples)
     content = MapContent(name=scene.path.stem, terrain=findings.terrain, areas=outlines, flown=findings.flown)
     _write_hazard(folder, findings, content)
     if scene.outputs.pictures:
         _write_pictures(folder, findings, samples, content)
+    if findings.maps.sets is not None:
+        _write_sets(folder, findings.maps.sets)
     if record is not None:
         record(folder / "run.rrd", facts)
     facts["write_s"] = time.perf_counter() - start
     facts["total_s"] = findings.wall_s + facts["write_s"]
     (folder / SUMMARY).write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _write_sets(folder: Path, figures: Any) -> None:
+    """Write parameter_sets.parquet; figures : `hazard.sets.SetFigures`."""
+    from rpf3d_core.unknowns.parameter_sets import write_parameter_sets  # imported only if the scene has unknowns
+
+    write_parameter_sets(folder / "parameter_sets.parquet", figures.sets, {"rocks": figures.rocks})
 
 
 def _write_paths(folder: Path, findings: Run, samples: PathSamples) -> None:

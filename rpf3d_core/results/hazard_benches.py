@@ -18,9 +18,17 @@ HEADER = [
 ]
 """Columns of benches.csv.
 
-`low` and `high` are the ends of the share's 95 % Wilson interval. `reached_at_most_share` counts every rock lost to a
-hole of the terrain as a rock that reached the place; it is empty if no rock was lost.
+`low` and `high` are the ends of the share's 95 % interval: Wilson's or, over parameter sets, the predictive interval.
+`reached_at_most_share` counts every rock lost to a hole of the terrain as a rock that reached the place; it is empty if
+no rock was lost.
 """
+
+
+OF_SETS = [
+    *(f"{name}_sampling_{end}" for name in SHARES for end in ("low", "high")),
+    *(f"energy_p95_{kind}_{end}_j" for kind in ("predictive", "sampling") for end in ("low", "high")),
+]
+"""Further columns of a run over parameter sets: sampling intervals of shares, both intervals of p95 energies."""
 
 
 def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]]) -> None:
@@ -38,7 +46,16 @@ def share_columns(share: dict[str, Any]) -> list[Any]:
 
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
     """Write benches.csv; a share of no rocks, and a percentile of fewer than 20 rocks, are left empty."""
-    write_csv(path, HEADER, map(_line, benches))
+    if any(bench.energy_predictive for bench in benches):
+        write_csv(path, [*HEADER, *OF_SETS], ([*_line(bench), *_sampling(bench)] for bench in benches))
+    else:
+        write_csv(path, HEADER, map(_line, benches))
+
+
+def _sampling(bench: Bench) -> list[Any]:
+    """Return the columns that benches.csv has only in a run over parameter sets."""
+    shares = [end for name in SHARES for end in getattr(bench, name)["sampling"] or (None, None)]
+    return [*shares, *(bench.energy_predictive or ()), *(bench.energy_sampling or ())]
 
 
 def _line(bench: Bench) -> list[Any]:

@@ -27,6 +27,8 @@ from rpf3d_core.hazard.passages import Passage, passage_per_metre
 from rpf3d_core.hazard.quantities import (
     ENERGY,
     PER_METRE,
+    REACH_HIGH,
+    REACH_LOW,
     STATISTICS,
     Quantity,
     counts_of,
@@ -51,7 +53,8 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
 
     `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band. `energy_j`, `speed_m_s`
     and `height_m` have the bands max, mean, p50, p90, p95 and p99, in this order. `passage_per_metre`, if the maps
-    have it, has the bands value, low and high; low and high are the ends of its 95 % interval.
+    have it, has the bands value, low and high; low and high are the ends of its 95 % interval. A run over parameter
+    sets also has `reach_probability_low` and `reach_probability_high`, the ends of the predictive interval.
 
     Parameters
     ----------
@@ -72,6 +75,9 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
 def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | None) -> None:
     for quantity, values in shares_of(maps, maps.cells):
         _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
+    if maps.reach_band is not None:
+        for quantity, values in zip((REACH_LOW, REACH_HIGH), maps.reach_band, strict=True):
+            _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
     if maps.cells.has_ways:
         bands = [values.astype(np.float32) for values in passage_per_metre(maps)]
         _write(folder, PER_METRE, terrain.frame, maps, system, bands)

@@ -20,7 +20,7 @@ from rasterio.features import shapes
 
 from rpf3d_core.formats.reference_system import reference_system
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.zones import Zone, matrix_zones, reach_zones
+from rpf3d_core.hazard.zones import UPPER, Zone, matrix_zones, reach_zones, upper_zones
 from rpf3d_core.results.hazard_rasters import transform_of, upright
 from rpf3d_core.scene.hazard import HazardSpec, matrix_of
 from rpf3d_core.terrain.facets import Terrain
@@ -65,12 +65,13 @@ def write_hazard_zones(
 def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
     """Return the hazard zones that a scene asks for (levels of reach probability, matrix), even those without cells."""
     matrix = matrix_of(spec)
-    return [*reach_zones(maps, spec.reach_levels), *([] if matrix is None else matrix_zones(maps, matrix))]
+    reach = [*reach_zones(maps, spec.reach_levels), *upper_zones(maps, spec.reach_levels)]
+    return [*reach, *([] if matrix is None else matrix_zones(maps, matrix))]
 
 
 def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
     """Return sentences for the user on requested hazard zones without cells, which zones.geojson leaves out."""
-    missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any()]
+    missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any() and zone.kind != UPPER]
     levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
     classes = [repr(zone.name) for zone in missing if zone.name is not None]
     sentences = []

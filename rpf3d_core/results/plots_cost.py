@@ -7,17 +7,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rpf3d_core.results.plots_profiles import save
-from rpf3d_core.results.series import Series
+from rpf3d_core.results.series import LEAST, Series
 
 MARKERS = {"numerical": "^", "geometric": "s", "statistical": "o"}
+UNKNOWN = "tab:purple"
+"""Colour of the line of the parametric error."""
 MARGIN = 0.08
 """Free space on each side of the points (-), as a share of the width, for their labels."""
 
 
-def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -> None:
+def write_cost(path: Path, name: str, series: Sequence[Series], target: float, unknown: float | None) -> None:
     """Write cost.png, from which users choose a setting: error against computing time, with the target as a line.
 
     name : of the scene, for the title; target : error (-), drawn as a line
+    unknown : parametric error (-), drawn as a line, because it has no price; None if it is not known
     """
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     axes = figure.subplots()
@@ -25,6 +28,9 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -
         _draw(axes, one)
     axes.plot([], [], color="0.5", marker="^", markerfacecolor="white", linestyle=":", label="the same steps, compiled")
     axes.axhline(target, color="0.3", linestyle="--", linewidth=1.0, label=f"target {target:g}")
+    if unknown is not None:
+        label = f"unknown values of the ground: {unknown:.2g}"
+        axes.axhline(max(unknown, LEAST), color=UNKNOWN, linestyle="-.", linewidth=1.2, label=label)
     axes.set(xscale="log", yscale="log")
     axes.set_ylim(top=1.5)
     axes.margins(x=MARGIN)

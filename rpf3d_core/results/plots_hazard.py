@@ -108,7 +108,8 @@ class MapBackground:
 def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray) -> None:
     """Write the hazard pictures into an existing folder: reach_probability.png, energy_p95.png and height_p95.png.
 
-    If the maps have passages per metre, passage_per_metre.png is written as well.
+    A run over parameter sets has reach_probability_high.png as well, and maps with passages per metre have
+    passage_per_metre.png.
     releases : (N, 2 or 3) m, release points of the rocks, local frame
     """
     ground = _ground(content.terrain, maps, releases, content.areas)
@@ -116,6 +117,20 @@ def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, r
         title = f"{content.name}: {theme.title}, {content.flown.describe()}"
         figure = hazard_figure(title, theme, ground, maps, releases, content.areas)
         save(figure, folder / f"{file}.png")
+
+
+def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
+    """Return the upper end of the reach probability over the parameter sets, if there are any."""
+    if maps.reach_band is None:
+        return {}
+    high, cell = maps.reach_band.high, maps.raster.cell
+    return {
+        "reach_probability_high": Theme(
+            "reach probability, upper end of 95 %", f"share of all rocks that come to a cell of {cell:g} m (%),\n"
+            f"upper end over {maps.sets.flown} parameter sets",
+            maps.cells.everywhere(np.where(high > 0.0, high, np.nan), np.nan), reach_scale(maps.flown, high), 0.01,
+        )
+    }  # fmt: skip
 
 
 def themes(maps: HazardMaps) -> dict[str, Theme]:
@@ -128,6 +143,7 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
             "reach probability", f"share of all rocks that come to a cell\nof {maps.raster.cell:g} m (%)",
             cells.everywhere(share, np.nan), reach_scale(maps.flown, share), 0.01,
         ),
+        **_upper_end(maps),
         **_per_metre(maps),
         "energy_p95": Theme(
             f"{p95} energy", f"{maps.energy_kind} kinetic energy, p95 (kJ),\n{wide}",

@@ -5,6 +5,9 @@ from typing import NamedTuple
 
 Colour = tuple[int, int, int]
 
+LEAST = 1e-4
+"""Smallest drawn error (-), because a logarithmic axis has no 0; the label of a point then shows the error as text."""
+
 
 class Series(NamedTuple):
     """One series of S points in the plot of error against computing time, such as one method with several time steps.

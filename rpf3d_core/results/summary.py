@@ -11,15 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_core.ensemble.bodies import WHY_STOPPED
+from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.ensemble.totals import Totals
-from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_words
+from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_words, with_predictive
 from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.results.findings import Run, sentence_of
 from rpf3d_core.results.hazard_zones import zones_section
 from rpf3d_core.results.observed import compare
+from rpf3d_core.results.orientations import blocks_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import releases_digest, scene_digest
 from rpf3d_core.scene.zone_materials import without_friction
@@ -54,8 +57,9 @@ def summary(findings: Run) -> dict[str, Any]:
         "terrain": _terrain(scene, terrain, findings.faults),
         **_counts(findings),
         "lost_to_holes": _lost(findings),
+        **_unknowns(findings),
         **_speed(findings),
-        **_distributions(scene, totals),
+        **_distributions(scene, totals, findings.maps.sets),
         "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
         "areas_of_interest": benches["areas_of_interest"],
         "benches": benches["zones"],
@@ -115,10 +119,10 @@ def _settings(scene: Scene) -> dict[str, Any]:
     names = ("stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
     return {
         "seed": scene.seed,
-        "rebound": scene.rebound.name,
-        "rebound_parameters": scene.rebound.model_spec.model_dump(mode="json"),
-        "ground": scene.ground.name,
-        "ground_parameters": scene.ground.model_spec.model_dump(mode="json"),
+        "rebound": scene.impact_model.name,
+        "rebound_parameters": scene.impact_model.model_spec.model_dump(mode="json"),
+        "ground": scene.ground_model.name,
+        "ground_parameters": scene.ground_model.model_spec.model_dump(mode="json"),
         **{name: getattr(scene, name) for name in names},
         "effects": {name: model_spec.model_dump(mode="json") for name, model_spec in scene.effects.named.items()},
         "method": scene.method.describe(),
@@ -133,7 +137,7 @@ def _terrain(scene: Scene, terrain: Terrain, faults: FaultReport) -> dict[str, A
         "up": terrain.frame.up,
         "local_origin_z_up": terrain.frame.origin,
         "crs": scene.terrain.crs,
-        "faults": asdict(faults),
+        "faults": {key: value for key, value in asdict(faults).items() if key != "remarks" or value},
     }
 
 
@@ -145,14 +149,55 @@ def _counts(findings: Run) -> dict[str, Any]:
         "partial": totals.rocks < findings.planned,
         "rocks_planned": findings.planned,
         "outcomes": {
-            outcome.name.lower(): {**share_of(count, totals.rocks), "sentence": sentence_of(outcome, findings.scene)}
+            outcome.name.lower(): {
+                **_share_of(outcome, count, findings),
+                "sentence": sentence_of(outcome, findings.scene),
+            }
             for outcome in Outcome
             if (count := totals.outcomes[outcome])
         },
+        **_shapes(findings),
         "impacts": totals.impacts,
         "path_m": totals.path_m,
         **_pieces(findings),
     }
+
+
+def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
+    """Return the share of rocks with an outcome, with both intervals in a run over parameter sets."""
+    share = share_of(count, findings.totals.rocks)
+    return share if findings.maps.sets is None else with_predictive(share, *findings.maps.sets.outcome(outcome))
+
+
+def _unknowns(findings: Run) -> dict[str, Any]:
+    """Return the parameter sets of a run over unknowns, and what its intervals mean; empty without unknowns."""
+    figures, spec = findings.maps.sets, findings.scene.unknowns
+    if figures is None or spec is None:
+        return {}
+    values = figures.sets.values
+    parameters = {
+        name: {"low": values[:, i].min(), "high": values[:, i].max(), "mean": values[:, i].mean()}
+        for i, name in enumerate(figures.sets.names)
+    }
+    return {
+        "unknowns": {
+            "sets": len(figures.sets),
+            "sets_flown": figures.flown,
+            "sample": None if spec.sample is None else spec.sample.name,
+            "parameters": parameters,
+            "sampling": "95 % interval of the number of rocks, for these parameter sets",
+            "predictive": "95 % interval of the result at the site, whose parameters are drawn as the sets are",
+        }
+    }
+
+
+def _with_intervals(name: str, sample: Sample, figures: Any) -> dict[str, Any]:
+    """Return a distribution for summary.json, with intervals of its percentiles in a run over parameter sets."""
+    facts = sample.summary(PERCENTILES)
+    if figures is None:
+        return facts
+    sampling = {f"p{p}": list(sample.interval(p)) for p in PERCENTILES}
+    return {**facts, "sampling": sampling, "predictive": figures.percentile(name)}
 
 
 def _lost(findings: Run) -> dict[str, Any]:
@@ -168,6 +213,22 @@ def _pieces(findings: Run) -> dict[str, Any]:
     return {"pieces": findings.totals.pieces, "mass_lost_kg": findings.totals.mass_lost_kg}
 
 
+def _shapes(findings: Run) -> dict[str, Any]:
+    """Return the shapes by number, the reasons of stops, and rocks lifted at the release; empty without shapes."""
+    blocks = blocks_of(findings.scene, findings.flights.deposits)
+    if not blocks:
+        return {}
+    why = {reason: findings.totals.why[reason] for reason in WHY_STOPPED}
+    if not any(spec.OBSTACLES for spec in findings.scene.effects.named.values()):  # nothing to lean against
+        del why["leaning"]
+    totals = findings.totals
+    return {
+        "stopped_because": why,
+        "lifted_at_release": {**share_of(totals.lifted, totals.rocks), "largest_m": totals.most_lifted},
+        "shapes": {str(number): block.name for number, block in enumerate(blocks)},
+    }
+
+
 def _speed(findings: Run) -> dict[str, Any]:
     """Return how long the run took, for summary.json; rocks_per_s is about flying only."""
     flights = findings.flights
@@ -175,21 +236,32 @@ def _speed(findings: Run) -> dict[str, Any]:
     return {**findings.timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}
 
 
-def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
+def _distributions(scene: Scene, totals: Totals, figures: Any) -> dict[str, Any]:
     return {
-        "runout_m": {"of": "rocks at rest, horizontal", **totals.runout.summary(PERCENTILES)},
-        "max_speed_m_s": {"of": "all rocks but failed ones", **totals.max_speed.summary(PERCENTILES)},
-        "max_energy_j": {"of": "all rocks but failed ones, translational", **totals.max_energy.summary(PERCENTILES)},
+        "runout_m": {"of": "rocks at rest, horizontal", **_with_intervals("runout", totals.runout, figures)},
+        "max_speed_m_s": {
+            "of": "all rocks but failed ones",
+            **_with_intervals("max_speed", totals.max_speed, figures),
+        },
+        "max_energy_j": {
+            "of": "all rocks but failed ones, translational",
+            **_with_intervals("max_energy", totals.max_energy, figures),
+        },
         **_energies_of_spin(totals),
         "max_height_m": {
-            "of": "all rocks but failed ones, vertical above the terrain",
-            **totals.max_height.summary(PERCENTILES),
+            "of": f"all rocks but failed ones, vertical above the terrain{_of_the_centre(scene)}",
+            **_with_intervals("max_height", totals.max_height, figures),
         },
         "entered_ground_at_speed_m_s": {
-            "of": f"rocks whose bounces died out; ground model {scene.ground.name}",
-            **totals.ground_speed.summary(PERCENTILES),
+            "of": f"rocks whose bounces died out; ground model {scene.ground_model.name}",
+            **_with_intervals("ground_speed", totals.ground_speed, figures),
         },
     }
+
+
+def _of_the_centre(scene: Scene) -> str:
+    """Return the words that say which point of a rock with a shape has a height; empty for points and spheres."""
+    return ", of the centre of mass" if scene.rock.is_body else ""
 
 
 def _energies_of_spin(totals: Totals) -> dict[str, Any]:

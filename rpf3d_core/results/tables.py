@@ -2,6 +2,8 @@
 
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
 energies (translational) in J. A value that does not exist (no ground contact, height not gathered) is left empty.
+
+Rocks with a shape have additional columns. Their positions are those of the centre of mass, and so are their heights.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,33 +17,25 @@ import pyarrow.csv
 import pyarrow.parquet
 from numpy.typing import ArrayLike, NDArray
 
+from rpf3d_core.ensemble.bodies import WHY_STOPPED
 from rpf3d_core.ensemble.flights import Deposits, Impacts
 from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.ensemble.sizes import diameter_of
 from rpf3d_core.ensemble.spin import rotational_energy
 from rpf3d_core.ensemble.totals import runout
-from rpf3d_core.simulation.record import FIRST_OBSTACLE
+from rpf3d_core.results.columns import UNITS, lower_names, quaternions_of, struck_of, xyz_of, zones_of_facets
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Mode, Outcome
 
 GROUND = "ground"
 """Value of the column `struck` in impacts.parquet for an impact on the ground."""
 
-UNITS = {
-    "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
-    "max_speed": "m/s", "entered_ground_at_speed": "m/s", "speed": "m/s", "speed_in": "m/s", "speed_out": "m/s",
-    "max_energy_j": "J", "energy_in_j": "J", "max_rotational_energy_j": "J", "max_total_energy_j": "J",
-    "spin_in": "rad/s", "spin_out": "rad/s", "rotational_energy_in_j": "J", "total_energy_in_j": "J",
-    "mass_kg": "kg", "diameter_m": "m", "release_x": "m", "release_y": "m", "release_z": "m",
-}  # fmt: skip
-
 
 @contextmanager
 def open_tables(
     folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True,
-    obstacles: Obstacles = NO_OBSTACLES, spins: bool = False,
+    obstacles: Obstacles = NO_OBSTACLES, spins: bool = False, shapes: Sequence[str] = (),
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
     """Open deposits.csv (a line for each rock) and impacts.parquet (a row for each impact), to write them in parts.
 
@@ -49,6 +43,7 @@ def open_tables(
 
     density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : the scene's
     spins : True if rocks spin; both tables then have rotational and total energies as well
+    shapes : names of the shapes, written instead of their numbers
     """
     with ExitStack() as files:
         deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
@@ -57,11 +52,13 @@ def open_tables(
         def write(deposits: Deposits, struck: Impacts) -> None:
             lines = deposits_table(sources, terrain, deposits, density)
             lines = with_energies(lines, deposits) if spins else lines
+            lines = with_poses(lines, terrain, deposits, shapes) if deposits.pose is not None else lines
             _write_lines(deposits_file, lines, header=not deposits_file.tell())
             if not impacts:
                 return
             table = impacts_table(sources, terrain, deposits, struck, obstacles)
             table = with_spins(table, deposits, struck, density) if spins else table
+            table = with_blows(table, deposits, struck) if deposits.pose is not None else table
             if not parquet:
                 how = {"use_dictionary": _repeated(table.schema)}
                 path = folder / "impacts.parquet"
@@ -102,7 +99,7 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
             "rock": deposits.rock,
             "piece": deposits.piece,
             "outcome": _names(lower_names(Outcome), deposits.outcome),
-            **_xyz(terrain.frame.points_to_input(deposits.x)),
+            **xyz_of(terrain.frame.points_to_input(deposits.x)),
             "t": deposits.t,
             "path_m": deposits.path,
             "runout_m": runout(deposits),
@@ -114,7 +111,7 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
             "entered_ground_at_speed": _or_null(deposits.ground_speed),
             "mass_kg": deposits.mass,
             "diameter_m": diameter_of(deposits.mass, density),
-            **_xyz(terrain.frame.points_to_input(deposits.release), prefix="release_"),
+            **xyz_of(terrain.frame.points_to_input(deposits.release), prefix="release_"),
         }
     )
 
@@ -134,11 +131,11 @@ def impacts_table(
             **_rock_names(sources, deposits, impacts.row),
             "index": np.arange(len(impacts.row)) - first,
             "t": impacts.t,
-            **_xyz(terrain.frame.points_to_input(impacts.x)),
+            **xyz_of(terrain.frame.points_to_input(impacts.x)),
             "facet": pa.array(impacts.facet, mask=impacts.facet < 0),
             "zone": _names(terrain.zones, zones_of_facets(terrain, impacts.facet)),
-            "struck": _names((GROUND, *obstacles.names), _struck(impacts.facet, obstacles)),
-            **_xyz(normals, prefix="normal_"),
+            "struck": _names((GROUND, *obstacles.names), struck_of(impacts.facet, obstacles)),
+            **xyz_of(normals, prefix="normal_"),
             "speed_in": impacts.speed_in,
             "speed_out": impacts.speed_out,
             "energy_in_j": 0.5 * deposits.mass[impacts.row] * impacts.speed_in**2,
@@ -163,7 +160,10 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
     density : of the rocks, kg/m^3
     """
     mass = deposits.mass[impacts.row]
-    rotational = rotational_energy(mass, 0.5 * diameter_of(mass, density), impacts.spin_in)
+    if impacts.energy_in is None:
+        rotational = rotational_energy(mass, 0.5 * diameter_of(mass, density), impacts.spin_in)
+    else:
+        rotational = mass * np.maximum(impacts.energy_in - 0.5 * impacts.speed_in**2, 0.0)
     return _extended(
         table,
         {
@@ -175,41 +175,53 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
     )
 
 
+def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits, shapes: Sequence[str] = ()) -> pa.Table:
+    """Return the table of R deposits with the shape, orientation and reason to stop of rocks with a shape.
+
+    The quaternion turns vectors from the block's principal axes into the input's axes. `stopped_because` is empty for
+    rocks that did not stop on the ground.
+
+    shapes : names of the shapes, written instead of their numbers
+    """
+    shape, why = np.asarray(deposits.shape), np.asarray(deposits.why)
+    return _extended(
+        table,
+        {
+            "shape": _names(shapes, shape) if shapes else shape,
+            **quaternions_of(terrain, deposits.pose),
+            "stopped_because": _names(WHY_STOPPED, why),
+        },
+    )
+
+
+def with_blows(table: pa.Table, deposits: Deposits, impacts: Impacts) -> pa.Table:
+    """Return the table of I impacts with the number of contacts and the energies (J) of rocks with a shape.
+
+    `energy_in_j` and `energy_out_j` are kinetic energies of translation and rotation together.
+    """
+    mass, none = deposits.mass[impacts.row], np.empty(0)
+    given = (impacts.contacts, impacts.energy_in, impacts.energy_out)
+    contacts, before, after = (none if values is None else values for values in given)
+    place = table.schema.get_field_index("energy_in_j")
+    table = table.set_column(place, table.schema.field(place), pa.array(mass * before))
+    return _extended(table, {"contacts": contacts.astype(np.int64), "energy_out_j": mass * after})
+
+
 def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples) -> pa.Table:
     """Return the points of paths as a table with S rows, the content of trajectories.parquet.
 
-    `mode` is the rock's motion from this point on.
+    `mode` is the rock's motion from this point on. Rocks with a shape have their orientation as well.
     """
     return _table(
         {
             **_rock_names(sources, deposits, samples.row),
             "t": samples.t,
-            **_xyz(terrain.frame.points_to_input(samples.x)),
+            **xyz_of(terrain.frame.points_to_input(samples.x)),
             "speed": samples.speed,
             "mode": _names(lower_names(Mode), samples.mode),
+            **quaternions_of(terrain, samples.q),
         }
     )
-
-
-def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Return the zone (N,) of each facet (N,) that a rock touched, as index.
-
-    -1 for a negative facet: none was touched.
-    """
-    return np.where(facet < 0, -1, terrain.zone[np.maximum(facet, 0)])
-
-
-def _struck(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """Return what each impact struck (I,), as index: 0 for the ground, 1 for the first obstacle, and so on."""
-    struck = np.zeros(len(facet), dtype=np.int64)
-    met = facet < 0
-    struck[met] = obstacles.owner[FIRST_OBSTACLE - facet[met]] + 1
-    return struck
-
-
-def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
-    """Return the names of outcomes or modes as the files spell them, in lower case, in the order of their numbers."""
-    return [member.name.lower() for member in names]
 
 
 def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.integer]) -> dict[str, Any]:
@@ -219,11 +231,6 @@ def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.int
     """
     names = _names(sources, deposits.source[rows])
     return {"source": names, "rock": deposits.rock[rows], "piece": deposits.piece[rows]}
-
-
-def _xyz(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
-    """Return points (N, 3) as three columns of a table, one for each axis; prefix : put before the axis' name."""
-    return {f"{prefix}{axis}": points[:, i] for i, axis in enumerate("xyz")}
 
 
 def _names(names: Sequence[str], index: ArrayLike) -> pa.Array:

@@ -16,7 +16,8 @@ from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.formats.vtp import Array, PolyData, Scattered, write_poly_data
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.quantities import STATISTICS, Quantity, counts_of, shares_of, spreads_of, statistics_of
-from rpf3d_core.results.tables import lower_names
+from rpf3d_core.results.columns import lower_names
+from rpf3d_core.results.orientations import orientations_to_input
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Mode, Outcome
 
@@ -91,6 +92,9 @@ def write_trajectories(
     Points carry speed (m/s), time (s), rock, row and mode; polylines carry source, rock, row and outcome. `row` counts
     rocks over all sources, `rock` within one source. The names of sources, modes and outcomes are field data.
 
+    Points of rocks with a shape also carry `orientation`: the quaternion w, x, y, z from the block's principal axes to
+    the input's axes, in the order in which ParaView's glyphs read it.
+
     Raises
     ------
     OSError
@@ -98,7 +102,14 @@ def write_trajectories(
     """
     count = len(samples.row)
     rows, ends = samples.row[samples.starts], np.append(samples.starts, count)[1:].astype(np.int32)
-    point_data = {"speed": samples.speed, "time": samples.t, "mode": samples.mode, **_rock_ids(deposits, samples.row)}
+    point_data: dict[str, Array] = {
+        "speed": samples.speed,
+        "time": samples.t,
+        "mode": samples.mode,
+        **_rock_ids(deposits, samples.row),
+    }
+    if samples.q is not None:
+        point_data["orientation"] = orientations_to_input(terrain.frame, samples.q)
     cell_data = {"source": deposits.source[rows], "outcome": deposits.outcome[rows], **_rock_ids(deposits, rows)}
     names = {"source_names": sources, "mode_names": lower_names(Mode), "outcome_names": lower_names(Outcome)}
     points, corners = terrain.frame.points_to_input(samples.x), np.arange(count, dtype=np.int32)

@@ -5,14 +5,14 @@ are reported for each source.
 """
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.release_heights import ground_below_releases
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.ensemble.stream import taken
@@ -21,14 +21,21 @@ from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
+from rpf3d_core.runs.check_shapes import shapes_in_words
+from rpf3d_core.runs.check_sources import SourceHeight, heights_of, high_above
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import without_friction
 from rpf3d_core.setup.coverage import covered_share
+from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents
+from rpf3d_core.setup.hanging_rims import hanging_rims
+from rpf3d_core.setup.misplaced import placing_hints
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
 from rpf3d_core.setup.rounds import rounds_of
 from rpf3d_core.setup.sources import source_outline
-from rpf3d_core.setup.warnings import warnings_of
-from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference, is_precompiled
+from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
+from rpf3d_core.simulation.engines import Compiled, Models, Reference, is_precompiled
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
 
@@ -45,38 +52,6 @@ The value is rounded down from the demo scene in docs/explanation/performance.md
 """
 COMPILE_S = 12.0
 """Seconds to compile a combination of models for the first time; later runs load it in well under 1 s."""
-
-
-@dataclass(frozen=True)
-class SourceHeight:
-    """How high the rocks of one source start above the terrain, to show sources that are placed wrongly.
-
-    rocks : number of rocks; checked : number of checked rocks, to which all further values apply
-    lowest, highest : m above the terrain; under_ground : number of rocks below the terrain
-    off_terrain : number of rocks without terrain below or above
-    """
-
-    name: str
-    rocks: int
-    checked: int
-    lowest: float
-    highest: float
-    under_ground: int
-    off_terrain: int
-
-    def describe(self) -> str:
-        """Return the report on the start heights of this source as one line of text."""
-        found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
-        if self.checked < self.rocks:
-            found += f" ({self.checked:,} looked at)"
-        if self.lowest <= self.highest:
-            low, high = f"{self.lowest:.2f}", f"{self.highest:.2f}"
-            found += f", {low if low == high else f'{low} to {high}'} m above the ground"
-        if self.under_ground:
-            found += f"; {self.under_ground:,} UNDER THE GROUND"
-        if self.off_terrain:
-            found += f"; {self.off_terrain:,} OFF THE TERRAIN"
-        return found
 
 
 @dataclass(frozen=True)
@@ -147,6 +122,7 @@ class Check:
 
     warnings : sentences on settings that are valid but suspicious; cost : None if `fit` is False
     assumed_friction : names of the materials that use the default friction angle
+    shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
     """
 
     scene: Scene
@@ -157,6 +133,7 @@ class Check:
     warnings: list[str]
     cost: Cost | None
     assumed_friction: tuple[str, ...] = ()
+    shapes: tuple[str, ...] = ()
 
     @property
     def fit(self) -> bool:
@@ -164,8 +141,14 @@ class Check:
         return not any(source.under_ground or source.off_terrain for source in self.sources)
 
 
-def check_scene(scene: Scene) -> Check:
+Shown = Callable[[list[Extent], list[str]], None]
+"""A function that shows the extents of all inputs, and sentences on those that look misplaced."""
+
+
+def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     """Check a scene and its terrain without a full run, and estimate the time of the run from a few rocks.
+
+    show : called with the extents of all inputs before anything is refused
 
     Raises
     ------
@@ -173,17 +156,20 @@ def check_scene(scene: Scene) -> Check:
         The scene or one of its files is refused.
     """
     check_engine(scene)
-    prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # the reference engine needs no compiling
+    read = _terrain_after_showing(scene, show)
+    by_reference = scene.model_copy(update={"engine": Reference.name})  # the reference engine needs no compiling
+    prepared = prepare(by_reference, terrain_read=read)
     engine, sources = prepared.engine, prepared.sources
     rocks = rounds_of(scene, places_of(prepared))[0].last
     every = -(-sum(rocks) // MOST_CHECKED)
     releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
-    below = engine.ground_below(releases.x)
-    heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
-    heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
+    below = ground_below_releases(engine, releases.x)
+    heights = heights_of([source.name for source in sources], rocks, releases, below, engine)
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
     of_scene = warnings_of(scene)
-    warnings = [*of_scene, *_unused_points(prepared, rocks), *_partly_off(prepared)]
+    placed = [*high_above(heights), *_unused_points(prepared, rocks), *_partly_off(prepared)]
+    rims = hanging_rims(prepared.terrain, engine)
+    warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims]
     assumed = without_friction(scene, prepared.terrain.zones)
     report = Check(
         scene=scene,
@@ -194,8 +180,24 @@ def check_scene(scene: Scene) -> Check:
         warnings=warnings,
         cost=None,
         assumed_friction=assumed,
+        shapes=shapes_in_words(scene),
     )
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
+
+
+def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, FaultReport]:
+    """Return the terrain of a scene and its faults, after the extents of all inputs were shown.
+
+    The extents are also shown if the terrain is refused, unless its files cannot be read.
+    """
+    read: tuple[Terrain, FaultReport] | None = None
+    try:
+        read = read_terrain(scene)
+        return read
+    finally:
+        extents = input_extents(scene, None if read is None else read[0])
+        if show is not None and extents[:1] and extents[0].name == TERRAIN:
+            show(extents, list(placing_hints(extents, scene.terrain.crs, scene.terrain.up)))
 
 
 def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
@@ -208,7 +210,8 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: in
     began = time.perf_counter()
     flown = fly_ensemble(prepared.engine, prepared.flight, few)
     cost = _cost(report.scene, prepared, flown, (time.perf_counter() - began) / len(chosen), rocks)
-    told = [*effects_called_for(report.scene, flown), *idle_effects(prepared, few, flown)]
+    fastest = float(flown.deposits.max_speed.max(initial=0.0))
+    told = [*warnings_of_speed(fastest), *effects_called_for(report.scene, flown), *idle_effects(prepared, few, flown)]
     return replace(report, cost=cost, warnings=[*report.warnings, *told])
 
 
@@ -244,42 +247,6 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
         share = covered_share(prepared.terrain, polygons)
         if share < WHOLE:
             yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
-
-
-def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
-    """Return how high the rocks of one source start above the terrain, before rocks off the terrain are separated.
-
-    Here, `under_ground` includes rocks off the terrain (see `_told_apart`).
-
-    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
-    """
-    good = (below[:, 1] >= 0) & (below[:, 2] > 0)
-    heights = below[good, 0]
-    lowest, highest = (heights.min(), heights.max()) if len(heights) else (np.inf, -np.inf)
-    return SourceHeight(
-        name=name,
-        rocks=rocks,
-        checked=len(below),
-        lowest=float(lowest),
-        highest=float(highest),
-        under_ground=int((~good).sum()),
-        off_terrain=0,
-    )
-
-
-def _told_apart(
-    found: SourceHeight, number: int, releases: Releases, below: NDArray[np.float64], engine: Engine
-) -> SourceHeight:
-    """Return the start heights of one source, with rocks off the terrain and rocks under the ground counted separately.
-
-    A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain.
-    found : from `_heights`; number : index of the source; below : (R, 3) of all sources, as in `_heights`
-    """
-    bad = (releases.source == number) & ((below[:, 1] < 0) | (below[:, 2] <= 0))
-    top = np.array(releases.x[bad])
-    top[:, 2] = np.maximum(top[:, 2], engine.facets.high[2]) + 1.0
-    off = int((engine.ground_below(top)[:, 1] < 0).sum()) if bad.any() else 0
-    return replace(found, under_ground=found.under_ground - off, off_terrain=off)
 
 
 def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:

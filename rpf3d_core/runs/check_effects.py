@@ -30,7 +30,7 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
     flown : flights of a few rocks of the scene
     """
     unresolved = int((flown.deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
-    if unresolved and scene.ground.name == "none":
+    if unresolved and scene.ground_model.name == "none":
         yield (
             f"{unresolved} of {len(flown.deposits.outcome)} pilot rocks ended unresolved_contact: "
             f"name `ground: {_carrying_on(scene)}`, or raise stop_speed"
@@ -43,7 +43,7 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
 
 def _carrying_on(scene: Scene) -> str:
     """Return the ground model to suggest: `sliding`, or the first model that the scene's rebound model allows."""
-    grounds = scene.rebound.model_spec.GROUNDS
+    grounds = scene.impact_model.model_spec.GROUNDS
     return "sliding" if grounds is None else next(name for name in grounds if name != "none")
 
 

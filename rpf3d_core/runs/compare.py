@@ -226,6 +226,9 @@ def _notes(comparison: Comparison) -> Iterator[str]:
     for name, facts in (("A", comparison.a), ("B", comparison.b)):
         if facts["partial"]:
             yield f"{name} is partial: {facts['rocks']:,} of {facts['rocks_planned']:,} rocks have flown"
+        if facts.get("unknowns"):
+            yield (f"{name} flew parameter sets of unknown values: intervals of differences hold the number of rocks "
+                   "only, not what the unknowns leave open")  # fmt: skip
         if pieces := facts.get("pieces"):
             yield f"of {name}, {words_on_pieces(facts['rocks'], pieces)}"
     if a.get("seed") == b.get("seed") and (alike := _alike(a, b)):

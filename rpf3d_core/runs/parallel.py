@@ -111,6 +111,8 @@ def fly_parts(
     chosen = chosen_scene(scene, rocks, engine, seed)
     if chosen.rocks == "auto":
         raise InputError(f"{chosen.path}: `rocks: auto` cannot be flown in parts; say how many rocks")
+    if chosen.has_unknowns:
+        raise InputError(f"{chosen.path}: a scene with unknowns cannot be flown in parts; run it as a whole")
     if parts < 1:
         raise InputError(f"the number of parts is {parts}; it must be at least 1")
     rounds = rounds_of_parts([source.rocks for source in chosen.sources], parts)

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -186,7 +186,10 @@ def _fly(
     each group of rocks
     rounds : rocks to fly instead of the scene's own
     """
-    scene, tallies, totals = prepared.scene, empty_tallies(prepared), empty_totals(prepared)
+    scene = prepared.scene
+    of_sets = _flights_over_sets(prepared) if scene.has_unknowns else None
+    prepared = prepared if of_sets is None else replace(prepared, flight=of_sets[1][0])
+    tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     plan = rounds or rounds_of(scene, places_of(prepared))
     compile_s = precompiler.compile(prepared, tallies, lambda: _check_all(prepared, plan[0]))
     # All kept rocks belong to the first round, because with `rocks: auto` the number of later rocks is unknown.
@@ -197,22 +200,62 @@ def _fly(
         # A run in memory keeps the impacts of all rocks. A run on disk needs them only for impacts.parquet.
         impacts=scene.outputs.impacts or shown is None,
     )  # fmt: skip
+    flyer = _flyer(prepared, stream, of_sets, tallies)
     began = time.perf_counter()
     planned, steps = _fly_rounds(
-        prepared, stream, plan, control, lambda: tallies.places(totals.rocks, prepared.area_names)
+        prepared, stream, flyer.fly, plan, control, lambda: tallies.places(totals.rocks, prepared.area_names)
     )
     totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
-    return finished_run(prepared, tallies, totals, flights, planned, steps)
+    return finished_run(prepared, tallies, totals, flights, planned, steps, flyer.figures())
+
+
+@dataclass(frozen=True)
+class _Flyer:
+    """Flies rounds of rocks whose parameters are all known."""
+
+    prepared: Prepared
+    stream: Stream
+
+    def fly(self, rocks: Round) -> bool:
+        """Fly the rocks of a round, block after block; return False if the run was stopped before all had flown."""
+        return self.stream.fly(releases_in_ranges(self.prepared, ranges) for ranges in blocks_of(*rocks))
+
+    def figures(self) -> None:
+        """Return nothing, because there are no parameter sets."""
+
+
+def _flights_over_sets(prepared: Prepared) -> Any:
+    """Return the parameter sets of a scene with unknowns, and the flight of each."""
+    from rpf3d_core.runs.over_sets import flights_over_sets  # imported only if the scene has unknowns
+
+    return flights_over_sets(prepared)
+
+
+def _flyer(prepared: Prepared, stream: Stream, of_sets: Any, tallies: Tallies) -> Any:
+    """Return the object that flies rounds of rocks: with the parameter sets and their flights, if there are any."""
+    if of_sets is None:
+        return _Flyer(prepared, stream)
+    from rpf3d_core.hazard.sets import SetTally
+    from rpf3d_core.runs.over_sets import SetFlyer
+
+    sets, flights = of_sets
+    assert stream.sink is not None
+    return SetFlyer(
+        prepared=prepared, stream=stream, flights=flights, tally=SetTally(sets, tallies), sink=stream.sink,
+        further=_both,
+    )  # fmt: skip
 
 
 def _fly_rounds(
-    prepared: Prepared, stream: Stream, plan: Sequence[Round], control: RunControl, places: Callable[[], HazardMaps]
-) -> tuple[int, list[Step]]:
+    prepared: Prepared, stream: Stream, fly: Callable[[Round], bool], plan: Sequence[Round], control: RunControl,
+    places: Callable[[], HazardMaps],
+) -> tuple[int, list[Step]]:  # fmt: skip
     """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
 
     Return the number of planned rocks, and the convergence after each round. The releases of the first round are
     already checked.
+    fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the shares of zones and areas of all rocks flown so far
     """
     scene, steps, planned = prepared.scene, list[Step](), 0
@@ -221,7 +264,7 @@ def _fly_rounds(
         if steps:
             _check_all(prepared, each)
         stream.advance = control.progress(each.rocks) if control.progress else None
-        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(*each)):
+        if not fly(each):
             break
         if scene.rocks == "auto":
             steps.append(step_of(places(), prepared.terrain.zones))
@@ -231,13 +274,16 @@ def _fly_rounds(
 
 
 def finished_run(
-    prepared: Prepared, tallies: Tallies, totals: Totals, flights: Flights, planned: int, steps: Sequence[Step] = ()
-) -> Run:
+    prepared: Prepared, tallies: Tallies, totals: Totals, flights: Flights, planned: int, steps: Sequence[Step] = (),
+    sets: Any = None,
+) -> Run:  # fmt: skip
     """Return the finished run of a prepared scene, with its maps; the wall time of the run ends at this call.
 
     planned : number of rocks that the run should fly, without fragments
+    sets : figures of the parameter sets, if the scene has unknowns
     """
     maps = tallies.maps(totals.rocks, prepared.area_names, totals.outcomes[Outcome.LOST_TO_HOLE])
+    maps = maps if sets is None else replace(maps, sets=sets, reach_band=sets.reach(maps))
     return Run(
         prepared=prepared, flights=flights, totals=totals, maps=maps, planned=planned + totals.pieces,
         wall_s=time.perf_counter() - prepared.began, steps=tuple(steps),

@@ -13,8 +13,9 @@ from pydantic_core import PydanticUndefined
 from rpf3d_core.scene.model_spec import Confirmed, ModelSpec
 from rpf3d_core.scene.models import EffectsSpec, GroundSpec, ReboundSpec
 from rpf3d_core.scene.own import OWN
+from rpf3d_core.scene.shapes import ContactSpec
 
-KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "effects": EffectsSpec}
+KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "contact": ContactSpec, "effects": EffectsSpec}
 COSTS = "measured_costs.json"
 """File with the measured cost of each model and effect; `make effects` writes it.
 

@@ -35,7 +35,7 @@ class Normal(StrictModel):
 
     @model_validator(mode="after")
     def _mean_within_bounds(self) -> Self:
-        _rising(self.min, self.max)
+        rising(self.min, self.max)
         if not self.min <= self.mean <= self.max:
             raise refuse(
                 f"is {self.mean:g}, but must lie between min {self.min:g} and max {self.max:g}: "
@@ -82,7 +82,7 @@ class PowerLawSpec(StrictModel):
 
     @model_validator(mode="after")
     def _bounds_rise(self) -> Self:
-        _rising(self.min, self.max)
+        rising(self.min, self.max)
         return self
 
     @property
@@ -194,7 +194,7 @@ WORDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
 """Words for the limits of a number, for messages."""
 
 
-def _rising(low: float, high: float) -> None:
+def rising(low: float, high: float) -> None:
     """Raise an error unless the lower bound of a distribution is below its upper bound."""
     if low >= high:
         raise refuse(f"is {low:g}, but must be a number below max {high:g}", "min")

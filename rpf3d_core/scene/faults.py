@@ -17,8 +17,12 @@ from pydantic_core import ErrorDetails
 
 from rpf3d_core.formats.yaml import Document, Fault, KeyPath, key_name
 from rpf3d_core.scene.draws import MARKS
-from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.hazard import HazardSpec
+from rpf3d_core.scene.meanings import keys_meant
+from rpf3d_core.scene.model import Material, OutputSpec, Scene
 from rpf3d_core.scene.own import OWN
+from rpf3d_core.scene.releases import RockSpec, SourceSpec
+from rpf3d_core.scene.terrain import TerrainSpec
 from rpf3d_core.scene.values import ROCKS_MARKS
 
 LONGEST_VALUE = 60
@@ -34,6 +38,14 @@ PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x,
 """The valid form of a list item for messages, by the shape (such as `[x, y]`) in the description of the list."""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
 """Where keys belong that users write under `effects` by mistake: berms belong to the terrain."""
+
+SECTIONS: dict[str, type[BaseModel]] = {
+    "materials.ZONE": Material, "rock": RockSpec, "terrain": TerrainSpec, "sources[0]": SourceSpec,
+    "hazard": HazardSpec, "outputs": OutputSpec,
+}  # fmt: skip
+"""Sections of a scene whose keys users write at the top level by mistake."""
+MISSPELT = 0.85
+"""Least similarity (-) from which a word is a misspelt key, whatever other key has its meaning."""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
@@ -64,6 +76,9 @@ def unknown_key(path: KeyPath, document: Document, root: Root = None) -> Fault:
     file = "scene" if root is None else f"{document.kind} file"
     if path[:-1] == ("effects",) and (place := ELSEWHERE.get(str(path[-1]))):
         return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a scene; it belongs in `{place}`")
+    if not near and root is None and (place := _section_of(path)):
+        sentence = f"`{key_name(path)}` is not a key of the top level; did you mean `{place}`?"
+        return Fault(_line(path, document), sentence)
     if near == path[-1]:
         return Fault(_line(path, document), f"`{key_name(path)}` cannot stand beside the other keys there; remove it")
     advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path, root))}"
@@ -127,8 +142,23 @@ def _known(path: KeyPath, root: Root) -> list[str]:
 
 
 def _nearest(path: KeyPath, root: Root) -> str | None:
-    near = difflib.get_close_matches(str(path[-1]), _known(path, root), n=1)
-    return near[0] if near else None
+    """Return the known key that a wrong key stands for: a misspelt key, one of the same meaning, or a similar word."""
+    word, known = str(path[-1]), _known(path, root)
+    misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
+    similar = difflib.get_close_matches(word, known, n=1)
+    found = [*misspelt, *keys_meant(word, known), *similar]
+    return found[0] if found else None
+
+
+def _section_of(path: KeyPath) -> str | None:
+    """Return where in a scene a key of the top level belongs, as a key path; None if it belongs nowhere."""
+    word = str(path[-1])
+    for section, model in SECTIONS.items():
+        keys = list(model.model_fields)
+        meant = [word] if word in keys else keys_meant(word, keys)
+        if len(path) == 1 and meant and word not in NOT_SCENE_KEYS:
+            return f"{section}.{meant[0]}"
+    return None
 
 
 def _shown(value: Any) -> str:

@@ -87,7 +87,12 @@ def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
     default = field.get_default(call_default_factory=True)
     names = tuple(name for name, each in part.model_fields.items() if each.alias != OWN and _is_nameable(each))
     return SceneField(
-        key=key, kind=str, default=default.name, description=f"one of {', '.join(names)}", choices=names, names=True
+        key=key,
+        kind=str,
+        default=default and default.name,
+        description=f"one of {', '.join(names)}",
+        choices=names,
+        names=True,
     )
 
 

@@ -5,19 +5,22 @@ radians. The description of each field states the valid values. Error messages a
 (`scene.faults`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.draws import Coefficient, FrictionAngle, Share
 from rpf3d_core.scene.hazard import HazardSpec
+from rpf3d_core.scene.library import with_libraries
 from rpf3d_core.scene.method import MethodSpec, method_values
 from rpf3d_core.scene.models import (
     EffectsSpec,
     GroundSpec,
+    OneOf,
     ReboundSpec,
     SlidingSpec,
     chosen_model,
@@ -25,8 +28,10 @@ from rpf3d_core.scene.models import (
 )
 from rpf3d_core.scene.rebounds import CoulombLimitedSpec
 from rpf3d_core.scene.releases import RockSpec, SourceSpec
-from rpf3d_core.scene.sphere import COULOMB_SPHERE, SPHERE_GROUND
+from rpf3d_core.scene.shapes import SPHERE, ContactSpec, RigidSpec, SlipFrictionSpec, check_effects_on_bodies
+from rpf3d_core.scene.sphere import COULOMB_SPHERE, SPHERE_GROUND, CoulombSphereSpec
 from rpf3d_core.scene.terrain import TerrainSpec, ZoneSpec
+from rpf3d_core.scene.unknowns import UnknownsSpec, with_priors_apart
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
     Count,
@@ -62,8 +67,27 @@ def _pointing_somewhere(along: tuple[float, float, float]) -> tuple[float, float
     return along
 
 
-def _names_only(value: Any, name: str) -> bool:
-    return isinstance(value, Mapping) and set(value) == {name}
+def chosen_contact(value: Any) -> Any:
+    """Return the fields of `ContactSpec` from the scene's value, None if the scene has no contact model."""
+    return None if value is None else chosen_model(ContactSpec)(value)
+
+
+def chosen_rebound(value: Any) -> Any:
+    """Return the fields of `ReboundSpec` from the scene's value of `rebound`."""
+    if value == COULOMB_SPHERE or (isinstance(value, Mapping) and COULOMB_SPHERE in value):
+        raise refuse("names coulomb_sphere, but a sphere is a shape: give `rock: {shape: sphere}` instead, and "
+                     "parameters in `contact: {coulomb_sphere: ...}`")  # fmt: skip
+    return chosen_model(ReboundSpec)(value)
+
+
+def _names_sphere(rock: Any) -> bool:
+    """Return True if the scene's value of `rock` names the shape `sphere`."""
+    return isinstance(rock, Mapping) and rock.get("shape") in (SPHERE, {SPHERE: True})
+
+
+BODY_KEYS = ("restitution", "friction", "rolling_resistance", "slip_friction")
+POINT_KEYS = ("normal_restitution", "tangential_restitution", "friction_angle_deg", "rolling_friction")
+"""Keys of a material for rocks with a shape, and for points and spheres."""
 
 
 class Material(StrictModel):
@@ -77,11 +101,54 @@ class Material(StrictModel):
     stop_speed: Number | None = Field(None, ge=0, description="a number >= 0 (m/s), or left out for the scene's own")
     rolling_friction: Coefficient | None = Field(
         None, description="a number >= 0 (-), mu_r = tan(beta), or a distribution; for ground models that roll, and "
-        "for impacts of `coulomb_sphere`",
+        "for impacts of spheres",
+    )  # fmt: skip
+    restitution: Share | None = Field(
+        None, description="a number from 0 to 1 (-), or a distribution; of rocks with a shape, as the next two"
+    )
+    friction: Coefficient | None = Field(None, description="a number >= 0 (-), mu, or a distribution")
+    rolling_resistance: Coefficient | None = Field(None, description="a number >= 0 (-), or a distribution")
+    slip_friction: SlipFrictionSpec | None = Field(
+        None, description="a mapping with mu_min, mu_max, kappa and beta, friction that grows as a rock with a shape "
+        "slips, instead of `friction`",
     )  # fmt: skip
     draw: Literal["per_rock", "per_impact"] = Field(
         "per_rock", description="per_rock or per_impact, when distributions are drawn again"
     )
+    library: Name | None = Field(
+        None, description="the name of an entry that `rpf3d materials` lists; its ranges are unknowns, unless the "
+        "coefficient is given as well",
+    )  # fmt: skip
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_body(cls, values: Any) -> Any:
+        """Fill in the coefficients of a point, which are not used, if the material is for rocks with a shape."""
+        if not isinstance(values, dict) or not any(key in values for key in BODY_KEYS):
+            return values
+        if [key for key in BODY_KEYS if key in values] == ["friction"] and any(key in values for key in POINT_KEYS[:2]):
+            raise refuse("is for rocks with a shape; did you mean `friction_angle_deg` (degrees)?", "friction")
+        for key in values:
+            if key in POINT_KEYS:
+                raise refuse(
+                    f"is for points, and {', '.join(BODY_KEYS)} are for rocks with a shape; give one kind", key
+                )
+        if "slip_friction" in values and "friction" in values:
+            raise refuse("is given, and so is `friction`; give one of them", "slip_friction")
+        for key in ("restitution", "friction"):
+            if key not in values and not (key == "friction" and "slip_friction" in values):
+                raise refuse(f"is missing; it must be {cls.model_fields[key].description}", key)
+        return {**values, "normal_restitution": 0.0, "tangential_restitution": 0.0}
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
+        """Yield the keys with a value that act on the material's kind of rocks, for the log of recordings."""
+        idle = POINT_KEYS if self.is_of_a_body else BODY_KEYS
+        return ((key, value) for key, value in super().__repr_args__() if key not in idle and value is not None)
+
+    @property
+    def is_of_a_body(self) -> bool:
+        """True if the material is for rocks with a shape, False if it is for points and spheres."""
+        return self.friction is not None or self.slip_friction is not None
 
 
 class AreaSpec(StrictModel):
@@ -147,15 +214,19 @@ class Scene(StrictModel):
     target: TargetSpec = Field(
         default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
     )
-    rebound: Annotated[ReboundSpec, BeforeValidator(chosen_model(ReboundSpec))] = Field(
+    rebound: Annotated[ReboundSpec, BeforeValidator(chosen_rebound)] = Field(
         default_factory=lambda: ReboundSpec(coulomb_limited=CoulombLimitedSpec()),
         description="the name of a rebound model, or a mapping of it to its parameters",
     )
     ground: Annotated[GroundSpec, BeforeValidator(chosen_model(GroundSpec))] = Field(
         default_factory=lambda: GroundSpec(sliding=SlidingSpec()),
         description="the name of a ground model, or a mapping of it to its parameters; left out, `sphere` goes with "
-        "`rebound: coulomb_sphere`",
+        "`rock.shape: sphere`",
     )
+    contact: Annotated[ContactSpec | None, BeforeValidator(chosen_contact)] = Field(
+        None, description="the name of the contact model of spheres or of rocks with a shape, or a mapping of it to "
+        "its parameters; left out, the shape chooses it",
+    )  # fmt: skip
     stop_speed: Number = Field(0.5, ge=0, description="a number >= 0 (m/s)")
     gravity: Number = Field(STANDARD_GRAVITY, gt=0, description="a number above 0 (m/s2)")
     smallest_bounce: Number = Field(1e-3, gt=0, description="a height above 0 (m)")
@@ -179,24 +250,77 @@ class Scene(StrictModel):
         default_factory=OutputSpec, description="a mapping with trajectories, impacts, pictures and recording"
     )
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
+    unknowns: UnknownsSpec | None = Field(None, description="a mapping with sets, priors and sample")
+    calibration: CalibrationSpec | None = Field(
+        None, description="a mapping with unknowns and data, for `rpf3d calibrate`; a run ignores it"
+    )
     data_hint: Name | None = Field(None, description="a sentence that states what to do when a file is missing")
 
     @model_validator(mode="before")
     @classmethod
     def _ground_of_a_sphere(cls, values: Any) -> Any:
-        """Add the ground model `sphere` if a scene has the rebound model `coulomb_sphere` but no ground model."""
-        if not isinstance(values, Mapping) or "ground" in values:
+        """Add the ground model `sphere` if the rocks of a scene are spheres and it has no ground model."""
+        if not isinstance(values, Mapping) or "ground" in values or not _names_sphere(values.get("rock")):
             return values
-        rebound = values.get("rebound")
-        return (
-            {**values, "ground": SPHERE_GROUND}
-            if rebound == COULOMB_SPHERE or _names_only(rebound, COULOMB_SPHERE)
-            else values
-        )
+        return {**values, "ground": SPHERE_GROUND}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _priors_apart(cls, values: Any) -> Any:
+        """Take libraries and priors out of materials and models; a plain number replaces each prior."""
+        return with_priors_apart(with_libraries(values)) if isinstance(values, Mapping) else values
+
+    @property
+    def has_unknowns(self) -> bool:
+        """True if a run flies parameter sets, because values of the scene are unknown."""
+        return self.unknowns is not None and self.unknowns.names_any
+
+    @property
+    def impact_model(self) -> OneOf:
+        """The model of impacts: the rebound model of points, or the contact model of spheres and rocks with a shape."""
+        if self.rock.is_sphere:
+            return self.contact or ContactSpec(coulomb_sphere=CoulombSphereSpec())
+        return self.contact or ContactSpec(rigid=RigidSpec()) if self.rock.is_body else self.rebound
+
+    @property
+    def ground_model(self) -> OneOf:
+        """The model of motion on the ground; the contact model of rocks with a shape is also their ground model."""
+        return self.impact_model if self.rock.is_body else self.ground
+
+    @model_validator(mode="after")
+    def _keys_for_shapes(self) -> Self:
+        """Refuse keys that belong to points in a scene of rocks with a shape, and the other way round."""
+        bodies, shape = self.rock.is_body, SPHERE if self.rock.is_sphere else "point"
+        self._check_contact()
+        for name, material in self.materials.items():
+            if material.is_of_a_body and not bodies:
+                raise refuse(f"is for rocks with a shape, and `rock.shape` is {shape}", "materials", name, "friction")
+            if bodies and not material.is_of_a_body:
+                raise refuse("is missing; rocks with a shape need restitution and friction", "materials", name,
+                             "friction")  # fmt: skip
+        if not bodies:
+            return self
+        for key in ("rebound", "ground"):
+            if key in self.model_fields_set:
+                raise refuse("is for points; rocks with a shape have `contact: rigid`", key)
+        check_effects_on_bodies(self.effects)
+        return self
+
+    def _check_contact(self) -> None:
+        """Refuse a contact model that is not that of the shape, and a rebound model of rocks that have a size."""
+        if self.contact is not None and self.rock.shape is None:
+            raise refuse("is for spheres and rocks with a shape, and `rock.shape` is point", "contact")
+        ours = COULOMB_SPHERE if self.rock.is_sphere else "rigid"
+        if self.contact is not None and self.contact.name != ours:
+            raise refuse(f"is {self.contact.name}, but the shape of the rocks goes with {ours}", "contact")
+        if self.rock.is_sphere and "rebound" in self.model_fields_set:
+            raise refuse("is for points; spheres have `contact: coulomb_sphere`", "rebound")
 
     @model_validator(mode="after")
     def _materials_for_models(self) -> Self:
-        named = (("rebound", self.rebound), ("ground", self.ground))
+        if self.rock.is_body:
+            return self
+        named = (("rebound", self.impact_model), ("ground", self.ground))
         for (kind, spec), (name, material) in product(named, self.materials.items()):
             for key in spec.model_spec.MATERIAL_KEYS:
                 if getattr(material, key) is None:
@@ -205,12 +329,13 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _models_that_go_together(self) -> Self:
-        rebound, ground = self.rebound, self.ground
+        rebound, ground = self.impact_model, self.ground_model
         grounds, rebounds = rebound.model_spec.GROUNDS, ground.model_spec.REBOUNDS
+        name = f"rebound: {rebound.name}" if self.rock.shape is None else "rock.shape: sphere"
         if grounds is not None and ground.name not in grounds:
-            raise refuse(f"is {ground.name}, but `rebound: {rebound.name}` goes with {' or '.join(grounds)}", "ground")
+            raise refuse(f"is {ground.name}, but `{name}` goes with {' or '.join(grounds)}", "ground")
         if rebounds is not None and rebound.name not in rebounds:
-            raise refuse(f"is {ground.name}, which needs `rebound: {' or '.join(rebounds)}`", "ground")
+            raise refuse(f"is {ground.name}, which needs `rock.shape: sphere`", "ground")
         if self.method.stepping is not None and not rebound.model_spec.STEPS:
-            raise refuse(f"finds contacts of points, but `rebound: {rebound.name}` has a size", "method", "stepping")
+            raise refuse("finds contacts of points, but `rock.shape` has a size", "method", "stepping")
         return self

@@ -3,6 +3,7 @@
 The physics of a model or effect is in a separate file, which is imported only if a scene names the model or effect.
 """
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, ClassVar, Literal
 
@@ -29,6 +30,8 @@ class ModelSpec(StrictModel):
     OBSTACLES : module and function that returns names and places of the obstacles, from (name, model_spec, physics
         parameters)
     STOPPED : sentence on stopped rocks that replaces the usual one; for ground models
+    NOT_FOR_BODIES : of an effect, why it does not act on rocks with a shape; None if it does
+    REPLACED_FOR_BODIES : parameters of an effect that rocks with a shape do not have, with the key to give instead
     SOURCE : where the model is published; CONFIRMED : how far the source is confirmed
     """
 
@@ -40,6 +43,8 @@ class ModelSpec(StrictModel):
     BUILDER: ClassVar[str | None] = None
     OBSTACLES: ClassVar[str | None] = None
     STOPPED: ClassVar[str | None] = None
+    NOT_FOR_BODIES: ClassVar[str | None] = None
+    REPLACED_FOR_BODIES: ClassVar[Mapping[str, str]] = {}
     SOURCE: ClassVar[str]
     CONFIRMED: ClassVar[Confirmed]
 

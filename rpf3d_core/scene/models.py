@@ -26,7 +26,7 @@ from rpf3d_core.scene.rebounds import (
 )
 from rpf3d_core.scene.roughness import RoughnessSpec
 from rpf3d_core.scene.scarring import ScarringSpec
-from rpf3d_core.scene.sphere import CoulombSphereSpec, SphereGroundSpec
+from rpf3d_core.scene.sphere import SphereGroundSpec
 from rpf3d_core.scene.values import StrictModel, exactly_one, refuse
 
 
@@ -98,7 +98,6 @@ class ReboundSpec(OneOf):
     v_half: VHalfSpec | None = Field(None, description="a mapping with speed")
     angle_table: AngleTableSpec | None = Field(None, description="a mapping with rows or law")
     stochastic_matrix: StochasticMatrixSpec | None = Field(None, description="a mapping with mean and covariance")
-    coulomb_sphere: CoulombSphereSpec | None = Field(None, description="a mapping of its parameters")
     own: OwnSpec | None = Field(None, alias=OWN, description="the import path module.Class of a model of your own")
 
 
@@ -139,7 +138,7 @@ def chosen_model(spec: type[OneOf]) -> Any:
         if isinstance(value, str):
             names = [name for name in spec.model_fields if name != "own"]
             if value not in names and not ("own" in spec.model_fields and is_own(value)):
-                raise refuse(f"is {value!r}, but must be {', '.join(names[:-1])} or {names[-1]}")
+                raise refuse(f"is {value!r}, but must be {' or '.join(', '.join(names).rsplit(', ', 1))}")
             value = {value: {}}
         own, ours = _told_apart(value)
         return ours | {OWN: own[0]} if len(own) == 1 else ours

@@ -9,10 +9,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from rpf3d_core.errors import SceneError
+from rpf3d_core.formats.meshes import companion_of
 from rpf3d_core.formats.yaml import Document, read_yaml, report_of
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
-from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.key_paths import with_values
+from rpf3d_core.scene.model import BODY_KEYS, Scene
 from rpf3d_core.scene.releases import SourceSpec, source_points
+from rpf3d_core.scene.sphere import COULOMB_SPHERE
+from rpf3d_core.scene.unknowns import ROOTS
 from rpf3d_core.scene.values import MISSING_FILE
 
 
@@ -50,7 +54,44 @@ def read_scene(path: str | Path) -> Scene:
         raise SceneError(report_of(path, [*document.faults, *faults]) + hint) from None
     if faults or document.faults:
         raise SceneError(report_of(path, [*document.faults, *faults]))
+    check_unknowns(scene)
     return _filled_in(scene)
+
+
+def check_unknowns(scene: Scene) -> None:
+    """Refuse priors whose key paths lead nowhere, or whose ends are no valid values of the scene.
+
+    Raises
+    ------
+    SceneError
+        One sentence with the key path of the first fault.
+    """
+    spec = scene.unknowns
+    named = {} if spec is None else dict(spec.priors)
+    named |= {} if scene.calibration is None else scene.calibration.unknowns
+    bare = scene.model_copy(update={"unknowns": None, "calibration": None}) if named else scene
+    for path, prior in named.items():
+        check_may_be_unknown(scene, path)
+        for end in (prior.min, prior.max):
+            with_values(bare, {path: end})
+
+
+def check_may_be_unknown(scene: Scene, path: str) -> None:
+    """Refuse a key path that no parameter set can change, because it changes the terrain, releases or obstacles.
+
+    Raises
+    ------
+    SceneError
+        The message has the key path.
+    """
+    root, _, rest = path.partition(".")
+    if root not in ROOTS:
+        raise SceneError(f"{scene.path}: `{path}` cannot be an unknown; unknowns are coefficients below "
+                         f"{', '.join(ROOTS)}")  # fmt: skip
+    effect = scene.effects.named.get(rest.partition(".")[0]) if root == "effects" else None
+    if effect is not None and effect.OBSTACLES is not None:
+        raise SceneError(f"{scene.path}: `{path}` cannot be an unknown, because all parameter sets share the "
+                         "obstacles; give a number")  # fmt: skip
 
 
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
@@ -94,7 +135,9 @@ def scene_digest(scene: Scene) -> str:
     The digest covers all keys, defaults included, except `path` and `data_hint`. Of a file, the digest covers the
     content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
     """
-    return _digest(scene.model_dump(exclude={"path", "data_hint"}))
+    content = _without_optional(scene.model_dump(exclude={"path", "data_hint"}), scene.rock.is_body)
+    content["terrain"] = {**content["terrain"], "files": _files(scene)}
+    return _digest(content | {"rebound": _with_sphere(scene, content["rebound"])})
 
 
 def releases_digest(scene: Scene) -> str:
@@ -104,9 +147,54 @@ def releases_digest(scene: Scene) -> str:
     start exactly like the rocks of a smaller ensemble.
     """
     return _digest({
-        "rock": scene.rock.model_dump(),
+        "rock": _rock(scene.rock.model_dump(), scene.rock.is_body),
         "sources": [source.model_dump(exclude={"rocks"}) for source in scene.sources],
     })  # fmt: skip
+
+
+def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
+    """Return the keys and values of a scene without the keys of shapes and unknowns, where they are not given.
+
+    So a scene of points or spheres without unknowns has the same digest as in versions that did not know these keys.
+    """
+    keys = (*BODY_KEYS, "library")
+    materials = {name: _given(material, keys) for name, material in content["materials"].items()}
+    contact = _given(content["contact"], (COULOMB_SPHERE,)) if bodies and content["contact"] else None
+    kept = {key: value for key, value in content.items() if key != "calibration"}  # no run reads it
+    kept = _given({**kept, "contact": contact}, ("contact", "unknowns"))
+    return kept | {"rock": _rock(content["rock"], bodies), "materials": materials}
+
+
+def _files(scene: Scene) -> list[dict[str, Any]] | None:
+    """Return the keys and values of the terrain files; without `unit` where it is not given.
+
+    The zone is None where the layers of the file are the zones.
+    """
+    if scene.terrain.files is None:
+        return None
+    return [
+        _given({**file.model_dump(), "zone": None if file.has_layers_as_zones else file.zone}, ("unit",))
+        for file in scene.terrain.files
+    ]
+
+
+def _rock(rock: dict[str, Any], bodies: bool) -> dict[str, Any]:
+    """Return the keys and values of `rock`, with its shape for rocks with a shape only."""
+    return (
+        {**rock, "shape": _given(rock["shape"], ("sphere",))} if bodies else _given({**rock, "shape": None}, ("shape",))
+    )
+
+
+def _with_sphere(scene: Scene, rebound: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys and values of `rebound` with the contact model of spheres among them, in its place."""
+    sphere = scene.impact_model.model_spec.model_dump() if scene.rock.is_sphere else None
+    models = rebound if sphere is None else dict.fromkeys(rebound)
+    return {key: models[key] for key in models if key != "own"} | {COULOMB_SPHERE: sphere, "own": models["own"]}
+
+
+def _given(values: dict[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
+    """Return a section of a scene without those of the named keys that are None."""
+    return {key: value for key, value in values.items() if key not in keys or value is not None}
 
 
 def _digest(content: dict[str, Any]) -> str:
@@ -117,7 +205,9 @@ def _digest(content: dict[str, Any]) -> str:
 def _canonical(value: Any) -> Any:
     if isinstance(value, Path):
         with value.open("rb") as file:
-            return {"sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+            content = {"sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+        other = companion_of(value)
+        return content if other is None else {**content, "companion": _canonical(other)}
     if isinstance(value, Mapping):
         # Materials are matched in file order, so the order is part of the content.
         return [[key, _canonical(item)] for key, item in value.items()]

@@ -2,12 +2,13 @@
 
 import math
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Annotated, Any, Self, cast
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.draws import Size, Speed, distribution_of
+from rpf3d_core.scene.shapes import ShapeSpec, shape_values
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
     HalfWidths,
@@ -28,6 +29,8 @@ FASTEST = 10_000.0
 
 No blast throws a rock so fast.
 """
+SIZES = ("diameter", "mass", "volume")
+"""Keys of a rock that give its size; at most one is given."""
 PLACES = ("points", "points_file", "line", "polygon", "zone")
 """Keys of a source that give the places of its rocks; exactly one is given."""
 
@@ -39,17 +42,40 @@ class RockSpec(StrictModel):
     diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution")
     mass: Size | None = Field(None, description="a number above 0 (kg), or a distribution")
     volume: Size | None = Field(None, description="a number above 0 (m3), or a distribution")
+    shape: Annotated[ShapeSpec | None, BeforeValidator(shape_values)] = Field(
+        None, description="point, sphere, or a mapping with one of box, family and files"
+    )
 
     @model_validator(mode="before")
     @classmethod
     def _a_metre_unless_told(cls, values: Any) -> Any:
-        told = not isinstance(values, dict) or any(name in values for name in ("diameter", "mass", "volume"))
-        return values if told else {**values, "diameter": 1.0}
+        """Add a diameter of 1 m if no size is given; boxes and files without a size keep their own."""
+        if not isinstance(values, dict) or any(name in values for name in SIZES):
+            return values
+        shape = values.get("shape")
+        own = isinstance(shape, dict) and ("box" in shape or "files" in shape)
+        return values if own else {**values, "diameter": 1.0}
 
     @model_validator(mode="after")
     def _one_size(self) -> Self:
-        exactly_one(self, "diameter", "mass", "volume")
+        if not self.has_own_size:
+            exactly_one(self, *SIZES)
         return self
+
+    @property
+    def is_body(self) -> bool:
+        """True if the rocks are bodies with a shape, neither points nor spheres."""
+        return self.shape is not None and not self.is_sphere
+
+    @property
+    def is_sphere(self) -> bool:
+        """True if the rocks are spheres that touch the ground with their surface."""
+        return self.shape is not None and self.shape.sphere is True
+
+    @property
+    def has_own_size(self) -> bool:
+        """True if the rocks have the size of their box or file."""
+        return self.is_body and all(getattr(self, name) is None for name in SIZES)
 
 
 class SourceSpec(StrictModel):

@@ -24,6 +24,7 @@ class RoughnessSpec(ModelSpec):
     BUILDER: ClassVar[str] = "rpf3d_core.setup.builders.roughness:roughness"
     SOURCE: ClassVar[str] = f"amplitude: {CRSP}; angle_sd_deg: {ROCFALL}"
     CONFIRMED: ClassVar[Confirmed] = "CC"
+    NOT_FOR_BODIES: ClassVar[str | None] = "it tilts the ground under rocks without corners, and bodies have corners"
 
     amplitude: Number | None = parameter(
         None, "a number >= 0 (m), the irregularity S within a length of the rock's radius; tilts by up to "

@@ -31,6 +31,9 @@ class ScarringSpec(ModelSpec):
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.scarring:scarring"
     SOURCE: ClassVar[str] = "Lu et al. 2019; Gerber 2019; Leine et al. 2014 (physics reference 3.1 and 3.4)"
     CONFIRMED: ClassVar[Confirmed] = "C"
+    REPLACED_FOR_BODIES: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("mu_min", "mu_max", "kappa"), "`slip_friction` of the material"
+    )
 
     stiffness: Number = parameter(15e6, "a number of at least 1000 (Pa), M_E of the ground", "Pa", LU, "C", ge=1e3)
     form_drag: Number = parameter(1.0, "a number >= 0, C_f", "-", LU, "C", ge=0)

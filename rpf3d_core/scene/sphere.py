@@ -1,4 +1,4 @@
-"""The rigid sphere that a scene may name: its rebound model and its ground model, which belong together."""
+"""Rocks that are rigid spheres: their contact model and their ground model, which belong together."""
 
 from typing import Any, ClassVar
 
@@ -52,7 +52,7 @@ class CoulombSphereSpec(ModelSpec):
 
 
 class SphereGroundSpec(ModelSpec):
-    """A sphere that skids with the material's friction angle until it rolls; only with the rebound `coulomb_sphere`.
+    """A sphere that skids with the material's friction angle until it rolls; only with `rock.shape: sphere`.
 
     The material's rolling_friction slows the rolling sphere; without rolling_friction, the sphere rolls through the
     pit.

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import pydantic.dataclasses
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
+from rpf3d_core.formats.meshes import LAYERED
 from rpf3d_core.formats.reference_system import are_same, reference_system_of_file, why_unusable
+from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.scene.values import Along, InputFile, Name, Number, StrictModel, exactly_one, no_two_alike, refuse
 from rpf3d_core.terrain.pit.parameters import Pit
 
@@ -38,11 +40,14 @@ else:
     PitSpec = Annotated[_CHECKED_PIT, BeforeValidator(_pit_values), AfterValidator(_plain_pit)]
 
 
+Unit = Literal["mm", "cm", "dm", "m", "km", "in", "ft", "yd", "us_ft", "mi"]
+
+
 class BermSpec(StrictModel):
     """One berm along lines. Its facets are the zone `berm_<name>`, which materials and tables may name."""
 
     name: Name = Field(description="a name that no other berm has")
-    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")
+    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a file with lines")
     height: Number = Field(
         gt=0, le=HIGHEST, description=f"a number above 0 up to {HIGHEST:g} (m), of its crest over the ground below it"
     )
@@ -57,10 +62,21 @@ class BermSpec(StrictModel):
 
 
 class TerrainFile(StrictModel):
-    """One mesh or grid file; all its facets belong to one zone."""
+    """One file of terrain. Its layers or surfaces are zones, unless `zone` names one zone for all its facets."""
 
     path: InputFile = Field(description="the path of a terrain file, relative to the scene file")
-    zone: Name = Field("terrain", description="the name of the zone that the file's facets belong to")
+    zone: Name = Field(
+        "terrain", description="the name of the zone that all facets of the file belong to, or left out for the names "
+        "of its layers or surfaces, if it has any",
+    )  # fmt: skip
+    unit: Unit | None = Field(
+        None, description=f"{', '.join(LENGTHS)}, the unit of the file's coordinates; or left out for metres"
+    )
+
+    @property
+    def has_layers_as_zones(self) -> bool:
+        """True if the layers or surfaces of the file are zones: its format has them, and the scene names no zone."""
+        return self.path.suffix.lower() in LAYERED and "zone" not in self.model_fields_set
 
 
 class TerrainSpec(StrictModel):
@@ -104,4 +120,4 @@ class ZoneSpec(StrictModel):
     """A zone drawn in plan: facets belong to the zone if their centroid lies in one of the polygons."""
 
     zone: Name = Field(description="the name of a zone")
-    polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")
+    polygons: InputFile = Field(description="the path of a file with polygons")

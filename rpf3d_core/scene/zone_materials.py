@@ -48,7 +48,7 @@ def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
     SceneError
         As `material_of`.
     """
-    if not (scene.rebound.model_spec.asks_friction or scene.ground.model_spec.asks_friction):
+    if not (scene.impact_model.model_spec.asks_friction or scene.ground_model.model_spec.asks_friction):
         return ()
     names = dict.fromkeys(name_of_material(scene, zone) for zone in zones)
     return tuple(name for name in names if "friction_angle_deg" not in scene.materials[name].model_fields_set)

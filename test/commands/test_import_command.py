@@ -29,7 +29,9 @@ def test_what_is_imported_is_checked_and_run_as_it_is(
     assert said.endswith(f"\nscene in {tmp_path / 'scene' / 'scene.yaml'}\n")
     assert call(monkeypatch, "check", tmp_path / "scene" / "scene.yaml") == 0
     assert call(monkeypatch, "run", tmp_path / "scene" / "scene.yaml", "--out", tmp_path / "out") == 0
-    assert "note:" not in capsys.readouterr().err, "a scene that was imported needs no warning"
+    notes = capsys.readouterr().err.splitlines()
+    unknown = "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+    assert notes == [f"rpf3d: note: {unknown}"], "an imported scene needs no other warning; .asc files state no system"
 
 
 @pytest.mark.usefixtures("no_pictures")

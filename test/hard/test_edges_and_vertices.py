@@ -99,6 +99,23 @@ def test_a_rock_deeper_under_the_ground_than_any_tolerance_is_refused(engine, de
         check_above_ground(one_release(1.3, 0.4, 3.0 - depth), ["crest"], over, Frame())
 
 
+@BOTH
+@pytest.mark.parametrize("spot", [(0.5, 2.0), (1.0, 3.0), (0.8, 6.0)], ids=["in a facet", "on a diagonal", "on a seam"])
+def test_a_rock_in_the_ground_straight_above_an_edge_of_an_overhang_is_refused(engine, spot):
+    """A bench face that leans out by 2 m over 4 m. The back of a facet ends before the edges of the facet."""
+    profile = [(-6.0, 4.0), (2.0, 4.0), (0.0, 0.0), (6.0, 0.0)]
+    corners = [(x, y, z) for y in (0.0, 6.0, 12.0) for x, z in profile]
+    facets = [t for k in (0, 1, 2, 4, 5, 6) for t in ((k, k + 1, k + 5), (k, k + 5, k + 4))]
+    over = engine_over(engine, terrain_of(corners, facets))
+    for height in (2.0 * spot[0] + 0.05, 3.0, 3.9):
+        with pytest.raises(InputError, match="under the ground"):
+            check_above_ground(one_release(*spot, height), ["crest"], over, Frame())
+    for height in (0.0, 0.5, 2.0 * spot[0] - 0.05, 4.0, 4.5):
+        check_above_ground(one_release(*spot, height), ["crest"], over, Frame())
+    for place in ((0.0, spot[1], 0.0), (2.0, spot[1], 4.0)):  # in the corner at the foot, and on the crest
+        check_above_ground(one_release(*place), ["crest"], over, Frame())
+
+
 # --- impacts ----------------------------------------------------------------------------------------------------------
 
 

@@ -161,3 +161,34 @@ def test_a_slight_ridge_takes_no_speed_from_a_rock_that_slides_over_it(engine, s
     flights = fly(engine_over(engine, ridge), slides, (-10.0, -50.0, -10.0 * slope), (3.0, along, 3.0 * slope))
     assert flights.deposits.x[0] == pytest.approx((50.0, -50.0 + 20.0 * along, -50.0 * slope), abs=0.1)
     np.testing.assert_allclose(flights.paths.v[:, 0], 3.0, atol=0.02)
+
+
+def folded(opening: float, speed: float, R_n: float) -> float:
+    """Return the speed (m/s) at which a rock that slides into a wedge leaves it, by reflections in the cross-section.
+
+    opening : degrees between the walls; the rock comes down one wall, and R_t is 1
+    """
+    wall = complex(math.cos(math.radians(opening)), math.sin(math.radians(opening)))
+    across = [complex(0.0, -1.0) * wall, complex(0.0, 1.0)]  # normals, into the wedge, of the wall it meets and its own
+    v, turn = complex(-speed, 0.0), 0
+    while (into := (v * across[turn % 2].conjugate()).real) < 0.0:
+        v -= (1.0 + R_n) * into * across[turn % 2]
+        turn += 1
+    return abs(v)
+
+
+@BOTH
+@pytest.mark.parametrize("R_n", [0.7, 0.99])
+@pytest.mark.parametrize("opening", [20.0, 35.0, 44.0, 60.0, 80.0])
+def test_a_rock_that_slides_into_a_sharp_gully_bounces_out_of_it_again(engine, opening, R_n):
+    """Down a wall without friction for 4 m, against the other wall; upright about the middle of the gully."""
+    steep = 90.0 - 0.5 * opening
+    height = 4.0 * math.sin(math.radians(steep))
+    start = (5.0, 4.0 * math.cos(math.radians(steep)), height)
+    over = engine_over(engine, gully(steep, steep, 0.0))
+    flights = fly(over, flight(surface(R_n, 1.0, 0.0), max_impacts=40), start)
+    first = np.flatnonzero(flights.impacts.t > flights.impacts.t[0] + 1e-9)[:1]
+    bounced = flights.impacts.speed_out[: first[0] if len(first) else None]
+    assert flights.impacts.speed_in[0] == pytest.approx(math.sqrt(2.0 * G * height), rel=1e-9)
+    assert bounced[-1] == pytest.approx(folded(opening, math.sqrt(2.0 * G * height), R_n), rel=1e-9)
+    assert lies_on(over, flights) and loses_energy(flights)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from property_budget import examples
 from scenes_of_facets import ENGINES, engine_over, flight, fly, rough_grid, same_bits, specific_energy
 
+from rpf3d_core.ensemble.flights import given_columns
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.survey import mesh_terrain
@@ -100,8 +101,8 @@ def test_every_rock_has_an_outcome_and_nothing_is_nan_on_a_damaged_mesh(engine, 
     flights = flown(engine, case)
     d = flights.deposits
     assert set(d.outcome) <= set(Outcome) - {Outcome.FAILED}
-    assert all(np.isfinite(a).all() for a in (d.x, d.t, d.path, d.max_speed, *vars(flights.impacts).values()))
-    assert all(np.isfinite(a).all() for a in vars(flights.paths).values())
+    assert all(np.isfinite(a).all() for a in (d.x, d.t, d.path, d.max_speed, *given_columns(flights.impacts).values()))
+    assert all(np.isfinite(a).all() for a in given_columns(flights.paths).values())
 
 
 @pytest.mark.parametrize("engine", ENGINES)

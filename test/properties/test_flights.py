@@ -23,6 +23,7 @@ from scenes_of_facets import (
 )
 
 from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import given_columns
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import Terrain, facets_of
@@ -151,8 +152,8 @@ def test_every_rock_ends_with_an_outcome_at_a_place_and_a_time(engine, case):
     flights = fly(engine_over(engine, terrain), physics, x, v)
     d = flights.deposits
     assert set(d.outcome) <= set(Outcome)
-    assert all(np.isfinite(a).all() for a in (d.x, d.t, d.path, d.max_speed, *vars(flights.impacts).values()))
-    assert all(np.isfinite(a).all() for a in vars(flights.paths).values())
+    assert all(np.isfinite(a).all() for a in (d.x, d.t, d.path, d.max_speed, *given_columns(flights.impacts).values()))
+    assert all(np.isfinite(a).all() for a in given_columns(flights.paths).values())
     assert np.all(np.diff(flights.paths.t)[np.diff(flights.paths.row) == 0] >= 0.0)
     assert np.all(d.path >= np.linalg.norm(d.x - x, axis=1) * (1 - 1e-9) - 1e-9)
 

@@ -83,7 +83,7 @@ def test_many_rocks_are_judged_by_a_pilot_and_go_to_the_compiled_engine(folder: 
 
 
 def test_fewer_spheres_than_points_go_to_the_compiled_engine_for_each_takes_longer(folder: Path) -> None:
-    sphere = "rebound: coulomb_sphere\n"
+    sphere = "rock: {shape: sphere}\n"
     for rocks, more, engine in ((41, sphere, "compiled"), (40, sphere, "reference"), (41, "", "reference")):
         cost = checked(folder, SLOPE + ABOVE.replace("rocks: 4", f"rocks: {rocks}") + more).cost
         assert cost is not None and cost.engine == engine, (rocks, more)
@@ -211,7 +211,7 @@ def test_a_pilot_that_ends_unresolved_says_which_ground_model_to_name(
     code, _, said = shown(monkeypatch, capsys, folder)
     assert code == 0
     assert "4 of 4 pilot rocks ended unresolved_contact: name `ground: sliding`, or raise stop_speed" in said
-    sphere = checked(folder, SLOPE + above.replace("18]", "19.5]") + "rebound: coulomb_sphere\n").warnings
+    sphere = checked(folder, SLOPE + above.replace("18]", "19.5]") + "rock: {shape: sphere}\n").warnings
     assert len(sphere) == 1 and "name `ground: sphere`, or raise stop_speed" in sphere[0], "it does not slide"
 
 
@@ -280,7 +280,7 @@ def test_the_size_and_mass_of_rocks_are_shown_so_that_a_slip_in_a_unit_is_seen(
 def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
     friction = SLOPE.replace("restitution: 0.8}", "restitution: 0.8, friction_angle_deg: 0.6}")
     rolls = SLOPE.replace("restitution: 0.8}", "restitution: 0.8, rolling_friction: 0.5}")
-    sphere = "rebound: coulomb_sphere\nground: sphere\n"
+    sphere = "rock: {shape: sphere}\nground: sphere\n"
     stems = "effects: {forest: {stems_per_ha: 9, dbh_mean_cm: 0.3}}\n"
     for text, told in (
         (SLOPE + ABOVE + sphere, "`materials.rock.rolling_friction` is not given and taken as 0: a sphere loses no"),
@@ -310,3 +310,54 @@ def test_a_level_that_no_cell_reaches_is_told_on_the_screen_and_in_the_summary(f
     assert done.stderr == f"rpf3d: note: {note}\n"
     zones = json.loads((folder / "out" / "summary.json").read_text())["hazard"]["zones"]
     assert [(zone["level"], zone["cells"] > 0) for zone in zones] == [(0.01, True), (1.0, False)]
+
+
+TETRAHEDRON = """\
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+"""
+
+
+def body_scene(folder: Path, shape: str) -> Path:
+    """Write the slope with one rock of a shape that starts high above it, so the check flies hardly anything."""
+    text = (
+        "terrain: {files: [{path: slope.stl, zone: face}]}\n"
+        "materials: {face: {restitution: 0.1, friction: 0.6, rolling_resistance: 0.2}}\n"
+        f"rock: {{density: 2000, shape: {shape}}}\nmax_time: 0.1\nsources:\n"
+        "  - {name: above, points: [[1.3, 1.2, 9]], rocks: 1}\n"
+    )
+    (folder / "scene.yaml").write_text(text)
+    return folder / "scene.yaml"
+
+
+def test_shapes_are_reported_with_corners_volume_and_share(folder: Path) -> None:
+    (folder / "solid.obj").write_text(TETRAHEDRON)
+    (folder / "open.obj").write_text(TETRAHEDRON.rsplit("f", 1)[0])
+    report = check_scene(read_scene(body_scene(folder, "{files: [solid.obj, open.obj], weights: [3, 1]}")))
+    assert report.shapes[:2] == (
+        "solid, 4 corners, 4 faces, 0.167 m3, 75 % of the rocks",
+        "open, 4 corners, 4 faces, 0.167 m3, 25 % of the rocks",
+    ), "a sixth of the cube on its edges"
+    assert (report.rocks.lightest, report.rocks.heaviest) == pytest.approx((2000.0 / 6.0, 2000.0 / 6.0))
+    solid = [sentence for sentence in report.shapes[2:] if sentence.startswith("`rock.shape.files[0]`: ")]
+    other = [sentence for sentence in report.shapes[2:] if sentence.startswith("`rock.shape.files[1]`: ")]
+    assert len(solid) == 1 and "4 corners; 40 were asked for" in solid[0], "it is closed and convex"
+    assert any("the solid is open: 3 edges" in sentence for sentence in other)
+
+
+def test_a_shape_that_is_scaled_has_no_volume_of_its_own(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    body_scene(folder, "{family: eota221}")
+    code, told, _ = shown(monkeypatch, capsys, folder)
+    assert code == 0 and "shape eota221, 24 corners, 26 faces" in told and " m3" not in told
+
+
+def test_points_have_no_shape_to_report(folder: Path) -> None:
+    assert checked(folder, SLOPE + ABOVE).shapes == ()

@@ -22,7 +22,7 @@ def folder(tmp_path: Path) -> Path:
 @pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_a_sphere_without_rolling_friction_is_said_to_roll_through_the_pit(folder: Path, command: str) -> None:
-    (folder / "scene.yaml").write_text(SLOPE + ABOVE + "rebound: coulomb_sphere\nground: sphere\n")
+    (folder / "scene.yaml").write_text(SLOPE + ABOVE + "rock: {shape: sphere}\nground: sphere\n")
     done = rpf3d(command, "scene.yaml", *(("--out", "out") if command == "run" else ()), cwd=folder)
     assert done.returncode == 0
     assert "rpf3d: note: `materials.rock.rolling_friction` is not given" in done.stderr

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from rasterio.transform import from_origin
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.model import Material, Scene
 from rpf3d_core.scene.reading import read_scene, scene_digest
 from rpf3d_core.scene.terrain import TerrainSpec
 from rpf3d_core.scene.zone_materials import material_of
@@ -443,3 +443,12 @@ def test_the_authume_scene_reads_the_quarry_or_says_where_its_data_comes_from(tm
     (away / "authume_p1.yaml").write_bytes((SCENES / "authume_p1.yaml").read_bytes())
     with pytest.raises(SceneError, match="richefeu/AuthumeQuarryRockfalls_Data-in-Brief"):
         read_scene(away / "authume_p1.yaml")
+
+
+def test_a_material_is_shown_with_the_keys_of_its_kind_of_rocks() -> None:
+    point = str(Material(normal_restitution=0.5, tangential_restitution=0.8))
+    assert "normal_restitution=0.5" in point and "friction_angle_deg=30.0" in point
+    assert "rolling_resistance" not in point and "None" not in point
+    body = str(Material.model_validate({"restitution": 0.1, "friction": 0.6}))
+    assert "restitution=0.1" in body and "friction=0.6" in body
+    assert "normal_restitution" not in body and "friction_angle_deg" not in body and "None" not in body

@@ -35,6 +35,7 @@ class FaultReport:
     low, high : corners of the bounding box in the input's own coordinates
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of an edge
+    remarks : sentences on what reading the files lost or assumed
     """
 
     files: tuple[str, ...]
@@ -55,6 +56,7 @@ class FaultReport:
     high: Vec
     steepest_deg: float
     median_edge: float
+    remarks: tuple[str, ...] = ()
 
     def describe(self) -> list[str]:
         """Return the report as lines of text."""

@@ -25,12 +25,13 @@ from rpf3d_core.vectors import dot, subtract
 
 UP, DOWN, MIXED = 1, -1, 0
 """Direction of the facets of a mesh: all face up, all face down, or neither."""
+FACING = "z must point up, and the corners of a facet must run counter-clockwise as seen from above"
 FLAT = "the terrain is none: no facet has an area, for the corners of each lie on one line"
 
 
 def ready_mesh(
     vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float, memory: Memory = fresh,
-    share: Share = one_by_one,
+    share: Share = one_by_one, must_face_up: bool = False,
 ) -> Mesh:  # fmt: skip
     """Return a mesh of a survey, vertices (V, 3) m and triangles (F, 3), that is fit for a simulation.
 
@@ -40,11 +41,12 @@ def ready_mesh(
     refers to a vertex that does not exist.
 
     zone, weld_tolerance : as in `mesh_terrain`; memory : allocates the arrays; share : runs the work in parallel
+    must_face_up : True to refuse a mesh of which more facets face down than up, instead of turning the facets over
     """
     if len(triangles) == 0:
         raise TerrainError("the terrain holds no triangles; it needs at least one")
     mesh = _moved(vertices, triangles, memory, share)
-    looks = _looks(mesh, memory, share)
+    looks = _looks(mesh, share, must_face_up)
     starts, to = _sides(mesh, memory, share)
     if not _is_sound(mesh, starts, to, weld_tolerance, memory, share):
         return _repaired(vertices, triangles, zone, weld_tolerance, memory)
@@ -70,15 +72,17 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
     return Mesh(vertices=local, triangles=corners, origin=origin)
 
 
-def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
+def _looks(mesh: Mesh, share: Share, must_face_up: bool) -> int:
     """Return UP or DOWN if all facets face up or down, else MIXED, to see which facets must be turned over.
 
-    Raises TerrainError if no facet has an area.
+    Raises TerrainError if no facet has an area, or if most face down although they must face up.
     """
     seen = share([lambda a=a, b=b: _look(mesh.vertices, mesh.triangles, a, b) for a, b in halves(len(mesh.triangles))])  # type: ignore[misc]
     up, down, level = (sum(counts) for counts in zip(*seen, strict=True))
     if up + down + level == 0:
         raise TerrainError(FLAT)
+    if must_face_up and down > up:
+        raise TerrainError(f"{down:,} of {up + down + level:,} facets face down; {FACING}")
     return UP if down == 0 else DOWN if up + level == 0 else MIXED
 
 

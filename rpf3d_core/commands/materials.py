@@ -1,0 +1,81 @@
+"""`rpf3d materials`: list the library of ground materials, with ranges, sources and how far these are confirmed."""
+
+import json
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from rpf3d_core.commands.screen import GAP, print_table, screen
+from rpf3d_core.errors import InputError
+
+if TYPE_CHECKING:
+    from rpf3d_core.scene.library_entries import LibraryMaterial, Range
+
+SHORT = {
+    "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction (degrees)",
+    "rolling_friction": "rolling friction", "restitution": "restitution", "friction": "friction",
+}  # fmt: skip
+"""Headings of the coefficients in the list."""
+NOTE = (
+    "A range is unknown: each parameter set of a run has another value from it. R_n is normal_restitution, R_t "
+    "tangential_restitution. `rpf3d materials NAME` shows the source."
+)
+
+
+def materials(
+    name: Annotated[str | None, typer.Argument(help="One of them, to see its source.", show_default=False)] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all ranges.")] = False,
+) -> None:
+    """List the ground materials that a scene may name with `library`: ranges, sources and how far confirmed."""
+    from rpf3d_core.scene.library_entries import ENTRIES
+
+    listed = {key: entry for key, entry in ENTRIES.items() if name in (None, key)}
+    if not listed:
+        raise InputError(f"there is no material {name!r} in the library; `rpf3d materials` lists them")
+    if as_json:
+        print(json.dumps({key: _facts(entry) for key, entry in listed.items()}, indent=2, allow_nan=False))
+    elif name is None:
+        _print_list(listed)
+    else:
+        _print_one(name, listed[name])
+
+
+def _facts(entry: "LibraryMaterial") -> dict[str, Any]:
+    """Return an entry of the library as plain values for JSON."""
+    ranges = {key: span if isinstance(span, float) else span._asdict() for key, span in entry.ranges.items()}
+    return {**entry._asdict(), "ranges": ranges}
+
+
+def _print_list(listed: "dict[str, LibraryMaterial]") -> None:
+    """Print a line for each entry, with its ranges and how far confirmed; one table for each kind of rocks."""
+    for kind in dict.fromkeys(entry.kind for entry in listed.values()):
+        entries = {name: entry for name, entry in listed.items() if entry.kind == kind}
+        keys = [key for key in SHORT if any(key in entry.ranges for entry in entries.values())]
+        rows = [(name, entry.ground, *(_span(entry.ranges.get(key)) for key in keys), entry.confirmed)
+                for name, entry in entries.items()]  # fmt: skip
+        screen.print(f"for {kind}", style="bold")
+        print_table(("name", "ground", *(SHORT[key] for key in keys), "confirmed"), rows)
+    screen.print(NOTE, style="dim", soft_wrap=True, highlight=False)
+
+
+def _span(span: "Range | float | None") -> str:
+    """Return a range, or a number that is no unknown, as text for a table; "-" if the source has none."""
+    if span is None:
+        return "-"
+    return f"{span:g}" if isinstance(span, float) else f"{span.low:.3g}-{span.high:.3g}"
+
+
+def _print_one(name: str, entry: "LibraryMaterial") -> None:
+    """Print one entry of the library, with its source and its ranges."""
+    from rpf3d_core.scene.library_entries import Range
+
+    screen.print(f"{name}: {entry.ground}, for {entry.kind}", style="bold")
+    screen.print(f"Source: {entry.source} ({entry.confirmed})", soft_wrap=True)
+    if entry.note:
+        screen.print(f"Note: {entry.note}", soft_wrap=True)
+    table = Table("coefficient", "from", "to", "mean", "sd", box=None, padding=GAP, pad_edge=False)
+    for key, span in entry.ranges.items():
+        ends = span if isinstance(span, Range) else Range(span, span)
+        table.add_row(key, *("" if number is None else f"{number:g}" for number in ends))
+    screen.print(table)

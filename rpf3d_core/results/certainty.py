@@ -1,0 +1,85 @@
+"""Sentences for a run's table on where its answer is surer than it can be, because an interval leaves something out."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rpf3d_core.hazard.benches import AREA, bench_table
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.results.findings import Run
+from rpf3d_core.values import Outcome
+
+FEW_PATHS = 20
+"""Number of different paths below which shares of rocks are really shares of paths."""
+HARDLY_FELL = 2.0
+"""Drop (m) from release to end below which a rock that stopped has not fallen, as behind the crest of a bench."""
+MANY_BEHIND = 0.2
+"""Share of rocks (-) that have not fallen from which this is reported."""
+MOSTLY_THIN = 0.5
+"""Share (-) of a map's visits in cells with fewer than 20 rocks from which this is reported."""
+NOTABLE = 0.5
+"""Misfit of a calibration (m) from which this is reported."""
+NAMED = 3
+"""Largest number of places that a sentence names."""
+
+
+def surer_than_it_may_be(run: Run) -> list[str]:
+    """Return sentences on what makes the answer of a run look surer than it is; none if nothing does."""
+    return [*_of_the_ground(run), *_of_paths(run), *_of_releases(run), *_of_cells(run), *_of_energies(run)]
+
+
+def _of_the_ground(run: Run) -> Iterator[str]:
+    """Yield a sentence unless the ground of the scene is calibrated."""
+    spec = run.scene.unknowns
+    if not run.scene.has_unknowns or spec is None:
+        yield ("every coefficient counts as known: no interval holds what is not known about the ground; "
+               "give ranges with `library` or `prior`")  # fmt: skip
+    elif spec.sample is None:
+        yield "ranges of the ground are from books or estimates, not from a calibration on this slope"
+    elif spec.misfit is not None and spec.misfit >= NOTABLE:
+        yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
+               "deviation) beyond its own spread: intervals of stops and shares leave this out, so look twice that "
+               "far beyond every limit")  # fmt: skip
+    if (figures := run.maps.sets) is not None and not figures.enough_flown:
+        yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals hold less "
+               f"than 95 %; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
+
+
+def _of_paths(run: Run) -> Iterator[str]:
+    """Yield a sentence if rocks fly along so few paths that they are repetitions of each other."""
+    deposits = run.flights.deposits
+    rocks = len(deposits.x)
+    paths = len(np.unique(np.column_stack([deposits.x, deposits.t, deposits.max_speed]), axis=0)) if rocks else 0
+    if 0 < paths < min(FEW_PATHS, rocks):
+        which = "one path" if paths == 1 else f"{paths} paths"
+        yield (f"the rocks fly along {which}, because nothing else differs between them: more rocks add nothing, and "
+               "intervals of shares are too narrow; add a spread, distributions or roughness")  # fmt: skip
+
+
+def _of_releases(run: Run) -> Iterator[str]:
+    """Yield a sentence if many rocks stopped where they were released, so that shares of all rocks mislead."""
+    deposits = run.flights.deposits
+    drop = deposits.release[:, 2] - deposits.x[:, 2]
+    stayed = (deposits.outcome == Outcome.STOPPED) & (drop < HARDLY_FELL)
+    if len(drop) and (share := float(stayed.mean())) > MANY_BEHIND:
+        yield (f"{100 * share:.0f} % of the rocks stopped less than {HARDLY_FELL:g} m below their release, as behind a "
+               "crest: shares of all rocks count them as safe; move the source to where rocks fall")  # fmt: skip
+
+
+def _of_cells(run: Run) -> Iterator[str]:
+    """Yield a sentence if most visits of the map are in cells with too few rocks for a percentile."""
+    cells = run.maps.cells
+    visits = int(cells.rocks.sum(dtype=np.int64))
+    thin = int(cells.rocks[cells.rocks < FEWEST_ROCKS].sum(dtype=np.int64))
+    if visits and thin > MOSTLY_THIN * visits:
+        yield (f"cells of {run.maps.raster.cell:g} m are finer than the rocks fill: fewer than {FEWEST_ROCKS} rocks "
+               "came to most; fly more rocks or set a larger `hazard.cell`")  # fmt: skip
+
+
+def _of_energies(run: Run) -> Iterator[str]:
+    """Yield a sentence on places that so few rocks reached that there is no p95 energy."""
+    few = [bench for bench in bench_table(run.terrain, run.maps) if 0 < bench.reached["rocks"] < FEWEST_ROCKS]
+    if few:
+        names = [f"{bench.name} (area)" if bench.kind == AREA else bench.name for bench in few[:NAMED]]
+        more = f" and {len(few) - NAMED} more" if len(few) > NAMED else ""
+        yield f"energies in {', '.join(names)}{more} are unknown: fewer than {FEWEST_ROCKS} rocks came there"

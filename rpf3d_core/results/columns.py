@@ -1,0 +1,56 @@
+"""The columns that several tables of a run share, as arrays by name, with their units."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.results.orientations import orientations_to_input
+from rpf3d_core.simulation.record import FIRST_OBSTACLE
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import Obstacles
+from rpf3d_core.values import Mode, Outcome
+
+QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+"""Columns of an orientation."""
+
+UNITS = {
+    "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
+    "max_speed": "m/s", "entered_ground_at_speed": "m/s", "speed": "m/s", "speed_in": "m/s", "speed_out": "m/s",
+    "max_energy_j": "J", "energy_in_j": "J", "energy_out_j": "J",
+    "max_rotational_energy_j": "J", "max_total_energy_j": "J",
+    "spin_in": "rad/s", "spin_out": "rad/s", "rotational_energy_in_j": "J", "total_energy_in_j": "J",
+    "mass_kg": "kg", "diameter_m": "m", "release_x": "m", "release_y": "m", "release_z": "m",
+}  # fmt: skip
+
+
+def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Return the zone (N,) of each facet (N,) that a rock touched, as index.
+
+    -1 for a negative facet: none was touched.
+    """
+    return np.where(facet < 0, -1, terrain.zone[np.maximum(facet, 0)])
+
+
+def struck_of(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
+    """Return what each impact struck (I,), as index: 0 for the ground, 1 for the first obstacle, and so on."""
+    struck = np.zeros(len(facet), dtype=np.int64)
+    met = facet < 0
+    struck[met] = obstacles.owner[FIRST_OBSTACLE - facet[met]] + 1
+    return struck
+
+
+def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
+    """Return the names of outcomes or modes as the files spell them, in lower case, in the order of their numbers."""
+    return [member.name.lower() for member in names]
+
+
+def xyz_of(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
+    """Return points (N, 3) as three columns of a table, one for each axis; prefix : put before the axis' name."""
+    return {f"{prefix}{axis}": points[:, i] for i, axis in enumerate("xyz")}
+
+
+def quaternions_of(terrain: Terrain, q: FloatArray | None) -> dict[str, FloatArray]:
+    """Return orientations (N, 4), local frame, as four columns of a table, in the input's axes; none if q is None."""
+    if q is None:
+        return {}
+    return dict(zip(QUATERNION, orientations_to_input(terrain.frame, q).T, strict=True))

@@ -1,0 +1,53 @@
+"""The orientation and the shape of rocks with a shape, as the files of a run give them.
+
+A body's axes are its principal axes through the centre of mass, in the order of ascending moments of inertia. A
+quaternion w, x, y, z turns a vector from these axes into the axes of the input, in which all positions are written.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import Deposits, FloatArray
+from rpf3d_core.setup.shapes import polyhedra_of
+from rpf3d_core.shapes.polyhedron import Polyhedron
+from rpf3d_core.terrain.frame import Frame
+
+HALF = math.sqrt(0.5)
+"""Cosine and sine of 45 degrees, half the turn from the local axes to the axes of an input whose y points up."""
+
+
+def orientations_to_input(frame: Frame, q: FloatArray) -> FloatArray:
+    """Return orientations (N, 4) w, x, y, z from a body's axes to the local axes as orientations to the input's axes.
+
+    The local axes become those of an input with `up: y` by a turn of -90 degrees about x: (x, y, z) -> (x, z, -y).
+    """
+    if frame.up == "z":
+        return q
+    w, x, y, z = q.T
+    return np.stack([HALF * (w + x), HALF * (x - w), HALF * (y + z), HALF * (z - y)], axis=1)
+
+
+def blocks_of(scene: Any, deposits: Deposits) -> list[Polyhedron]:
+    """Return the shapes of a run's rocks, in the order of their numbers; empty for points and spheres.
+
+    scene : the `Scene` of the run
+
+    Raises
+    ------
+    InputError
+        A file of a block has been removed or damaged since the run began.
+    """
+    return [] if deposits.pose is None else polyhedra_of(scene)[0]
+
+
+def moments_of(blocks: Sequence[Polyhedron], deposits: Deposits) -> FloatArray | None:
+    """Return the principal moments (R, 3) of the shape of each rock, m2 at the shape's own size; None without shapes.
+
+    The rotation of a rock depends on the ratios of its moments only, so the size does not matter.
+    """
+    if deposits.shape is None:
+        return None
+    return np.array([block.moments for block in blocks])[deposits.shape]

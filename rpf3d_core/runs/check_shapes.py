@@ -1,0 +1,31 @@
+"""Describe the shapes of a scene's rocks for the report of `rpf3d check`."""
+
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.shapes import polyhedra_of, weights_of
+from rpf3d_core.shapes.polyhedron import Polyhedron
+
+
+def shapes_in_words(scene: Scene) -> tuple[str, ...]:
+    """Return a sentence for each shape of a scene's rocks, then what was found in their files; empty for points.
+
+    A shape has its volume (m3) only if rocks keep the size of their box or file; otherwise each rock has its own.
+
+    Raises
+    ------
+    InputError
+        A file of a block cannot be used.
+    """
+    polyhedra, findings = polyhedra_of(scene)
+    weights = weights_of(scene, len(polyhedra))
+    total = sum(weights)
+    shares = [weight / total for weight in weights]
+    sizes = zip(polyhedra, shares, strict=True)
+    return (*(_describe(block, share, scene.rock.has_own_size) for block, share in sizes), *findings)
+
+
+def _describe(block: Polyhedron, share: float, own_size: bool) -> str:
+    """Return the name of a shape, its corners and faces, its volume if rocks keep it, and its share of the rocks."""
+    text = f"{block.name}, {len(block.corners)} corners, {len(block.faces)} faces"
+    if own_size:
+        text += f", {block.volume:.3g} m3"
+    return text if share == 1.0 else f"{text}, {100.0 * share:.3g} % of the rocks"

@@ -1,0 +1,103 @@
+"""How high the rocks of each source start above the terrain, for the report of `rpf3d check`."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.simulation.engines import Engine
+
+MOST_ABOVE = 50.0
+"""Height (m) above the ground from which a source is suspicious: bench faces are up to 30 m high."""
+
+
+@dataclass(frozen=True)
+class SourceHeight:
+    """How high the rocks of one source start above the terrain, to show sources that are placed wrongly.
+
+    rocks : number of rocks; checked : number of checked rocks, to which all further values apply
+    lowest, highest : m above the terrain; under_ground : number of rocks below the terrain
+    off_terrain : number of rocks without terrain below or above
+    """
+
+    name: str
+    rocks: int
+    checked: int
+    lowest: float
+    highest: float
+    under_ground: int
+    off_terrain: int
+
+    def describe(self) -> str:
+        """Return the report on the start heights of this source as one line of text."""
+        found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
+        if self.checked < self.rocks:
+            found += f" ({self.checked:,} looked at)"
+        if self.lowest <= self.highest:
+            low, high = f"{self.lowest:.2f}", f"{self.highest:.2f}"
+            found += f", {low if low == high else f'{low} to {high}'} m above the ground"
+        if self.under_ground:
+            found += f"; {self.under_ground:,} UNDER THE GROUND"
+        if self.off_terrain:
+            found += f"; {self.off_terrain:,} OFF THE TERRAIN"
+        return found
+
+
+def heights_of(
+    names: Sequence[str], rocks: Sequence[int], releases: Releases, below: NDArray[np.float64], engine: Engine
+) -> list[SourceHeight]:
+    """Return how high the rocks of each source start above the terrain.
+
+    names, rocks : name and number of rocks of each source; releases : of the R checked rocks
+    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
+    """
+    found = [_heights(name, rocks[i], below[releases.source == i]) for i, name in enumerate(names)]
+    return [_told_apart(height, i, releases, below, engine) for i, height in enumerate(found)]
+
+
+def high_above(heights: Sequence[SourceHeight]) -> Iterator[str]:
+    """Yield a warning for each source whose rocks start higher above the ground than any bench face."""
+    for source in heights:
+        if np.isfinite(source.lowest) and source.lowest > MOST_ABOVE:
+            yield (
+                f"source {source.name!r} starts {source.lowest:,.0f} m or more above the ground; are its heights "
+                "right? `above_ground` places it on the ground"
+            )
+
+
+def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
+    """Return how high the rocks of one source start above the terrain, before rocks off the terrain are separated.
+
+    Here, `under_ground` includes rocks off the terrain (see `_told_apart`).
+
+    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
+    """
+    good = (below[:, 1] >= 0) & (below[:, 2] > 0)
+    heights = below[good, 0]
+    lowest, highest = (heights.min(), heights.max()) if len(heights) else (np.inf, -np.inf)
+    return SourceHeight(
+        name=name,
+        rocks=rocks,
+        checked=len(below),
+        lowest=float(lowest),
+        highest=float(highest),
+        under_ground=int((~good).sum()),
+        off_terrain=0,
+    )
+
+
+def _told_apart(
+    found: SourceHeight, number: int, releases: Releases, below: NDArray[np.float64], engine: Engine
+) -> SourceHeight:
+    """Return the start heights of one source, with rocks off the terrain and rocks under the ground counted separately.
+
+    A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain.
+    found : from `_heights`; number : index of the source; below : (R, 3) of all sources, as in `_heights`
+    """
+    bad = (releases.source == number) & ((below[:, 1] < 0) | (below[:, 2] <= 0))
+    top = np.array(releases.x[bad])
+    top[:, 2] = np.maximum(top[:, 2], engine.facets.high[2]) + 1.0
+    off = int((engine.ground_below(top)[:, 1] < 0).sum()) if bad.any() else 0
+    return replace(found, under_ground=found.under_ground - off, off_terrain=off)

@@ -1,0 +1,106 @@
+"""Fly the rocks of a scene with unknowns: one parameter set after another, over one terrain with the same loops."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import Deposits, Impacts, IntArray
+from rpf3d_core.ensemble.joined import one_after_another
+from rpf3d_core.ensemble.stream import BLOCK, Sink, Stream
+from rpf3d_core.ensemble.totals import Totals
+from rpf3d_core.hazard.sets import SetFigures, SetTally
+from rpf3d_core.materials.library import Materials
+from rpf3d_core.setup.parameter_sets import flight_of_set
+from rpf3d_core.setup.prepared import Prepared, releases_in_ranges
+from rpf3d_core.setup.rounds import Round
+from rpf3d_core.setup.unknowns import sets_of_scene
+from rpf3d_core.unknowns.dealing import rocks_of_set
+from rpf3d_core.unknowns.parameter_sets import ParameterSets
+
+
+def flights_over_sets(prepared: Prepared) -> tuple[ParameterSets, list[Flight]]:
+    """Return the parameter sets of a scene, and the flight of each; all flights use the same compiled loop.
+
+    Raises
+    ------
+    InputError
+        The sample is refused, or a set has a value that the scene refuses; the message names the key path.
+    """
+    sets = sets_of_scene(prepared.scene)
+    flights = [flight_of_set(prepared, sets.at(number), drawn=False) for number in range(len(sets))]
+    if all(isinstance(flight.materials, Materials) for flight in flights):
+        return sets, flights
+    return sets, [flight_of_set(prepared, sets.at(number), drawn=True) for number in range(len(sets))]
+
+
+@dataclass(eq=False)
+class Gathered:
+    """Gathers the results of small groups of rocks, and passes them on in blocks: tables take few large blocks faster.
+
+    sink : receives the deposits and impacts of each block
+    """
+
+    sink: Sink
+    parts: list[tuple[Deposits, Impacts]] = field(default_factory=list)
+
+    def __call__(self, deposits: Deposits, impacts: Impacts) -> None:
+        """Gather the results of some rocks."""
+        self.parts.append((deposits, impacts))
+        if sum(len(some.rock) for some, _ in self.parts) >= BLOCK:
+            self.pass_on()
+
+    def pass_on(self) -> None:
+        """Pass on what has been gathered."""
+        if self.parts:
+            self.sink(*one_after_another(self.parts))
+            self.parts.clear()
+
+
+@dataclass(eq=False)
+class SetFlyer:
+    """Flies rounds of rocks with the parameter sets, and counts what each set does.
+
+    sink : a function that takes all deposits and impacts; further : wraps it, so that a set's totals are added up
+    """
+
+    prepared: Prepared
+    stream: Stream
+    flights: Sequence[Flight]
+    tally: SetTally
+    sink: Sink
+    further: Callable[[Totals, Sink], Sink]
+
+    def fly(self, rocks: Round) -> bool:
+        """Fly the rocks of a round, set after set; return False if the run was stopped before all had flown.
+
+        The sets are evenly spread in their order, so those of a stopped run still represent all.
+        """
+        gathered = Gathered(self.sink)
+        whole = self._fly_sets(rocks, gathered)
+        gathered.pass_on()
+        return whole
+
+    def _fly_sets(self, rocks: Round, gathered: Gathered) -> bool:
+        """Fly the rocks of a round, set after set; return False if the run was stopped."""
+        for number, flight in enumerate(self.flights):
+            dealt = [rocks_of_set(number, len(self.flights), first, last, source)
+                     for source, (first, last) in enumerate(zip(rocks.first, rocks.last, strict=True))]  # fmt: skip
+            if not any(map(len, dealt)):
+                continue
+            self.stream.flight = flight
+            self.stream.sink = self.further(self.tally.totals_of(number), gathered)
+            whole = self.stream.fly(releases_in_ranges(self.prepared, some) for some in _blocks(dealt))
+            self.tally.end(number)
+            if not whole:
+                return False
+        return True
+
+    def figures(self) -> SetFigures:
+        """Return what the parameter sets did."""
+        return self.tally.figures()
+
+
+def _blocks(dealt: Sequence[IntArray]) -> list[list[IntArray]]:
+    """Return the rocks of a set in blocks that fit into memory: every n-th rock of each source."""
+    blocks = -(-sum(map(len, dealt)) // BLOCK)
+    return [[rocks[block::blocks] for rocks in dealt] for block in range(blocks)]

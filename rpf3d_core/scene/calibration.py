@@ -1,0 +1,99 @@
+"""The scene's key `calibration`: which values `rpf3d calibrate` determines, and what was observed beyond end points."""
+
+from collections.abc import Mapping
+from typing import Annotated, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rpf3d_core.scene.unknowns import PriorSpec
+from rpf3d_core.scene.values import Count, Name, Number, StrictModel, no_two_alike, refuse
+
+MOST_UNKNOWNS = 12
+"""Largest number of unknowns of a calibration: data of a slope determines far fewer."""
+VALUES = ("speeds", "heights", "energies")
+"""Keys of a gate with one value for each observed rock."""
+
+Measured = tuple[Annotated[Number, Field(ge=0)], ...]
+
+
+class GateSpec(StrictModel):
+    """Rocks observed where they passed a line across the slope: speeds, heights above the ground, energies."""
+
+    name: Name = Field(description="a name that no other gate has")
+    at: Number = Field(description="a number (m), the distance of the gate along `observed.along`")
+    speeds: Measured = Field((), description="a list of numbers >= 0 (m/s), speeds of rocks at the gate")
+    heights: Measured = Field((), description="a list of numbers >= 0 (m), heights of centres above the ground")
+    energies: Measured = Field((), description="a list of numbers >= 0 (kJ), energies of translation at the gate")
+    speed_error: Number = Field(0.0, ge=0, description="a number >= 0 (m/s), the standard deviation of an observation")
+    height_error: Number = Field(0.0, ge=0, description="a number >= 0 (m), the standard deviation of an observation")
+    energy_error: Number = Field(0.0, ge=0, description="a number >= 0 (kJ), the standard deviation of an observation")
+    passed: Count | None = Field(None, ge=0, description="a whole number >= 0, how many of the observed rocks passed")
+    of: Count | None = Field(None, ge=1, description="a whole number >= 1, the observed rocks; goes with passed")
+
+    @model_validator(mode="after")
+    def _some_data(self) -> Self:
+        if not any(getattr(self, key) for key in VALUES) and self.passed is None:
+            raise refuse(f"has no data; give {', '.join(VALUES)} or passed")
+        _part_of(self.passed, self.of, "passed")
+        return self
+
+
+class ShareSpec(StrictModel):
+    """How many of the observed rocks stopped in, or reached, an area of interest or a section."""
+
+    place: Name = Field(description="the name of an area of interest, or of a section of `observed`")
+    stopped: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that stopped there")
+    reached: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that reached it")
+    of: Count = Field(ge=1, description="a whole number >= 1, the observed rocks")
+
+    @model_validator(mode="after")
+    def _one_count(self) -> Self:
+        if (self.stopped is None) == (self.reached is None):
+            raise refuse("must have one of stopped and reached")
+        _part_of(self.stopped, self.of, "stopped")
+        _part_of(self.reached, self.of, "reached")
+        return self
+
+
+def _part_of(count: int | None, whole: int | None, key: str) -> None:
+    """Raise an error unless a count is given with the number of rocks it is a part of, and is at most as large."""
+    if count is not None and (whole is None or count > whole):
+        raise refuse(f"is {count}, but must be at most `of`, the number of observed rocks", key)
+
+
+def _few_enough(unknowns: Mapping[str, PriorSpec]) -> Mapping[str, PriorSpec]:
+    """Return the unknowns unchanged, after a check of their number."""
+    if len(unknowns) > MOST_UNKNOWNS:
+        raise refuse(f"has {len(unknowns)} unknowns; at most {MOST_UNKNOWNS} can be sampled")
+    return unknowns
+
+
+class CalibrationSpec(StrictModel):
+    """What a calibration of the scene determines, and from which data; a run of the scene ignores it."""
+
+    unknowns: Annotated[Mapping[str, PriorSpec], AfterValidator(_few_enough)] = Field(
+        default_factory=dict, description="a mapping of key paths such as materials.*.friction to {min, max} or "
+        "{mean, sd, min, max}",
+    )  # fmt: skip
+    book: Mapping[str, Number] = Field(
+        default_factory=dict, description="a mapping of key paths to values of a book, to score them next to the "
+        "calibration",
+    )  # fmt: skip
+    measuring_error: Number = Field(
+        0.5, ge=0, description="a number >= 0 (m), the standard deviation of an observed end point, along and across"
+    )
+    mass_column: Count | None = Field(
+        None, ge=4, description="a whole number >= 4, the column of observed.points_file with the mass of each block "
+        "(kg), counted from 1",
+    )  # fmt: skip
+    shape_column: Count | None = Field(
+        None, ge=4, description="a whole number >= 4, the column with the number of each block's shape in "
+        "rock.shape.files, counted from 1",
+    )  # fmt: skip
+    gates: Annotated[tuple[GateSpec, ...], AfterValidator(no_two_alike)] = Field(
+        (), description="a list of gates with passing speeds, heights, energies"
+    )
+    shares: tuple[ShareSpec, ...] = Field((), description="a list of {place, stopped or reached, of}")
+    rocks: Count | None = Field(
+        None, ge=64, description="a whole number >= 64, the rocks of each parameter set, or left out"
+    )

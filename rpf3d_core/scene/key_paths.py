@@ -1,0 +1,194 @@
+"""Replace single values of a scene by their key paths, such as `materials.gray.friction`, with the checks of a file.
+
+A key path has the keys of the scene file with dots between them. `*` stands for all keys of a mapping, so
+`materials.*.friction` is one value for all materials. An item of a list has its number, from 0, or its name.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from rpf3d_core.errors import SceneError
+from rpf3d_core.formats.yaml import Document
+from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of
+from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS, Material, Scene
+from rpf3d_core.scene.values import StrictModel
+
+ALL = "*"
+"""Key that stands for all keys of a mapping."""
+
+Steps = tuple[str | int, ...]
+"""The keys and list numbers from a scene to one of its values."""
+
+
+def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """Return a scene with other values at some key paths, after all checks of a scene file.
+
+    values : a value, in the scene's unit, by key path. A key path without `*` wins over one with `*`.
+
+    Raises
+    ------
+    SceneError
+        A key path leads to no value of the scene, or a value is refused; the message names the path.
+    """
+    changes: dict[str, Any] = {}
+    for path in sorted(values, key=lambda path: ALL not in path.split(".")):
+        for steps in reversed(steps_to(scene, path)):
+            if not _put(changes, steps, values[path]):
+                raise SceneError(f"{scene.path}: the key path `{path}` and one above or below it both have a value; "
+                                 "remove one")  # fmt: skip
+    if not changes:
+        return scene
+    scene = _without_priors_of(scene, changes)
+    try:
+        return Scene.model_validate(_merged(scene, changes), context={"folder": scene.path.parent})
+    except ValidationError as error:
+        document = Document(values=_plain(_merged(scene, changes)), lines={}, faults=[])
+        sentences = {fault.sentence for fault in faults_of(error.errors(), document)}
+        raise SceneError("\n".join(f"{scene.path}: {sentence}" for sentence in sorted(sentences))) from None
+
+
+def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """Return a scene in which no value that has a tree of changes is unknown, because its new value is known."""
+    if scene.unknowns is None or not scene.unknowns.priors:
+        return scene
+    left = {
+        path: prior
+        for path, prior in scene.unknowns.priors.items()
+        if not all(_is_changed(changes, steps) for steps in steps_to(scene, path))
+    }
+    return scene.model_copy(update={"unknowns": scene.unknowns.model_copy(update={"priors": left})})
+
+
+def _is_changed(changes: Any, steps: Steps) -> bool:
+    """Return True if the value at the end of some steps, or a section around it, has a new value."""
+    for step in steps:
+        if isinstance(changes, _Value) or step not in changes:
+            break
+        changes = changes[step]
+    return isinstance(changes, _Value)
+
+
+def value_at(scene: Scene, path: str) -> Any:
+    """Return the value of a scene at a key path; of a path with `*`, the value at the first place it stands for.
+
+    Raises
+    ------
+    SceneError
+        The key path leads to no value of the scene.
+    """
+    part: Any = scene
+    for step in steps_to(scene, path)[0]:
+        part = getattr(part, str(step)) if isinstance(part, BaseModel) else part[step]
+    return part
+
+
+def steps_to(scene: Scene, path: str) -> list[Steps]:
+    """Return the places in a scene that a key path stands for: one, or several if the path has `*`.
+
+    Raises
+    ------
+    SceneError
+        The key path leads to no value of the scene; the message names the key that is missing and those there are.
+    """
+    found = list(_walk(scene, scene, path, path, ()))
+    if not found:
+        raise SceneError(f"{scene.path}: the key path `{path}` stands for no value of this scene")
+    return found
+
+
+def _walk(scene: Scene, part: Any, rest: str, path: str, before: Steps) -> Iterator[Steps]:
+    """Yield the places below a part of a scene that the rest of a key path stands for."""
+    if not rest:
+        yield before
+        return
+    keys = _keys(part)
+    first, _, others = rest.partition(".")
+    if first == ALL and isinstance(part, Mapping):
+        for key in part:
+            yield from _walk(scene, part[key], others, path, (*before, key))
+        return
+    fitting = [key for key in keys if rest == key or rest.startswith(f"{key}.")]
+    if not fitting:
+        raise SceneError(f"{scene.path}: {_refusal(part, first, path, keys)}")
+    key = max(fitting, key=len)  # names of zones may have dots
+    step, inner = keys[key]
+    yield from _walk(scene, inner, rest[len(key) + 1 :], path, (*before, step))
+
+
+def _keys(part: Any) -> dict[str, tuple[str | int, Any]]:
+    """Return the keys below a part of a scene, each with its step and what is there; {} for a single value."""
+    if isinstance(part, BaseModel):
+        names = [name for name in type(part).model_fields if name not in NOT_SCENE_KEYS]
+        return {name: (name, getattr(part, name)) for name in names}
+    if isinstance(part, Mapping):
+        return {str(key): (key, value) for key, value in part.items()}
+    if isinstance(part, tuple):
+        numbers = {str(i): (i, item) for i, item in enumerate(part)}
+        return numbers | {item.name: (i, item) for i, item in enumerate(part) if hasattr(item, "name")}
+    return {}
+
+
+def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
+    """Return why a key path leads nowhere, as a sentence."""
+    if not keys:
+        what = "nothing is given there" if part is None else f"there is {part!r}"
+        return f"the key path `{path}` leads to no value: above `{key}` {what}"
+    return f"the key path `{path}` leads to no value: `{key}` is not one of {', '.join(keys)}"
+
+
+def _put(changes: Any, steps: Steps, value: Any) -> bool:
+    """Add one change to a tree of changes, in which a key of a scene has a value or the changes below the key.
+
+    Return False if another change is above or below it.
+    """
+    for step in steps[:-1]:
+        if isinstance(changes, _Value):
+            return False
+        changes = changes.setdefault(step, {})
+    if isinstance(changes, _Value) or not isinstance(changes.get(steps[-1], _Value(None)), _Value):
+        return False
+    changes[steps[-1]] = _Value(value)
+    return True
+
+
+class _Value:
+    """A new value in a tree of changes."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
+def _merged(part: Any, changes: Any) -> Any:
+    """Return a part of a scene as a scene file has it, with changes; unchanged sections stay objects."""
+    if isinstance(changes, _Value):
+        return changes.value
+    if isinstance(part, BaseModel):
+        given = {_alias(part, name): getattr(part, name) for name in _given(part)}
+        return given | {_alias(part, key): _merged(getattr(part, key), inner) for key, inner in changes.items()}
+    if isinstance(part, Mapping):
+        return {key: _merged(value, changes[key]) if key in changes else value for key, value in part.items()}
+    return tuple(_merged(item, changes[i]) if i in changes else item for i, item in enumerate(part))
+
+
+def _given(part: BaseModel) -> list[str]:
+    """Return the keys that a section of a scene has from its file."""
+    names = [name for name in type(part).model_fields if name in part.model_fields_set]
+    if isinstance(part, Material) and any(key in names for key in BODY_KEYS) and part.is_of_a_body:
+        return [name for name in names if name not in POINT_KEYS]  # the reader fills them in
+    return names
+
+
+def _alias(part: BaseModel, name: str) -> str:
+    """Return the key of a field as a scene gives it to the checks."""
+    return type(part).model_fields[name].alias or name
+
+
+def _plain(value: Any) -> Any:
+    """Return a part of a scene without objects, to quote wrong values in messages."""
+    if isinstance(value, StrictModel):
+        return value.model_dump(by_alias=True)
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    return tuple(_plain(item) for item in value) if isinstance(value, tuple) else value

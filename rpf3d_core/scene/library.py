@@ -1,0 +1,80 @@
+"""The library of ground materials in a scene: `{library: hoek_bedrock}` gives a material the ranges of an entry.
+
+Each range of the entry becomes an unknown of the scene (`scene.unknowns`), unless the material gives the coefficient.
+"""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Any
+
+from rpf3d_core.scene.releases import RockSpec
+from rpf3d_core.scene.shapes import SPHERE
+from rpf3d_core.scene.values import refuse
+
+LIBRARY = "library"
+"""Key of a material that names an entry of the library."""
+
+
+def with_libraries(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the values of a scene in which materials have the ranges of the entries that they name, as priors.
+
+    Raises
+    ------
+    PydanticCustomError
+        There is no such entry, or it is for other rocks; the error names the key.
+    """
+    materials = values.get("materials")
+    if not isinstance(materials, Mapping) or not any(map(_names_an_entry, materials.values())):
+        return values
+    bodies = _has_shape(values.get("rock"))
+    return {
+        **values,
+        "materials": {
+            name: _with_entry(material, bodies, str(name)) if _names_an_entry(material) else material
+            for name, material in materials.items()
+        },
+    }
+
+
+def _with_entry(material: Mapping[str, Any], bodies: bool, name: str) -> dict[str, Any]:
+    """Return a material with the ranges of its entry, without those of coefficients that it gives itself."""
+    ranges = _ranges(material[LIBRARY], bodies, name)
+    if "slip_friction" in material:
+        ranges.pop("friction", None)
+    return {**ranges, **material}
+
+
+def _names_an_entry(material: Any) -> bool:
+    return isinstance(material, Mapping) and material.get(LIBRARY) is not None
+
+
+def _has_shape(rock: Any) -> bool:
+    """Return True if the rocks of a scene's values are bodies with a shape, neither points nor spheres."""
+    if isinstance(rock, RockSpec):
+        return rock.is_body
+    shape = rock.get("shape") if isinstance(rock, Mapping) else None
+    return shape not in (None, "point", SPHERE, {SPHERE: True})
+
+
+def _ranges(name: Any, bodies: bool, material: str) -> dict[str, Any]:
+    """Return the coefficients of an entry of the library, as a scene has them; bodies : True for rocks with a shape."""
+    from rpf3d_core.scene.library_entries import BODIES, ENTRIES, POINTS  # imported only if a scene names an entry
+
+    kind = BODIES if bodies else POINTS
+    at = ("materials", material, LIBRARY)
+    if not isinstance(name, str) or name not in ENTRIES:
+        near = get_close_matches(str(name), ENTRIES, n=1)
+        advice = f"did you mean {near[0]}?" if near else "`rpf3d materials` lists the entries"
+        raise refuse(f"is {name!r}, which is not an entry of the library; {advice}", *at)
+    entry = ENTRIES[name]
+    if entry.kind != kind:
+        raise refuse(f"is {name}, which is for {entry.kind}, but the rocks of this scene are {kind}", *at)
+    return {key: _as_prior(span) for key, span in entry.ranges.items()}
+
+
+def _as_prior(span: Any) -> Any:
+    """Return the range of a coefficient as a prior in a scene; a plain number stays."""
+    if isinstance(span, float):
+        return span
+    normal = {} if span.mean is None else {"mean": span.mean, "sd": span.sd}
+    return {"prior": {"min": span.low, "max": span.high, **normal}}

@@ -1,0 +1,152 @@
+"""Unknown values of a scene: priors of coefficients, and samples of parameter sets, such as a calibration leaves.
+
+An unknown has one value for the whole site, which no one knows: each parameter set of a run has another one. A
+distribution (`scene.draws`) is something else: it varies from rock to rock, or from impact to impact.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from rpf3d_core.materials.distributions import Distribution, truncated_normal, uniform_between
+from rpf3d_core.scene.draws import rising
+from rpf3d_core.scene.own import is_own
+from rpf3d_core.scene.values import Count, InputFile, Number, StrictModel, refuse
+
+PRIOR = "prior"
+"""Key that marks a value of a scene as an unknown."""
+ROOTS = ("materials", "rebound", "ground", "contact", "effects", "stop_speed")
+"""Keys of a scene below which a value may be an unknown."""
+FEWEST_SETS, MOST_SETS = 40, 4096
+"""Bounds of the number of parameter sets: between the outermost of 39 or more sets lies a 95 % interval."""
+FORMS = "{min, max} or {mean, sd, min, max}"
+
+
+class PriorSpec(StrictModel):
+    """What is known about an unknown before any calibration: a range, or a normal distribution within a range."""
+
+    min: Number = Field(description="a number below max, the smallest value that is possible")
+    max: Number = Field(description="a number above min, the largest value that is possible")
+    mean: Number | None = Field(None, description="a number from min to max, or left out: all values alike")
+    sd: Number | None = Field(None, gt=0, description="a number above 0, the standard deviation; goes with mean")
+
+    @model_validator(mode="after")
+    def _normal_or_uniform(self) -> Self:
+        rising(self.min, self.max)
+        if (self.mean is None) != (self.sd is None):
+            raise refuse(f"must be {FORMS}: mean and sd go together")
+        if self.mean is not None and not self.min <= self.mean <= self.max:
+            raise refuse(f"is {self.mean:g}, but must lie between min {self.min:g} and max {self.max:g}", "mean")
+        return self
+
+    @property
+    def distribution(self) -> Distribution:
+        """The distribution from which the values of the parameter sets are drawn."""
+        if self.mean is None or self.sd is None:
+            return uniform_between(self.min, self.max)
+        return truncated_normal(self.mean, self.sd, self.min, self.max)
+
+    @property
+    def middle(self) -> float:
+        """The value that stands for the unknown where a scene needs a single one: the mean, or the middle."""
+        return self.mean if self.mean is not None else 0.5 * (self.min + self.max)
+
+
+class UnknownsSpec(StrictModel):
+    """The unknowns of a run: its rocks are shared out among parameter sets, whose results differ."""
+
+    sets: Count = Field(
+        64, ge=FEWEST_SETS, le=MOST_SETS, description=f"a whole number from {FEWEST_SETS} to {MOST_SETS}, the "
+        "parameter sets; `rocks` is the total over all of them",
+    )  # fmt: skip
+    priors: Mapping[str, PriorSpec] = Field(
+        default_factory=dict, description="a mapping of key paths such as materials.*.friction to {min, max} or "
+        "{mean, sd, min, max}",
+    )  # fmt: skip
+    sample: InputFile | None = Field(
+        None, description="the path of a Parquet file with parameter sets, such as posterior.parquet of a calibration: "
+        "a column for each key path, and `weight`",
+    )  # fmt: skip
+    misfit: Number | None = Field(
+        None, ge=0, description="a length (m) >= 0, by how much observed stops differ from the model's beyond its own "
+        "spread, as a calibration found; a run says that its intervals leave it out",
+    )  # fmt: skip
+
+    @property
+    def names_any(self) -> bool:
+        """True if a value of the scene is unknown."""
+        return bool(self.priors) or self.sample is not None
+
+    def describe(self) -> str:
+        """Return the unknowns in words for `rpf3d check`, such as "64 parameter sets of materials.*.friction"."""
+        sources = [f"the sample {self.sample.name}"] if self.sample is not None else []
+        return f"{self.sets} parameter sets of {', '.join([*sources, *self.priors])}"
+
+
+def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the values of a scene with the middle of each `{prior: ...}` in its place, and the priors in `unknowns`.
+
+    Raises
+    ------
+    PydanticCustomError
+        A prior is wrong, or stands where it cannot; the error names the key.
+    """
+    roots, found = dict[str, Any](), dict[str, PriorSpec]()
+    for root in ROOTS:
+        if root in values and any(True for _ in _priors_in(values[root], (root,))):
+            found |= dict(_priors_in(values[root], (root,)))
+            roots[root] = _middles_in(values[root])
+    if not found:
+        return values
+    given = values.get("unknowns") or {}
+    if isinstance(given, UnknownsSpec):
+        return {**values, **roots, "unknowns": given.model_copy(update={"priors": {**given.priors, **found}})}
+    if not isinstance(given, Mapping):
+        return values
+    return {**values, **roots, "unknowns": {**given, "priors": {**(given.get("priors") or {}), **found}}}
+
+
+def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSpec]]:
+    """Yield the key path and the prior of each `{prior: ...}` below a value of a scene."""
+    if not isinstance(value, Mapping):
+        return
+    if PRIOR in value:
+        yield ".".join(path), _prior(value, path)
+        return
+    for key, inner in value.items():
+        if isinstance(key, str) and not (path[0] in ("rebound", "effects") and len(path) == 1 and is_own(key)):
+            yield from _priors_in(inner, (*path, key))
+
+
+def _prior(value: Mapping[str, Any], path: tuple[str, ...]) -> PriorSpec:
+    """Return the prior of a value `{prior: ...}`, after its checks."""
+    if set(value) != {PRIOR}:
+        other = next(key for key in value if key != PRIOR)
+        raise refuse("cannot stand next to `prior`; a value is unknown, or varies, or its mean is unknown: "
+                     "{mean: {prior: ...}, sd, min, max}", *path, other)  # fmt: skip
+    try:
+        return PriorSpec.model_validate(value[PRIOR])
+    except ValidationError as error:
+        detail = error.errors()[0]
+        sentence, at = _sentence(detail)
+        raise refuse(sentence, *path, PRIOR, *at) from None
+
+
+def _sentence(detail: Any) -> tuple[str, tuple[str | int, ...]]:
+    """Return why a prior is wrong, and at which key below `prior`."""
+    context = detail.get("ctx", {})
+    if "sentence" in context:
+        return context["sentence"], (*detail["loc"], *context["at"])
+    if detail["type"] == "missing":
+        return f"must be {FORMS}, but has no {detail['loc'][-1]}", ()
+    return f"must be {FORMS}, but {'.'.join(map(str, detail['loc'])) or 'it'} is wrong", ()
+
+
+def _middles_in(value: Any) -> Any:
+    """Return a value of a scene in which the middle of each prior replaces it."""
+    if not isinstance(value, Mapping):
+        return value
+    if PRIOR in value:
+        return PriorSpec.model_validate(value[PRIOR]).middle
+    return {key: _middles_in(inner) for key, inner in value.items()}

@@ -1,0 +1,36 @@
+"""`rpf3d materials` lists the library as a scene reads it."""
+
+import json
+
+import pytest
+from command_line import call
+
+from rpf3d_core.scene.library_entries import ENTRIES
+
+
+def printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    assert call(monkeypatch, "materials", *words) == 0
+    return capsys.readouterr().out
+
+
+def test_every_entry_has_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = printed(monkeypatch, capsys).splitlines()
+    for name, entry in ENTRIES.items():
+        (line,) = [line for line in lines if line.split()[:1] == [name]]
+        assert entry.ground in line and line.rstrip().endswith(entry.confirmed)
+    assert any(line.startswith("hoek_bedrock") and "0.27-0.43" in line and "0.77-0.93" in line for line in lines)
+
+
+def test_one_entry_has_its_source(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    text = printed(monkeypatch, capsys, "pit_coal")
+    assert "pyrockfall 0.1.2" in text and "friction_angle_deg" in text and "0.41" in text
+
+
+def test_json_has_the_ranges(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    facts = json.loads(printed(monkeypatch, capsys, "ramms_hard", "--json"))["ramms_hard"]
+    assert facts["ranges"] == {"restitution": 0.0, "friction": {"low": 0.55, "high": 2.0, "mean": None, "sd": None}}
+
+
+def test_an_unknown_entry_is_refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(monkeypatch, "materials", "granite") == 2
+    assert "there is no material 'granite' in the library" in capsys.readouterr().err

@@ -1,0 +1,91 @@
+"""The lines of a run's table on where its answer is surer than it may be."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from terrain_files import grid, write_binary_stl
+
+import rpf3d_core as rpf3d
+from rpf3d_core.results.certainty import surer_than_it_may_be
+from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
+
+SCENE = """\
+terrain: {files: [{path: slope.stl, zone: rock}]}
+materials:
+  rock: {normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 45}
+sources: [{name: a, points: [[1.3, 1.2, 9]], rocks: 30}]
+stop_speed: 0.4
+rebound: constant
+ground: sliding
+engine: reference
+"""
+SPREAD = ("rocks: 30}", "rocks: 30, spread: [0.3, 0.3, 0.2], velocity: [1, 0.3, 0]}")
+UNKNOWN = ("normal_restitution: 0.5", "normal_restitution: {prior: {min: 0.4, max: 0.6}}")
+
+
+def sentences(folder: Path, *changes: tuple[str, str], rocks: int | None = None) -> list[str]:
+    vertices, triangles = grid(5, 6)
+    write_binary_stl(folder / "slope.stl", vertices[triangles])
+    text = SCENE
+    for old, new in changes:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    (folder / "scene.yaml").write_text(text)
+    return surer_than_it_may_be(rpf3d.simulate(folder / "scene.yaml", rocks=rocks))
+
+
+def has(found: list[str], words: str) -> bool:
+    return any(words in sentence for sentence in found)
+
+
+def test_rocks_on_one_path_are_repetitions(tmp_path: Path) -> None:
+    assert has(sentences(tmp_path), "the rocks fly along one path")
+    two = ("points: [[1.3, 1.2, 9]]", "points: [[1.3, 1.2, 9], [2.5, 2.5, 8]]")
+    assert has(sentences(tmp_path, two), "the rocks fly along 2 paths")
+    assert not has(sentences(tmp_path, SPREAD), "fly along")
+    assert not has(sentences(tmp_path, rocks=1), "fly along"), "one rock is no repetition"
+
+
+def test_known_ground_ranges_and_a_sample_differ(tmp_path: Path) -> None:
+    sets = parameter_sets(["materials.rock.normal_restitution"], [[0.45], [0.5], [0.55]])
+    write_parameter_sets(tmp_path / "posterior.parquet", sets)
+    sample = ("stop_speed: 0.4", "stop_speed: 0.4\nunknowns: {sample: posterior.parquet}")
+    assert has(sentences(tmp_path, SPREAD), "every coefficient counts as known")
+    assert has(sentences(tmp_path, SPREAD, UNKNOWN), "not from a calibration")
+    found = sentences(tmp_path, SPREAD, sample)
+    assert not has(found, "counts as known") and not has(found, "calibration")
+
+
+@pytest.mark.parametrize(("misfit", "named"), [(4.1, True), (0.2, False)])
+def test_the_misfit_that_a_calibration_found_is_named(tmp_path: Path, misfit: float, named: bool) -> None:
+    sets = parameter_sets(["materials.rock.normal_restitution"], [[0.45], [0.5], [0.55]])
+    write_parameter_sets(tmp_path / "posterior.parquet", sets)
+    sample = ("stop_speed: 0.4", f"stop_speed: 0.4\nunknowns: {{sample: posterior.parquet, misfit: {misfit}}}")
+    assert has(sentences(tmp_path, SPREAD, sample), f"differ from the model's by {misfit} m") == named
+
+
+def test_a_run_of_too_few_sets_is_named(tmp_path: Path) -> None:
+    assert has(sentences(tmp_path, SPREAD, UNKNOWN, rocks=30), "only 30 of 64 parameter sets have flown")
+    assert not has(sentences(tmp_path, SPREAD, UNKNOWN, rocks=64), "parameter sets have flown")
+
+
+def test_places_that_few_rocks_reached_are_named(tmp_path: Path) -> None:
+    words = "energies in rock are unknown: fewer than 20 rocks came there"
+    assert has(sentences(tmp_path, SPREAD, rocks=19), words)
+    assert not has(sentences(tmp_path, SPREAD, rocks=20), words)
+
+
+def test_a_map_that_rocks_do_not_fill_is_named(tmp_path: Path) -> None:
+    fine = ("stop_speed: 0.4", "stop_speed: 0.4\nhazard: {cell: 0.01}")
+    coarse = ("stop_speed: 0.4", "stop_speed: 0.4\nhazard: {cell: 50}")
+    assert has(sentences(tmp_path, SPREAD, fine), "cells of 0.01 m are finer than the rocks fill")
+    assert not has(sentences(tmp_path, SPREAD, coarse), "finer than")
+
+
+@pytest.mark.parametrize(("height", "stayed"), [(0.5, True), (9.0, False)])
+def test_rocks_that_did_not_fall_are_counted(tmp_path: Path, height: float, stayed: bool) -> None:
+    flat = [[0, 0, 0], [60, 0, 0], [60, 60, 0], [0, 60, 0]]
+    write_binary_stl(tmp_path / "flat.stl", np.array(flat, dtype=float)[[[0, 1, 2], [0, 2, 3]]])
+    changes = (("slope.stl", "flat.stl"), ("[[1.3, 1.2, 9]]", f"[[30, 30, {height}]]"), SPREAD)
+    assert has(sentences(tmp_path, *changes), "100 % of the rocks stopped less than 2 m below") is stayed

@@ -1,0 +1,194 @@
+"""`rpf3d check` prints where every input lies before it refuses, and says what looks wrong with coordinates."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mine_files import EAST, NORTH, at_site, write_dxf, write_landxml, write_vector
+from terrain_files import grid, with_models, write_binary_stl
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.runs.check import Check, check_scene
+from rpf3d_core.scene.reading import read_scene
+
+VERTICES, TRIANGLES = grid(9, 11, 2.0)
+SITE = at_site(VERTICES)
+MIDDLE = [EAST + 10.0, NORTH + 8.0]
+SCENE = """\
+terrain:
+  files: [{{path: {terrain}}}]
+materials: {{default: {{normal_restitution: 0.5, tangential_restitution: 0.8}}}}
+sources: [{{name: top, points: [{point}], above_ground: 1.0}}]
+"""
+
+
+def seen(
+    folder: Path, terrain: str, point: list[float], more: str = ""
+) -> tuple[dict[str, str], list[str], str, Check]:
+    """Extents and hints that the check showed, the refusal ("" without), and the report."""
+    text = SCENE.format(terrain=terrain, point=point) + more
+    (folder / "scene.yaml").write_text(with_models(text))
+    scene = read_scene(folder / "scene.yaml")
+    shown: dict[str, str] = {}
+    hints: list[str] = []
+
+    def show(extents, sentences):  # type: ignore[no-untyped-def]
+        shown.update({extent.name: extent.describe(scene.terrain.crs) for extent in extents})
+        hints.extend(sentences)
+
+    try:
+        return shown, hints, "", check_scene(scene, show)
+    except InputError as fault:
+        return shown, hints, str(fault), None  # type: ignore[return-value]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    write_landxml(tmp_path / "pit.xml", SITE, TRIANGLES)
+    return tmp_path
+
+
+def area(folder: Path, corners: list[list[float]], **more: object) -> str:
+    """Write an area of interest, and return the lines of the scene that name it."""
+    content = {"type": "Polygon", "coordinates": [[*corners, corners[0]]], **more}
+    (folder / "ramp.geojson").write_text(json.dumps(content))
+    return "areas_of_interest: [{name: ramp, polygons: ramp.geojson}]\n"
+
+
+def box(x: float, y: float, width: float = 2.0, depth: float = 2.0) -> list[list[float]]:
+    return [[x, y], [x + width, y], [x + width, y + depth], [x, y + depth]]
+
+
+def test_the_extents_of_a_sound_scene_are_plain_decimals_with_their_reference_systems(folder):
+    shown, hints, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], area(folder, box(EAST + 3.0, NORTH + 3.25)))
+    low, high = SITE[:, 2].min(), SITE[:, 2].max()
+    assert shown == {
+        "terrain": f"x 457000 .. 457020  y 7654000 .. 7654016  z {low:g} .. {high:g}  (EPSG:32719)",
+        "source top": "x 457010 .. 457010  y 7654008 .. 7654008  z 0 .. 0  (EPSG:32719)",
+        "area ramp": "x 457003 .. 457005  y 7654003.25 .. 7654005.25  (CRS not stated)",
+    }
+    assert (hints, refusal) == ([], "")
+
+
+@pytest.mark.parametrize(
+    ("point", "hint"),
+    [
+        ([MIDDLE[1], MIDDLE[0], 0], "source top would lie on the terrain if x and y were swapped"),
+        ([1000 * MIDDLE[0], 1000 * MIDDLE[1], 0], "source top would lie on the terrain if it were in millimetres"),
+        ([MIDDLE[0] / 0.3048, MIDDLE[1] / 0.3048, 0], "source top would lie on the terrain if it were in feet"),
+        ([MIDDLE[0], 801.0, MIDDLE[1]], "source top would lie on the terrain if y and z were swapped"),
+        ([0.001 * MIDDLE[0], 0.001 * MIDDLE[1], 0], "if it were in kilometres"),
+    ],
+)
+def test_extents_and_the_reason_are_shown_before_a_source_off_the_terrain_is_refused(folder, point, hint):
+    shown, hints, refusal, _ = seen(folder, "pit.xml", point)
+    assert list(shown) == ["terrain", "source top"] and "off the terrain" in refusal
+    (told,) = hints
+    assert hint in told
+
+
+def test_areas_in_degrees_are_recognized_and_the_transformation_is_offered(folder):
+    pytest.importorskip("pyproj", reason="pyproj is not installed: it is in the extra `mine`")
+    from pyproj import Transformer
+
+    back = Transformer.from_crs("EPSG:32719", "EPSG:4326", always_xy=True)
+    corners = [list(back.transform(x, y)) for x, y in box(EAST + 3.0, NORTH + 3.0)]
+    shown, hints, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], area(folder, corners))
+    assert "lies off the terrain" in refusal and "e+" not in refusal
+    assert "area ramp" in shown
+    (told,) = hints
+    assert "longitude and latitude" in told and "transformed to EPSG:32719 it lies on it" in told
+    command = "rpf3d import layer ramp.geojson --kind polygon --from EPSG:4326 --to EPSG:32719 --out ramp_32719.geojson"
+    assert command in told
+    stated = area(folder, corners, crs={"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::4326"}})
+    _, _, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], stated)
+    assert "area ramp is in EPSG:4326, and the terrain in EPSG:32719; transform it: rpf3d import layer" in refusal
+
+
+def test_a_file_in_another_zone_of_utm_is_refused_although_it_overlaps(folder):
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    import shapely
+
+    write_vector(folder / "a.gpkg", [shapely.box(EAST + 2, NORTH + 2, EAST + 5, NORTH + 5)], crs="EPSG:32718")
+    named = "areas_of_interest: [{name: ramp, polygons: a.gpkg}]\n"
+    shown, _, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], named)
+    assert shown["area ramp"].endswith("(EPSG:32718)")
+    assert "area ramp is in EPSG:32718, and the terrain in EPSG:32719" in refusal
+
+
+def test_a_missing_reference_system_warns_and_never_refuses(folder):
+    pytest.importorskip("ezdxf", reason="ezdxf is not installed: it is in the extra `test`")
+    write_dxf(folder / "pit.dxf", SITE, TRIANGLES)
+    shown, hints, refusal, report = seen(folder, "pit.dxf", [*MIDDLE, 0])
+    assert shown["terrain"].endswith("(CRS not stated)") and refusal == "" and report.fit
+    assert hints == ["the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"]
+    told = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32719"}}
+    _, hints, refusal, _ = seen(folder, "pit.dxf", [*MIDDLE, 0], area(folder, box(EAST + 3, NORTH + 3), crs=told))
+    assert refusal == "" and "area ramp is in EPSG:32719; the terrain states none" in hints[1]
+
+
+def test_a_model_in_millimetres_is_noticed_by_its_relief_and_by_the_speed_of_its_rocks(folder):
+    write_binary_stl(folder / "mm.stl", 5000.0 * VERTICES[TRIANGLES])
+    _, hints, refusal, report = seen(folder, "mm.stl", [50_000.0, 40_000.0, 0.0])
+    assert refusal == "" and "is it in mm or feet? Give its file `unit: mm`" in hints[0]
+    assert not any("faster" in told for told in report.warnings)
+    high = (folder / "scene.yaml").read_text().replace("above_ground: 1.0", "above_ground: 4000.0")
+    (folder / "scene.yaml").write_text(high)
+    warnings = check_scene(read_scene(folder / "scene.yaml")).warnings
+    assert any("faster than any rockfall" in told for told in warnings), "a fall of 4,000 m ends at 280 m/s"
+
+
+def test_swapped_axes_of_the_terrain_are_noticed(folder):
+    write_landxml(folder / "swapped.xml", SITE[:, [1, 0, 2]], TRIANGLES)
+    _, hints, _, _ = seen(folder, "swapped.xml", [MIDDLE[1], MIDDLE[0], 0])
+    assert hints == ["x of the terrain looks like a northing and y like an easting: are x and y swapped?"]
+
+
+def test_a_terrain_in_degrees_is_noticed(folder):
+    write_binary_stl(folder / "degrees.stl", VERTICES[TRIANGLES] * [1e-5, 1e-5, 1.0] + [-70.2, -21.1, 0.0])
+    _, hints, _, _ = seen(folder, "degrees.stl", [-70.19995, -21.09995, 0])
+    assert "the terrain looks as if it were in degrees" in hints[0]
+
+
+def test_elevations_of_the_other_sign_are_noticed(folder):
+    text = "  - {name: low, points: [[457010, 7654008, -801]]}\n"
+    shown, hints, _, _ = seen(folder, "pit.xml", [*MIDDLE, 0], "")
+    assert hints == []
+    scene = SCENE.format(terrain="pit.xml", point=[*MIDDLE, 0]).replace("sources: [", "sources:\n  - ")
+    scene = scene.replace("1.0}]", "1.0}") + text
+    (folder / "scene.yaml").write_text(with_models(scene))
+    found: list[str] = []
+    check_scene(read_scene(folder / "scene.yaml"), lambda _, hints: found.extend(hints))
+    assert found == ["source low has elevations of the other sign than the terrain: does z point down in one of them?"]
+    assert "terrain" in shown
+
+
+@pytest.mark.parametrize(
+    ("rock", "told"),
+    [
+        ("{diameter: 800}", "`rock` reaches 800 m in diameter"),
+        ("{mass: 1.5e9}", "more than any rock of a rockfall"),
+        ("{mass: 1.0e-6}", "less than gravel"),
+        ("{diameter: 2}", None),
+        ("{mass: {mean: 807, sd: 400, min: 178, max: 1751}}", None),
+    ],
+)
+def test_sizes_beyond_any_rock_are_warned_of(folder, rock, told):
+    *_, report = seen(folder, "pit.xml", [*MIDDLE, 0], f"rock: {rock}\n")
+    found = [warning for warning in report.warnings if "`rock`" in warning]
+    assert [told in warning for warning in found] == [True] if told else found == []
+
+
+def test_a_source_high_in_the_air_is_warned_of(folder):
+    text = SCENE.format(terrain="pit.xml", point=[*MIDDLE, 930.0]).replace(", above_ground: 1.0", "")
+    (folder / "scene.yaml").write_text(with_models(text))
+    warnings = check_scene(read_scene(folder / "scene.yaml")).warnings
+    assert any("source 'top' starts 1" in told and "are its heights right?" in told for told in warnings)
+
+
+def test_the_extent_of_the_terrain_is_that_of_its_vertices_and_in_metres(folder):
+    feet = np.round(SITE / 0.3048, 3)
+    write_landxml(folder / "feet.xml", feet, TRIANGLES)
+    shown, hints, refusal, _ = seen(folder, "feet.xml, unit: ft", [*MIDDLE, 0])
+    assert shown["terrain"].startswith("x 457000 .. 457020  y 7654000 .. 7654016") and (hints, refusal) == ([], "")

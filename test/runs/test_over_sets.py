@@ -1,0 +1,235 @@
+"""A run over parameter sets counts each set as if it had flown alone, and gives the same bits on any engine."""
+
+import csv
+import json
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rasterio
+from small_pit import scene_file
+
+import rpf3d_core as rpf3d
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.statistics import PERCENTILES
+from rpf3d_core.hazard.layers import layers_of
+from rpf3d_core.results.findings import Run
+from rpf3d_core.results.summary import summary
+from rpf3d_core.runs.parallel import fly_parts
+from rpf3d_core.runs.run import replay
+from rpf3d_core.scene.key_paths import with_values
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import empty_tallies, prepare, releases_in_ranges
+from rpf3d_core.setup.unknowns import sets_of_scene
+from rpf3d_core.unknowns.dealing import set_of_rock
+from rpf3d_core.unknowns.parameter_sets import parameter_sets, read_parameter_sets, write_parameter_sets
+from rpf3d_core.values import Outcome
+
+SETS, ROCKS = 40, 1200
+PRIORS = """\
+seed: 3
+unknowns:
+  sets: 40
+  priors:
+    materials.default.normal_restitution: {min: 0.3, max: 0.6}
+    materials.*.tangential_restitution: {mean: 0.8, sd: 0.1, min: 0.6, max: 0.95}
+"""
+
+
+def scene_of(folder: Path, more: str = PRIORS) -> Any:
+    return read_scene(scene_file(folder, more=more))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("sets")
+
+
+@pytest.fixture(scope="module")
+def run(folder: Path) -> Run:
+    return rpf3d.simulate(scene_of(folder), rocks=ROCKS, engine="compiled", threads=2)
+
+
+def figures(run: Run) -> Any:
+    return run.maps.sets
+
+
+def rocks_by_set(run: Run) -> dict[int, list[int]]:
+    """The rows of the deposits that flew with each set."""
+    found: dict[int, list[int]] = {}
+    deposits = run.flights.deposits
+    for row, (source, rock) in enumerate(zip(deposits.source.tolist(), deposits.rock.tolist(), strict=True)):
+        found.setdefault(set_of_rock(rock, SETS, source), []).append(row)
+    return found
+
+
+def test_the_outcomes_and_stops_of_each_set_are_those_of_its_rocks(run: Run) -> None:
+    deposits, sets = run.flights.deposits, figures(run)
+    by_set = rocks_by_set(run)
+    assert len(by_set) == SETS and sets.flown == SETS and run.totals.rocks == ROCKS == sum(map(len, by_set.values()))
+    for number, rows in by_set.items():
+        assert sets.rocks[number] == len(rows)
+        assert sets.outcomes[number] == Counter(Outcome(outcome) for outcome in deposits.outcome[rows].tolist())
+        speeds = np.percentile(deposits.max_speed[rows], PERCENTILES)
+        np.testing.assert_allclose(sets.percentiles["max_speed"][number], speeds, rtol=1e-12)
+
+
+@pytest.mark.parametrize("number", [0, 17, 39])
+def test_a_set_counts_what_its_scene_alone_would(run: Run, number: int) -> None:
+    """The scene with the values of the set, flown by itself with the same rocks: places, energies and map cells."""
+    sets = figures(run)
+    alone = prepare(with_values(run.scene, sets.sets.at(number)))
+    tallies, deposits = empty_tallies(alone), run.flights.deposits
+    rows = np.array(rocks_by_set(run)[number])
+    mine = [np.sort(deposits.rock[rows[deposits.source[rows] == source]]) for source in range(2)]
+    flights = fly_ensemble(alone.engine, alone.flight, releases_in_ranges(alone, mine), watch=tallies)
+    order = np.lexsort((deposits.rock[rows], deposits.source[rows]))
+    assert flights.deposits.x.tobytes() == deposits.x[rows[order]].tobytes()
+    for places, tally in ((sets.zones, tallies.zones), (sets.areas, tallies.inside)):
+        layers = layers_of(tally)
+        reached, stopped, energy = (np.zeros(len(tally.slot)) for _ in range(3))
+        reached[layers.cell], stopped[layers.cell] = layers.rocks, layers.deposits
+        energy[:] = np.nan
+        energy[layers.cell] = layers.energy.p95
+        np.testing.assert_array_equal(places.reached[number], reached)
+        np.testing.assert_array_equal(places.stopped[number], stopped)
+        np.testing.assert_allclose(places.energy[number], energy, rtol=3e-3)  # a bin of a zone is 0.5 % wide
+    cells = layers_of(tallies.squares)
+    slots, counts = sets.cells[number]
+    assert dict(zip(slots.tolist(), counts.tolist(), strict=True)) == dict(
+        zip(cells.cell.tolist(), cells.rocks.tolist(), strict=True)
+    )
+
+
+def test_sets_add_up_to_the_maps(run: Run) -> None:
+    zones, sets = run.maps.zones, figures(run)
+    assert sets.zones.reached.sum(axis=0)[zones.cell].tolist() == zones.rocks.tolist()
+    assert sets.zones.stopped.sum(axis=0)[zones.cell].tolist() == zones.deposits.tolist()
+    cells = Counter[int]()
+    for slots, counts in sets.cells:
+        cells.update(dict(zip(slots.tolist(), counts.tolist(), strict=True)))
+    assert [cells[cell] for cell in run.maps.cells.cell.tolist()] == run.maps.cells.rocks.tolist()
+
+
+def facts_of(run: Run) -> str:
+    """The summary without times and the name of the engine."""
+    facts = summary(run)
+    for name in ("read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s", "engine"):
+        facts.pop(name)
+    facts["scene"].pop("digest")  # it has the name of the engine
+    return json.dumps(facts, sort_keys=True)
+
+
+@pytest.mark.parametrize(("engine", "threads"), [("compiled", 1), ("compiled", 5), ("reference", None)])
+def test_engines_and_threads_give_the_same_bits(run: Run, engine: str, threads: int | None) -> None:
+    other = rpf3d.simulate(run.scene, rocks=ROCKS, engine=engine, threads=threads)
+    assert facts_of(other) == facts_of(run)
+    assert other.flights.deposits.x.tobytes() == run.flights.deposits.x.tobytes()
+    for mine, theirs in zip(run.maps.reach_band, other.maps.reach_band, strict=True):
+        assert mine.tobytes() == theirs.tobytes()
+
+
+def test_every_interval_of_a_share_holds_its_sampling_interval(run: Run) -> None:
+    facts = summary(run)
+    shares = [*facts["outcomes"].values()]
+    for place in (*facts["benches"].values(), *facts["areas_of_interest"].values()):
+        shares += [place["reached"], place["stopped"], place["retained"]]
+    told = [share for share in shares if share["share"] is not None]
+    assert len(told) > 10
+    for share in told:
+        (low, high), (least, most) = share["predictive"], share["sampling"]
+        assert low <= least <= share["share"] <= most <= high and share["interval_95"] == [low, high]
+    wider = [share for share in told if share["predictive"] != share["sampling"]]
+    assert len(wider) > 5, "the restitution decides how many rocks reach the lower benches"
+
+
+def test_the_band_of_a_map_holds_its_values(run: Run) -> None:
+    share = run.maps.cells.rocks / run.maps.flown
+    assert (run.maps.reach_band.low <= share).all() and (share <= run.maps.reach_band.high).all()
+
+
+def test_a_rock_flies_again_with_its_own_set(run: Run) -> None:
+    deposits = run.flights.deposits
+    for row in (0, 500, 1100):
+        again = replay(run.scene, int(deposits.source[row]), int(deposits.rock[row]))
+        assert again.flights.deposits.x.tobytes() == deposits.x[row : row + 1].tobytes()
+
+
+def test_more_rocks_keep_the_set_of_the_first(run: Run) -> None:
+    """The set of a rock does not depend on the number of rocks."""
+    fewer = rpf3d.simulate(run.scene, rocks=ROCKS // 2, engine="compiled")
+    ends = ends_of(run)
+    assert all(ends[rock] == x for rock, x in ends_of(fewer).items())
+
+
+def ends_of(run: Run) -> dict[tuple[int, int], list[float]]:
+    """Where each rock of each source ended."""
+    deposits = run.flights.deposits
+    rocks = zip(deposits.source.tolist(), deposits.rock.tolist(), strict=True)
+    return dict(zip(rocks, deposits.x.tolist(), strict=True))
+
+
+def test_parts_are_refused(run: Run) -> None:
+    with ThreadPoolExecutor(1) as pool, pytest.raises(rpf3d.InputError, match="unknowns cannot be flown in parts"):
+        fly_parts(run.scene, 2, pool)
+
+
+def test_a_result_has_both_intervals_in_all_its_files(run: Run, tmp_path: Path) -> None:
+    folder = rpf3d.write_run(run, tmp_path / "out", recording=False)
+    facts = json.loads((folder / "summary.json").read_text())
+    with (folder / "hazard" / "benches.csv").open(newline="") as file:
+        rows = {row["name"]: row for row in csv.DictReader(file) if row["kind"] == "zone"}
+    for name, bench in facts["benches"].items():
+        share, row = bench["reached"], rows[name]
+        assert [float(row["reached_low"]), float(row["reached_high"])] == share["predictive"]
+        assert [float(row["reached_sampling_low"]), float(row["reached_sampling_high"])] == share["sampling"]
+    low, value, high = (band(folder / "hazard" / f"reach_probability{end}.tif") for end in ("_low", "", "_high"))
+    assert (low <= value).all() and (value <= high).all() and (low < high).any()
+    levels = json.loads((folder / "hazard" / "zones.geojson").read_text())["features"]
+    area = {
+        (each["properties"]["kind"], each["properties"].get("level")): each["properties"]["cells"] for each in levels
+    }
+    pairs = [(area[kind, level], area["reach_probability", level]) for kind, level in area
+             if kind == "reach_probability_upper" and ("reach_probability", level) in area]  # fmt: skip
+    assert pairs and all(upper >= cells for upper, cells in pairs)
+    sets = read_parameter_sets(folder / "parameter_sets.parquet")
+    assert sets.values.tobytes() == figures(run).sets.values.tobytes() and sets.weights is None
+    assert facts["unknowns"]["sets_flown"] == SETS
+    speed, names = facts["max_speed_m_s"], {f"p{p}" for p in PERCENTILES}
+    assert set(speed["predictive"]) == set(speed["sampling"]) == names
+
+
+def band(path: Path) -> Any:
+    """The first band of a GeoTIFF."""
+    with rasterio.open(path) as file:
+        return file.read(1)
+
+
+def test_a_sample_keeps_its_rows_together_in_proportion_to_their_weights(folder: Path) -> None:
+    names = ("materials.default.normal_restitution", "materials.default.tangential_restitution")
+    rows = np.array([[0.3, 0.6], [0.4, 0.7], [0.5, 0.8]])
+    write_parameter_sets(folder / "sample.parquet", parameter_sets(names, rows, [1, 2, 5]))
+    priors = "{materials.default.friction_angle_deg: {min: 20, max: 40}}"
+    more = f"unknowns: {{sets: 64, sample: sample.parquet, priors: {priors}}}\n"
+    sets = sets_of_scene(read_scene(scene_file(folder, "sampled.yaml", more=more)))
+    assert sets.names == (*names, "materials.default.friction_angle_deg") and sets.weights is None
+    found = Counter(map(tuple, sets.values[:, :2].tolist()))
+    assert [found[tuple(row)] for row in rows.tolist()] == [8, 16, 40]
+    assert 20 <= sets.values[:, 2].min() < 21 and 39 < sets.values[:, 2].max() <= 40
+
+
+@pytest.mark.long
+def test_the_books_leave_open_whether_the_berm_of_one_bench_holds() -> None:
+    """Every share from 39 to 99 % is possible at single values of books, so it must lie in the predictive interval."""
+    scene = read_scene(Path(__file__).parents[2] / "config" / "scenes" / "bench_15m.yaml")
+    low, high = summary(rpf3d.simulate(scene))["benches"]["berm"]["retained"]["predictive"]
+    assert low <= 0.39 and high >= 0.99
+    single = {"materials.default.tangential_restitution": 0.85, "effects.roughness.angle_sd_deg": 5.0}
+    held = [
+        summary(rpf3d.simulate(with_values(scene, {**single, "materials.default.normal_restitution": R_n}), rocks=2000))
+        ["benches"]["berm"]["retained"]["share"] for R_n in (0.30, 0.50)
+    ]  # fmt: skip
+    assert held[0] > 0.9 and held[1] < 0.5
