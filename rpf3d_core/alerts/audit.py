@@ -244,7 +244,7 @@ def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
     """
     previous, evidence, now_ns, given = decision.previous, decision.evidence, decision.now_ns, decision.acknowledgement
     try:
-        return decide(previous, evidence, thresholds, now_ns, given)
+        return decide(previous, evidence, thresholds, now_ns, given, decision.reported)
     except (TypeError, AttributeError, ValueError) as error:
         raise Unreadable(f"nothing can be decided from what it holds: {error}") from None
 

@@ -32,6 +32,7 @@ def decide(
     thresholds: Thresholds,
     now_ns: int,
     acknowledgement: Acknowledgement | None = None,
+    reported: tuple[str, ...] = (),
 ) -> Alert:
     """Decide on the alert level of the site and its areas at this time, and return the alert for the mine.
 
@@ -49,6 +50,8 @@ def decide(
         Time of the decision (ns), by the same clock as the stamps.
     acknowledgement : Acknowledgement or None
         An acknowledgement given since the previous decision. The acknowledgement counts for this decision only.
+    reported : tuple of str
+        Faults that stand now, whatever the evidence says, such as a refused input.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def decide(
     worst = worst_of(findings)
     evident = max((finding.level for finding in findings), default=Level.NORMAL)
     small = evidence is not None and _is_small(evidence, thresholds)
-    faults = faults_of(previous, evidence, thresholds, now_ns)
+    faults = tuple(dict.fromkeys((*reported, *faults_of(previous, evidence, thresholds, now_ns))))
     if small and not faults:
         faults = _too_small(previous, evidence, worst, thresholds, now_ns)
     trusted = not faults and not small

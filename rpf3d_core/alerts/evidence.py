@@ -1,14 +1,17 @@
 """The evidence of an answer: what its rocks did in the areas of interest, as numbers for the decision."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rpf3d_core.ensemble.statistics import wilson_interval
-from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.values import Outcome
+
+LEFT = (Outcome.LEFT_TERRAIN, Outcome.LOST_TO_HOLE)
+"""Outcomes of rocks that left the terrain, over its rim or into a hole: no one knows where such a rock went."""
 
 UNFINISHED = (
     Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED, Outcome.LOST_TO_HOLE,
@@ -21,12 +24,17 @@ class AreaEvidence(NamedTuple):
     """What the rocks of one answer did in one area: counts, energies and the first arrival.
 
     flown : number of all rocks flown; reached : number of rocks that reached the area
+        (of the worst cluster of sources, as if each cluster had flown as many rocks as the smallest)
     low, high : 95 % Wilson interval of the share (-) of rocks that reached the area; both 0 if no rock flew, because
         there was no source
     p95_energy : J, 95th percentile of the largest energy of each rock in the area; None if too few rocks reached the
         area
     largest_energy : J; first_arrival_s : s, shortest time from the release of a rock to its arrival in the area; both
         None if no rock reached the area
+    left : number of the flown rocks that left the terrain and might still have reached the area (`live.leaving`)
+    uncovered : share (-) of the area in plan that has no terrain below it
+    clusters : number of clusters of sources that the figures are the worst of; 0 if there was no division
+    pooled_flown, pooled_reached : numbers of rocks of all clusters together, for display only
     """
 
     name: str
@@ -37,6 +45,11 @@ class AreaEvidence(NamedTuple):
     p95_energy: float | None
     largest_energy: float | None
     first_arrival_s: float | None
+    left: int = 0
+    uncovered: float = 0.0
+    clusters: int = 0
+    pooled_flown: int = 0
+    pooled_reached: int = 0
 
 
 class Evidence(NamedTuple):
@@ -68,10 +81,15 @@ class Evidence(NamedTuple):
 
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
     """Return the evidence of each area of interest from the maps of an answer, including areas that no rock reached."""
-    row_of = {int(cell): row for row, cell in enumerate(maps.areas.cell)}
+    return areas_in(maps.areas, maps.area_names, maps.flown)
+
+
+def areas_in(layers: Layers, names: Sequence[str], flown: int) -> tuple[AreaEvidence, ...]:
+    """Return the evidence of the areas with the given names, from the map values of areas and the rocks flown."""
+    row_of = {int(cell): row for row, cell in enumerate(layers.cell)}
     return tuple(
-        _reached(name, maps, row_of[a]) if a in row_of else _missed(name, maps.flown)
-        for a, name in enumerate(maps.area_names)
+        _reached(name, layers, row_of[a], int(flown)) if a in row_of else _missed(name, flown)
+        for a, name in enumerate(names)
     )
 
 
@@ -99,12 +117,11 @@ def _missed(name: str, flown: int) -> AreaEvidence:
     )  # fmt: skip
 
 
-def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
-    """Return the evidence of an area that rocks reached, from the row of this area in the maps.
+def _reached(name: str, layers: Layers, row: int, flown: int) -> AreaEvidence:
+    """Return the evidence of an area that rocks reached, from the row of this area in the map values of areas.
 
     The percentile is the upper bound of its histogram bin, but at most the largest energy.
     """
-    layers, flown = maps.areas, int(maps.flown)
     reached = int(layers.rocks[row])
     largest, p95 = float(layers.energy.largest[row]), _known(layers.energy.p95[row])
     low, high = wilson_interval(reached, max(flown, 1, reached))

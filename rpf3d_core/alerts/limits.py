@@ -11,6 +11,7 @@ from typing import NamedTuple
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpec, Thresholds
+from rpf3d_core.ensemble.statistics import wilson_interval
 
 
 class LimitFinding(NamedTuple):
@@ -45,6 +46,24 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
     if name in thresholds.areas:
         return thresholds.areas[name]
     return next((limits for pattern, limits in thresholds.areas.items() if fnmatchcase(name, pattern)), None)
+
+
+def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
+    """Return the level that an area would have if all rocks that left the terrain had reached it; None if none left.
+
+    Only the share of rocks counts here, because no one knows the energy of a rock that left.
+    """
+    if area.left <= 0:
+        return None
+    reached = min(max(area.reached, 0) + area.left, max(area.flown, 0))
+    low, high = wilson_interval(reached, max(area.flown, 1))
+    return level_of(area._replace(reached=reached, low=low, high=high), thresholds)
+
+
+def level_of(area: AreaEvidence, thresholds: Thresholds) -> Level:
+    """Return the level that the evidence of an area gives by itself; NORMAL for an area without limits."""
+    limits = limits_of(thresholds, area.name)
+    return Level.NORMAL if limits is None else _finding(area, limits, thresholds.evidence).level
 
 
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
@@ -90,7 +109,14 @@ def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) 
 def _share(area: AreaEvidence) -> str:
     if area.flown == 0 == area.reached:
         return "no source, so no rock flew"
-    return f"{area.reached:,} of {area.flown:,} rocks came (up to {_percent(area.high)})"
+    told = f"{area.reached:,} of {area.flown:,} rocks came (up to {_percent(area.high)})"
+    if area.clusters <= 1:
+        return told
+    return f"{told}, the worst of {area.clusters:,} clusters of sources ({_pooled(area)} of all rocks)"
+
+
+def _pooled(area: AreaEvidence) -> str:
+    return f"{area.pooled_reached:,} of {area.pooled_flown:,}"
 
 
 def _percent(share: float) -> str:

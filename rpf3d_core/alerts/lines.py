@@ -37,6 +37,7 @@ class Decision(NamedTuple):
     acknowledgement: Acknowledgement | None
     now_ns: int
     alert: Alert
+    reported: tuple[str, ...] = ()
 
 
 def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tuple[bytes, str]:
@@ -73,11 +74,13 @@ def canonical(value: Any) -> str:
 def decision_content(decision: Decision) -> dict[str, Any]:
     """Return a decision as plain values, to be written into the log."""
     evidence, given = decision.evidence, decision.acknowledgement
+    reported = {"reported": decision.reported} if decision.reported else {}
     return {
         "now_ns": decision.now_ns,
         "previous": None if decision.previous is None else alert_content(decision.previous),
         "evidence": None if evidence is None else _evidence_content(evidence),
         "acknowledgement": None if given is None else given._asdict(),
+        **reported,
         "alert": alert_content(decision.alert),
     }
 
@@ -98,6 +101,7 @@ def decision_of(content: dict[str, Any]) -> Decision:
             acknowledgement=None if given is None else Acknowledgement(**given),
             now_ns=content["now_ns"],
             alert=_alert(content["alert"]),
+            reported=tuple(str(sentence) for sentence in content.get("reported", ())),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise Unreadable(f"this version does not understand the decision: {error}") from None

@@ -113,6 +113,17 @@ class EvidenceSpec(StrictModel):
     most_unfinished: Annotated[Number, Field(ge=0, le=1)] = Field(
         description="a share from 0 to 1 (-), of rocks whose flight was cut off; more are a fault"
     )
+    most_left: Annotated[Number, Field(ge=0, le=1)] = Field(
+        0.01,
+        description="a share from 0 to 1 (-), of rocks that left the terrain with an area ahead; more are a fault",
+    )
+    most_uncovered: Annotated[Number, Field(ge=0, le=1)] = Field(
+        0.05, description="a share from 0 to 1 (-), of an area without terrain below it; more is a fault"
+    )
+    cluster_m: Annotated[Number, Field(ge=0, le=LONGEST)] = Field(
+        10.0,
+        description="a number >= 0 (m), side of the squares in plan whose sources are judged together; 0: each alone",
+    )
     reach_probability_is: Literal["upper_end", "share"] = Field(
         "upper_end",
         description="upper_end or share: what is compared with reach_probability, the upper end of the share's 95 % "

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Alert
-from rpf3d_core.alerts.limits import limits_of
+from rpf3d_core.alerts.limits import hidden_level, level_of, limits_of
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.times import ns_of, span
 
@@ -48,6 +48,8 @@ def _evidence_faults(
     yield from _area_names_faults(evidence, thresholds)
     for area in evidence.areas:
         yield from (f"{area.name}: {fault}" for fault in _area_faults(area, evidence.sources))
+        if limits_of(thresholds, area.name) is not None:
+            yield from (f"{area.name}: {fault}" for fault in _unknown_faults(area, thresholds))
 
 
 def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
@@ -110,6 +112,29 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
         elif value is not None and area.reached <= 0:
             yield f"no rock came, but there is a {what}"
     yield from _missing_faults(area)
+
+
+def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:
+    """Yield a fault for an area without terrain, and for rocks that may have reached it over ground that is not known.
+
+    The rocks that left are a fault if they are many, or if the area would have a higher level had they reached it.
+    """
+    terms = thresholds.evidence
+    if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):
+        yield f"{area.uncovered:g} of the area without terrain and {area.left} rocks that left are impossible"
+        return
+    if area.uncovered > terms.most_uncovered:
+        yield (
+            f"{100 * area.uncovered:.3g} % of the area have no terrain (at most {100 * terms.most_uncovered:.3g} %"
+            " are allowed): publish a survey that covers it"
+        )
+    hidden = hidden_level(area, thresholds)
+    is_hidden = hidden is not None and hidden > level_of(area, thresholds)
+    if is_hidden or (area.left and area.left / area.flown > terms.most_left):
+        yield (
+            f"{area.left:,} of {area.flown:,} rocks left the terrain on the way to it, over the rim or into a hole: "
+            "publish a survey that covers the way"
+        )
 
 
 def _missing_faults(area: AreaEvidence) -> Iterator[str]:

@@ -4,6 +4,7 @@ An answer is a function of the trigger, the ground, the scene and the seed. An i
 changes no bit of any answer.
 """
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,15 +13,26 @@ from functools import partial
 
 import numpy as np
 
+from rpf3d_core.alerts.evidence import AreaEvidence, untouched
 from rpf3d_core.ensemble.batch import NOTHING
-from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
+from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import flights_of
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import Shown, Stream, blocks_of, shown_of
 from rpf3d_core.hazard.convergence import is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.live.released import ReleaseSpread, released_over, releases_of
+from rpf3d_core.live.areas import outlines_for_places
+from rpf3d_core.live.clusters import (
+    ClusterTally,
+    clusters_of,
+    first_of_clusters,
+    least_in_total,
+    pooled,
+    worst_evidence,
+)
+from rpf3d_core.live.coverage import uncovered_shares
+from rpf3d_core.live.released import Released, ReleaseSpread, released_over, releases_of
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.setup.rounds import doubling_rounds
@@ -47,11 +59,14 @@ If the function returns True for stage 0, the sources get no answer.
 class EnsembleSize:
     """How many rocks an answer flies: about `first` in its first stage, and at least `least` by its last stage.
 
-    least : flown even if the target is met earlier, because the site lowers no alert level with fewer rocks
+    least : flown for each cluster of sources even if the target is met earlier, because the site lowers no alert level
+        with fewer rocks
+    cluster : side of the squares in plan whose sources are one cluster, m; 0: each source, infinite: all sources
     """
 
     first: int
     least: int = 0
+    cluster: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +79,9 @@ class Answer:
     sources : number of sources that were released
     flights : of the rocks of the first stage that are kept for display; outcomes, maps : of all rocks
     areas : outlines of the areas of interest in the maps, local frame
+    evidence : for each area, the worst of all clusters of sources; unfinished : rocks cut off in the worst cluster
     seconds : s, since the work on the trigger began; left_out : which sources were not released, and why
+    doubtful : which sources are too far from the ground
     """
 
     result: int
@@ -79,6 +96,9 @@ class Answer:
     areas: Outlines
     seconds: float
     left_out: str
+    evidence: tuple[AreaEvidence, ...] = ()
+    unfinished: int = 0
+    doubtful: str = ""
 
     @property
     def rocks(self) -> int:
@@ -112,33 +132,82 @@ def answers(
     """
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
-    outlines, outcomes = standing.areas_with(areas), Counter[Outcome]()
+    outlines = standing.areas_with(areas)
     tallies = standing.empty_tallies(outlines, released.fastest, released.highest, trigger.diameters)
-    names = tuple(outlines)
+    clusters = _clusters(released, tallies, outlines, size.cluster)
+    names, groups = tuple(outlines), [cluster.sources for cluster in clusters]
 
     def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
+        areas, unfinished = _evidence(standing, clusters, outlines)
         seconds = time.perf_counter() - began
         return Answer(
-            next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, dict(outcomes),
-            maps, outlines, seconds, released.left_out,
+            next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, _outcomes(clusters),
+            maps, outlines, seconds, released.left_out, areas, unfinished, released.doubtful,
         )  # fmt: skip
 
-    if not len(released.places):
+    if not clusters:
         yield answer(0, True, no_flights(standing), tallies.maps(0, names))
         return
-    plan = doubling_rounds(released.first_round(size.first), scene.target.most_rocks, size.least)
-    stream, steps = _stream(standing, tallies, outcomes, plan[0][1]), []
+    counts = first_of_clusters(groups, len(released.places), size.first)
+    least = least_in_total(counts, groups, size.least)
+    plan = doubling_rounds(counts, scene.target.most_rocks, least)
+    stream, steps = _stream(standing, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
-        blocks, stream.stop = blocks_of(first, last, BLOCK if stage else None), partial(stop, stage)
-        if not stream.fly(releases_of(standing, released, some, scene.seed) for some in blocks) or stop(stage):
+        stream.stop = partial(stop, stage)
+        for cluster in clusters:
+            if not _fly(stream, standing, released, cluster, (first, last), BLOCK if stage else None):
+                return
+        if stop(stage):
             return
-        maps = tallies.maps(outcomes.total(), names, outcomes[Outcome.LOST_TO_HOLE])
+        outcomes = _outcomes(clusters)
+        maps = pooled(clusters, tallies).maps(sum(outcomes.values()), names, outcomes.get(Outcome.LOST_TO_HOLE, 0))
         steps.append(step_of(maps, standing.ground.terrain.zones))
-        enough = sum(last) >= size.least and is_enough(steps, scene.target.half_width, scene.target.p95_energy)
+        enough = sum(last) >= least and is_enough(steps, scene.target.half_width, scene.target.p95_energy)
         complete = stage == len(plan) - 1 or enough
         yield answer(stage, complete, stream.flights(0.0, time.perf_counter() - began), maps)
         if complete:
             return
+
+
+def _clusters(released: Released, tallies: Tallies, outlines: Outlines, side: float) -> list[ClusterTally]:
+    """Return the empty counts of each cluster of sources; side : of the squares that hold a cluster (m)."""
+    if not len(released.places):
+        return []
+    places, groups = outlines_for_places(outlines), clusters_of(released.places, released.sound, side)
+    return [ClusterTally(sources, tallies, places) for sources in groups]
+
+
+def _fly(
+    stream: Stream,
+    standing: PreparedTerrain,
+    released: Released,
+    cluster: ClusterTally,
+    numbers: tuple[Sequence[int], Sequence[int]],
+    size: int | None,
+) -> bool:
+    """Fly the next rocks of a cluster; return False if that was stopped.
+
+    numbers : for every source, first rock to fly and the number after the last; size : as in `blocks_of`
+    """
+    sources = cluster.sources
+    first, last = ([column[i] for i in sources.tolist()] for column in numbers)
+    stream.watch, stream.sink = cluster.tallies, cluster.count
+    blocks, seed = blocks_of(first, last, size), standing.scene.seed
+    return stream.fly(releases_of(standing, released, some, seed, sources) for some in blocks)
+
+
+def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:
+    return dict(sum((cluster.outcomes for cluster in clusters), Counter[Outcome]()))
+
+
+def _evidence(
+    standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines
+) -> tuple[tuple[AreaEvidence, ...], int]:
+    """Return the evidence of each area, with the share that has no terrain, and the number of rocks cut off."""
+    names = tuple(outlines)
+    areas, unfinished = worst_evidence(clusters, names) if clusters else (untouched(names), 0)
+    shares = uncovered_shares(standing, outlines)
+    return tuple(area._replace(uncovered=shares[area.name]) for area in areas), unfinished
 
 
 def no_flights(standing: PreparedTerrain) -> Flights:
@@ -148,18 +217,10 @@ def no_flights(standing: PreparedTerrain) -> Flights:
     return flights_of([NOTHING], releases, standing.ground.engine.name)
 
 
-def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outcome], first: Sequence[int]) -> Stream:
-    """Return the object that flies the rocks of an answer and counts them into the maps.
-
-    The rocks kept for display are spread over the first stage.
-    """
+def _stream(standing: PreparedTerrain, first: Sequence[int]) -> Stream:
+    """Return the object that flies the rocks of an answer; the rocks to display are spread over the first stage."""
     shown: Shown = shown_of(sum(first), SHOWN, SHOWN)
-
-    def count(deposits: Deposits, impacts: Impacts) -> None:
-        codes, counts = np.unique(deposits.outcome, return_counts=True)
-        outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
-
-    return Stream(standing.ground.engine, standing.flight, shown, tallies, count, impacts=False)
+    return Stream(standing.ground.engine, standing.flight, shown, impacts=False)
 
 
 def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:

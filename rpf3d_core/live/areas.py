@@ -1,9 +1,11 @@
 """Areas of interest that arrive in messages while the simulator runs: outlines, and circles around vehicles."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from rpf3d_core.formats.polygons import polygon_of
 from rpf3d_core.terrain.frame import FloatArray
@@ -37,3 +39,42 @@ def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
 def _rings(area: shapely.Geometry) -> list[FloatArray]:
     rings = [ring for polygon in shapely.get_parts(area) for ring in (polygon.exterior, *polygon.interiors)]
     return [shapely.get_coordinates(ring) for ring in rings]
+
+
+@dataclass(frozen=True, eq=False)
+class AreaOutline:
+    """An area of interest, prepared for many comparisons with places.
+
+    rings : its rings as polygons, a place in an odd number of them is inside; hull : (H, 2) m, corners of its convex
+    hull
+    """
+
+    rings: Sequence[shapely.Polygon]
+    hull: FloatArray
+
+    def contains(self, places: FloatArray) -> NDArray[np.bool_]:
+        """Return flags (N,), True for places (N, 2) m inside the area."""
+        inside = np.zeros(len(places), dtype=bool)
+        for ring in self.rings:
+            inside ^= shapely.contains_xy(ring, places[:, 0], places[:, 1])
+        return inside
+
+    def is_ahead(self, places: FloatArray, ways: FloatArray) -> NDArray[np.bool_]:
+        """Return flags (N,), True if a part of the area is ahead of places (N, 2) m on ways (N, 2) m.
+
+        A rock that left straight below its release has no direction: everything is ahead.
+        """
+        farthest = (ways @ self.hull.T).max(axis=1)
+        return np.asarray((farthest > (places * ways).sum(axis=1)) | (ways == 0.0).all(axis=1))
+
+
+def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaOutline]:
+    """Return the areas of interest, given as rings (P, 2) m, prepared for comparisons with places."""
+    return [
+        AreaOutline(rings=[shapely.Polygon(ring) for ring in rings], hull=_hull(np.concatenate(list(rings))))
+        for rings in areas.values()
+    ]
+
+
+def _hull(corners: FloatArray) -> FloatArray:
+    return np.asarray(shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(corners))))

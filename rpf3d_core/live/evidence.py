@@ -28,9 +28,9 @@ def together(parts: Sequence[Evidence]) -> Evidence:
         terrain_stamp_ns=min(part.terrain_stamp_ns for part in parts),
         sources_digest=digests,
         sources=sum(part.sources for part in parts),
-        areas=tuple(_worst(list(_told(parts, area.name)), flown) for area in watched),
+        areas=tuple(worst_of(list(_told(parts, area.name)), flown) for area in watched),
         faults=tuple(dict.fromkeys(fault for part in parts for fault in part.faults)),
-        unfinished=max(_scaled(part.unfinished, _flown(part), flown) for part in parts),
+        unfinished=max(scaled(part.unfinished, _flown(part), flown) for part in parts),
     )
 
 
@@ -43,9 +43,10 @@ def _flown(part: Evidence) -> int:
     return max((area.flown for area in part.areas), default=0)
 
 
-def _worst(said: list[AreaEvidence], flown: int) -> AreaEvidence:
+def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
     """Return the worst of several results for one area, as if each were from `flown` rocks."""
-    reached = max(_scaled(area.reached, area.flown, flown) for area in said)
+    reached = max(scaled(area.reached, area.flown, flown) for area in said)
+    left = max(scaled(area.left, area.flown, flown) for area in said)
     low, high = wilson_interval(reached, max(flown, 1))
     p95 = [energy for area in said if (energy := _p95_or_largest(area)) is not None]
     largest = [area.largest_energy for area in said if area.largest_energy is not None]
@@ -60,6 +61,11 @@ def _worst(said: list[AreaEvidence], flown: int) -> AreaEvidence:
         p95_energy=max(p95, default=None) if has_p95 else None,
         largest_energy=max(largest, default=None),
         first_arrival_s=min(first, default=None),
+        left=min(left, flown),
+        uncovered=max(area.uncovered for area in said),
+        clusters=sum(area.clusters for area in said),
+        pooled_flown=sum(area.pooled_flown for area in said),
+        pooled_reached=sum(area.pooled_reached for area in said),
     )
 
 
@@ -68,6 +74,6 @@ def _p95_or_largest(area: AreaEvidence) -> float | None:
     return area.largest_energy if area.p95_energy is None else area.p95_energy
 
 
-def _scaled(count: int, of: int, to: int) -> int:
+def scaled(count: int, of: int, to: int) -> int:
     """Return a count out of `of` rocks as a count out of `to` rocks, rounded up."""
     return -(-count * to // of) if of else 0

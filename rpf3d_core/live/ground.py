@@ -111,13 +111,16 @@ class Workshop:
         of the triangles' longest sides.
     reference : bool
         Fly with the reference engine, which is slow.
+    must_face_up : bool
+        Refuse a mesh of which more facets face down than up, instead of turning its facets over.
     """
 
     def __init__(
         self, weld: float = WELD, most_points: int = MOST_POINTS, longest_edge: float | None = None,
-        reference: bool = not HAS_NUMBA,
+        reference: bool = not HAS_NUMBA, must_face_up: bool = False,
     ) -> None:  # fmt: skip
         self._weld, self._most, self._longest, self._reference = weld, most_points, longest_edge, reference
+        self._must_face_up = must_face_up
         self._share: Share = Threads(THREADS)
         self._aside = ThreadPoolExecutor(1, thread_name_prefix="digest")
         self._rooms = Rooms()
@@ -208,7 +211,9 @@ class Workshop:
         if isinstance(survey, GridSurvey):
             return grid_mesh(survey.points, room.memory, self._share)
         if isinstance(survey, MeshSurvey):
-            return ready_mesh(survey.vertices, survey.triangles, ZONE, self._weld, room.memory, self._share)
+            return ready_mesh(
+                survey.vertices, survey.triangles, ZONE, self._weld, room.memory, self._share, self._must_face_up
+            )
         return _kept(cloud_mesh(survey.points, self._longest), room)
 
     def _patch_mesh(self, patch: CloudSurvey | GridSurvey, origin: tuple[float, float, float]) -> Mesh:

@@ -4,6 +4,7 @@ The rocks of a source are spread around it. Monitoring gives a place that is exa
 the answer shows how much this uncertainty matters.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import IntArray
+from rpf3d_core.ensemble.release_heights import ground_below_releases
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
 from rpf3d_core.ensemble.sizes import sizes_of
 from rpf3d_core.errors import InputError
@@ -40,11 +42,13 @@ class ReleaseSpread:
 
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
     above_ground : height of each source above the ground (m); None for the height at which the source was seen
+    highest : height above the ground (m) above which a source is doubtful, such as over terrain with z down
     """
 
     position: float = 0.0
     velocity: float = 0.0
     above_ground: float | None = None
+    highest: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,7 @@ class Released:
     places : (S, 3) m, local; velocities : (S, 3) m/s; diameters : (S,) m, NaN for the scene's rocks, or None
     heights : (S,) m above the highest ground there; spread rocks start at the same height; NaN if rocks are not spread
     sound : (S,) True for released sources; left_out : a sentence on the other sources, "" if there are none
+    doubtful : a sentence on released sources that are too far from the ground, "" if there are none
     around : how rocks are spread around each source
     """
 
@@ -66,11 +71,7 @@ class Released:
     sound: Flags
     left_out: str
     around: ReleaseSpread
-
-    def first_round(self, rocks: int) -> list[int]:
-        """Return how many rocks each source releases in the first stage, at least `rocks` in total."""
-        each = -(-rocks // max(int(self.sound.sum()), 1))
-        return [each if sound else 0 for sound in self.sound.tolist()]
+    doubtful: str = ""
 
     @property
     def highest(self) -> float:
@@ -102,22 +103,28 @@ def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSp
     left_out = _sentence(trigger.positions, off, depth)
     if len(places) and not sound.any():
         raise InputError(left_out)
+    doubtful = _too_far(trigger.positions, _distances(standing, places, around.above_ground), sound, around.highest)
     if around.above_ground is not None:
         places = _raised(standing, places, np.where(sound, around.above_ground, np.nan))
     if around.position == 0.0:
         heights = np.full(len(places), np.nan)
-    return Released(places, velocities, trigger.diameters, heights, sound, left_out, around)
+    return Released(places, velocities, trigger.diameters, heights, sound, left_out, around, doubtful)
 
 
-def releases_of(standing: PreparedTerrain, released: Released, ranges: Sequence[range], seed: int) -> Releases:
+def releases_of(
+    standing: PreparedTerrain, released: Released, ranges: Sequence[range], seed: int, sources: IntArray | None = None
+) -> Releases:
     """Return the releases of each source for the given ranges of rock numbers.
+
+    sources : numbers of the sources that the ranges belong to; None for all sources in order
 
     The bits of a rock do not depend on the ranges. A rock that is spread keeps its source's height above the ground, so
     no rock starts in the wall behind the source. Where there is no ground, the rock starts at its source. Random
     numbers are drawn as in `ensemble.releases`.
     """
     numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
-    source = np.repeat(np.arange(len(ranges)), [len(some) for some in numbers])
+    which = np.arange(len(ranges)) if sources is None else sources
+    source = np.repeat(which, [len(some) for some in numbers])
     rock = np.concatenate(numbers)
     mass, radius = sizes_of(standing.rock, seed, source, rock)
     if released.diameters is not None:
@@ -171,11 +178,33 @@ def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> 
     off = over[:, 1] < 0
     if above is not None:
         return np.zeros(len(x)), np.where(off, np.nan, above), off
-    below = standing.ground.engine.ground_below(x)
+    below = ground_below_releases(standing.ground.engine, x)
     under = ~off & ((below[:, 1] < 0) | (below[:, 2] < 0))
     height = x[:, 2] - _tops(standing, x, over)
     open_above = ~off & ~under & (np.abs(height - below[:, 0]) <= SAME_GROUND)
     return np.where(under, np.maximum(-height, np.finfo(float).tiny), 0.0), np.where(open_above, height, np.nan), off
+
+
+def _distances(standing: PreparedTerrain, x: FloatArray, above: float | None) -> FloatArray:
+    """Return the distance (S,) m of sources (S, 3) m from the ground: above the ground straight below them.
+
+    If all sources are moved to a height `above` the ground, the distance is that from the highest ground, up or down.
+    """
+    if above is None:
+        return np.asarray(standing.ground.engine.ground_below(x)[:, 0])
+    return np.asarray(np.abs(x[:, 2] - _tops(standing, x, _over_top(standing, x))))
+
+
+def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest: float) -> str:
+    """Return a sentence on the sound sources farther from the ground than `highest` (m); "" if there are none."""
+    far = np.flatnonzero(sound & (distances > highest))
+    if not len(far):
+        return ""
+    first = int(far[0])
+    where = ", ".join(f"{c:.3f}" for c in positions[first])
+    return (f"{len(far)} of {len(positions)} sources are more than {highest:g} m from the ground (highest_source), "
+            f"such as source {first} at ({where}), {distances[first]:.3g} m: is z up in terrain and sources, and is "
+            "map_origin right?")  # fmt: skip
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:

@@ -13,8 +13,9 @@ from typing import Any
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.fields import SceneField, scene_fields
-from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.model import BODY_KEYS, Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
+from rpf3d_core.scene.shapes import KINDS
 
 SCENE = "scene"
 """Name of the parameter that gives the path of a scene file."""
@@ -31,6 +32,12 @@ EXCLUDED: Mapping[str, str] = {
     "terrain.berms": LISTED,
     "terrain.up": "is z in every message (REP 103)",
     "zones": LISTED,
+    **dict.fromkeys(
+        (f"rock.shape.{key}" for key in (*KINDS[1:], "corners", "weights")),
+        "is for runs; live rocks are points or spheres",
+    ),
+    "contact.rigid": "belongs to rocks with a shape",
+    **dict.fromkeys((f"materials.default.{key}" for key in BODY_KEYS), "belongs to rocks with a shape"),
     "materials.default.draw": "is for distributions, which no parameter can hold",
     "sources": FROM_MESSAGES,
     "rocks": "is not known beforehand: a live answer grows until its target",
@@ -54,6 +61,9 @@ EXCLUDED: Mapping[str, str] = {
     "method": "is for comparison with the thesis; live answers are exact",
     "outputs": "is written by runs; what is published has parameters of its own",
     "observed": "is for comparison with what was seen in the field",
+    "unknowns": "is for runs, which fly parameter sets",
+    "calibration": "is for `rpf3d calibrate`",
+    "materials.default.library": "names ranges, which are for runs",
     "data_hint": "speaks of files that are missing",
 }
 """Fields of a scene that cannot be given as live parameters, with all fields below them, and why.
@@ -111,7 +121,13 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
             f"parameter `{SCENE}` names a scene file, which says everything; remove it, or those set beside it: "
             f"{', '.join(f'`{name}`' for name in sorted(given))}"
         )
-    return read_scene(path)
+    scene = read_scene(path)
+    if scene.rock.is_body:
+        raise SceneError(f"{path}: `rock.shape` is for runs; live rocks are points or spheres, so remove it")
+    if scene.has_unknowns:
+        raise SceneError(f"{path}: has unknowns, and a live answer has one value for each coefficient; replace every "
+                         "`prior` and `library` by a number or a distribution, and remove `unknowns`")  # fmt: skip
+    return scene
 
 
 def _fault(name: str, value: Any) -> str | None:

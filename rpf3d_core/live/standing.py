@@ -6,14 +6,16 @@ Only `stand_on`, called once for each ground, takes longer for a larger terrain.
 import math
 import queue
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME, DrawnRock, mass_range
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning
@@ -71,6 +73,7 @@ class PreparedTerrain:
     areas : rings of the scene's own areas of interest, local frame
     tallies : counts for the maps of the current answer, emptied for the next one
     before : map cells of the ground before the patch, None if there was no patch
+    uncovered : share of an area without ground, by the bytes of its outline (`live.coverage`)
     """
 
     ground: Surveyed
@@ -80,6 +83,12 @@ class PreparedTerrain:
     areas: Outlines
     tallies: Tallies
     before: TerrainCells | None = None
+    uncovered: dict[bytes, float] = field(default_factory=dict)
+
+    def has_ground(self, places: FloatArray) -> NDArray[np.bool_]:
+        """Return flags (N,), True for places (N, 2) m in plan, local frame, with ground above or below them."""
+        top = np.column_stack([places, np.full(len(places), self.ground.facets.high[2] + ABOVE_EVERYTHING)])
+        return np.asarray(self.ground.engine.ground_below(top)[:, 1] >= 0)
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
         """Return the outlines of all areas of interest, (P, 2) m, local frame: the scene's, then the live ones.
@@ -173,7 +182,9 @@ def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
     if scene_raster(scene, terrain, (facets.low, facets.high)) != raster:
         return stand_on(ground, scene)
     tallies = before.tallies.after(ground_after(before.tallies.ground, facets, engine.locator, changed.block))
-    return replace(before, ground=ground, flight=scene_flight(scene, terrain), tallies=tallies, before=before.cells)
+    return replace(
+        before, ground=ground, flight=scene_flight(scene, terrain), tallies=tallies, before=before.cells, uncovered={}
+    )
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:

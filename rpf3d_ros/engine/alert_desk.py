@@ -7,7 +7,7 @@ without an error delays the alert; after a second the delay is reported and the 
 import queue
 import threading
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -21,6 +21,7 @@ from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
 from rpf3d_ros.engine.region_evidence import RegionEvidence
+from rpf3d_ros.engine.standing_faults import StandingFaults
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.stamps import SECOND
 
@@ -73,6 +74,7 @@ class Request:
     forgets_topics : if True, the desk also forgets which topics have reported sources
     acknowledged : the acknowledging person, the reason, and the time (ns)
     reply : called with True and a sentence if the request was met, or False and the reason
+    is_changed : True if the standing faults have changed
     """
 
     region: Hashable = None
@@ -82,7 +84,11 @@ class Request:
     forgets_topics: bool = False
     acknowledged: tuple[str, str, int] | None = None
     reply: Reply | None = None
+    is_changed: bool = False
 
+
+CHANGED = Request(is_changed=True)
+"""A request to decide again, because the standing faults have changed."""
 
 TICK = Request()
 """A request without new evidence: the desk only checks whether the last decision is about to end."""
@@ -93,18 +99,22 @@ class AlertDesk:
 
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
+    standing : faults that stand in every decision until their cause has ended
+    expected : topics of sources that must report
     """
 
     def __init__(
-        self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: DecisionListener
-    ) -> None:
+        self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: DecisionListener,
+        expected: Sequence[str] = (),
+    ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s)
+        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected)
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._closed = self._failed = self._clock_ran = self._owed = False
+        self.standing = StandingFaults(lambda: self._requests.put(CHANGED))
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
         self._thread.start()
 
@@ -183,7 +193,7 @@ class AlertDesk:
             self._wait_for_clock(request)
         elif request.acknowledged is not None:
             self._acknowledge(request, now)
-        elif request.evidence is not None or request.faults or self._is_over(now):
+        elif request.evidence is not None or request.faults or request.is_changed or self._is_over(now):
             self._decide(now, None)
             if request.reply is not None:
                 request.reply((True, request.faults))
@@ -215,10 +225,13 @@ class AlertDesk:
         if self._owed:
             self._owed = False
             self._listener.held_up("")
-        evidence = self._evidence.fresh(now)
-        alert = decide(self.alert, evidence, self._thresholds, now, given)
+        evidence, reported = self._evidence.fresh(now), self.standing.sentences
+        alert = decide(self.alert, evidence, self._thresholds, now, given, reported)
         if self._log is not None:
-            decision = Decision(previous=self.alert, evidence=evidence, acknowledgement=given, now_ns=now, alert=alert)
+            decision = Decision(
+                previous=self.alert, evidence=evidence, acknowledgement=given, now_ns=now, alert=alert,
+                reported=reported,
+            )  # fmt: skip
             self._try_to_log(partial(self._log.decided, decision, self._thresholds))
         self.alert = alert
         self._listener.decided(alert, evidence)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rpf3d_core.alerts.evidence import Evidence, areas_of, unfinished_of, untouched
+from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.standing import PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
@@ -13,28 +13,24 @@ from rpf3d_ros.engine.configuration import version
 class EvidenceContext:
     """What the evidence of an answer contains besides the answer: terrain, time and seed.
 
-    standing : the prepared terrain in use, or None; lost_patches : number of patches that this terrain lacks
+    standing : the prepared terrain in use, or None
     at_ns : time of the answer (ns); seed : random seed of the scene
     """
 
     standing: PreparedTerrain | None
-    lost_patches: int
     at_ns: int
     seed: int
 
 
 def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
-    """Return the evidence of an answer, for the alert decision; left-out sources and missing patches are faults."""
-    faults = (answer.left_out,) if answer.left_out else ()
-    if lost := context.lost_patches:
-        faults = (*faults, f"{lost} patches are not in the terrain: the whole terrain must be published")
+    """Return the evidence of an answer, for the alert decision; left-out and doubtful sources are faults."""
+    faults = tuple(sentence for sentence in (answer.left_out, answer.doubtful) if sentence)
     without_sources = evidence_without_answer(answer.trigger, "", context)._replace(
-        result=answer.result, stage=answer.stage, faults=faults, areas=untouched(answer.maps.area_names)
+        result=answer.result, stage=answer.stage, faults=faults, areas=answer.evidence
     )
     if not answer.sources:
         return without_sources
-    unfinished = unfinished_of(answer.outcomes)
-    return without_sources._replace(sources=answer.sources, unfinished=unfinished, areas=areas_of(answer.maps))
+    return without_sources._replace(sources=answer.sources, unfinished=answer.unfinished)
 
 
 def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceContext) -> Evidence:

@@ -96,7 +96,7 @@ class Builder:
     def _refuse(self, kind: str, why: str) -> None:
         """Report that a message cannot be used; a refused patch counts as missing in the terrain."""
         if kind == "whole":
-            self._waiting.refused()
+            self._waiting.refused(why)
         else:
             self._waiting.lost()
         self._listener.terrain_refused(why)

@@ -127,7 +127,10 @@ def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
 def spread_of(parameters: SimulatorParameters) -> ReleaseSpread:
     """Return how rocks are spread around each source, from the parameters of the node."""
     above = parameters.above_ground if parameters.above_ground >= 0.0 else None
-    return ReleaseSpread(position=parameters.position_spread, velocity=parameters.velocity_spread, above_ground=above)
+    return ReleaseSpread(
+        position=parameters.position_spread, velocity=parameters.velocity_spread, above_ground=above,
+        highest=parameters.highest_source,
+    )  # fmt: skip
 
 
 def warm(scene: Scene, parameters: SimulatorParameters) -> float:
@@ -152,7 +155,7 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
 
 def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
     reference = scene.engine == Reference.name or not HAS_NUMBA
-    return Workshop(scene.terrain.weld, parameters.most_points, reference=reference)
+    return Workshop(scene.terrain.weld, parameters.most_points, reference=reference, must_face_up=True)
 
 
 def _store_of(parameters: SimulatorParameters) -> Store | None:

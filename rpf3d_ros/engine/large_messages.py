@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
@@ -139,8 +140,9 @@ class LargeMessages:
     """
 
     def __init__(
-        self, node: Node, topics: Sequence[LargeTopic], failed: Callable[[str], None], pause: float = PAUSE
-    ) -> None:
+        self, node: Node, topics: Sequence[LargeTopic], failed: Callable[[str], None], pause: float = PAUSE,
+        events: SubscriptionEventCallbacks | None = None,
+    ) -> None:  # fmt: skip
         self._node, self._failed, self._pause = node, failed, pause
         self._rcl = _rcl()
         group = None if self._rcl is None else NotByTheExecutor()
@@ -148,7 +150,7 @@ class LargeMessages:
         self._subscriptions: list[Any] = [
             node.create_subscription(
                 topic.kind, topic.name, topic.take_from_rclpy, topic.qos, callback_group=group, raw=True,
-                qos_overriding_options=OVERRIDABLE,
+                event_callbacks=events, qos_overriding_options=OVERRIDABLE,
             )
             for topic in topics
         ]  # fmt: skip
@@ -159,6 +161,11 @@ class LargeMessages:
         if self._rcl is not None:
             self._thread = threading.Thread(target=self._run, name="rpf3d large messages", daemon=True)
             self._thread.start()
+
+    @property
+    def qos(self) -> dict[str, QoSProfile]:
+        """The quality of service of each subscription, with overrides, by the name of its topic."""
+        return {topic.name: each.qos_profile for topic, each in zip(self._topics, self._subscriptions, strict=True)}
 
     def close(self) -> None:
         """Take no more messages; the message in progress is completed first."""

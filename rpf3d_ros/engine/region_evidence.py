@@ -1,6 +1,6 @@
 """Keep the evidence for each wall (region), and combine what is not too old into one evidence for a decision."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
@@ -34,21 +34,24 @@ class TopicEvidence(NamedTuple):
 
 
 class RegionEvidence:
-    """The last evidence of each region, that is of each wall, and the topics that have reported sources."""
+    """The last evidence of each region, that is of each wall, and the topics that have reported."""
 
-    def __init__(self, max_age_s: float) -> None:
-        """Begin without evidence; max_age_s : age (s) beyond which evidence is stale."""
+    def __init__(self, max_age_s: float, expected: Sequence[str] = ()) -> None:
+        """Begin without evidence.
+
+        max_age_s : age (s) beyond which evidence is stale; expected : topics that must report, as in `SourceTopics`
+        """
         self._max_age_ns = int(max_age_s * SECOND)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
-        self._topics = SourceTopics()
+        self._topics = SourceTopics(expected)
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
 
         Evidence without sources is kept only if no evidence with sources is left; otherwise only its faults are kept.
         """
-        self._topics.note(topic, evidence.trigger_stamp_ns, evidence.sources)
+        self._topics.note(topic, evidence.trigger_stamp_ns)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
         if known is not None and new.stamp_ns < known.stamp_ns:
             return  # newer sources of the wall are being answered, or have no answer

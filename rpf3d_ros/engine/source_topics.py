@@ -1,4 +1,6 @@
-"""Notice topics of sources that fall silent: their last message reported sources, and no message follows."""
+"""Notice topics of sources, that is sensors, that fall silent: what happens in their view is then unknown."""
+
+from collections.abc import Sequence
 
 from rpf3d_core.alerts.times import span
 
@@ -18,26 +20,32 @@ def is_cleared_by(empty: str, reported: str) -> bool:
 
 
 class SourceTopics:
-    """The last message of each topic of sources: its stamp, and whether it reported any source."""
+    """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
 
-    def __init__(self) -> None:
-        self._last: dict[str, tuple[int, bool]] = {}
+    expected : topics that must publish even if they have never published
+    """
 
-    def note(self, topic: str, stamp_ns: int, sources: int) -> None:
-        """Note the stamp (ns) and number of sources of a message.
+    def __init__(self, expected: Sequence[str] = ()) -> None:
+        self._expected = tuple(expected)
+        self._last: dict[str, int] = {}
+
+    def note(self, topic: str, stamp_ns: int) -> None:
+        """Note the stamp (ns) of a message, with or without sources.
 
         A message that is answered again is not newer than the last message of its topic, so the call changes nothing.
         """
-        if topic != BY_HAND and stamp_ns >= self._last.get(topic, (stamp_ns, False))[0]:
-            self._last[topic] = stamp_ns, sources > 0
+        if topic != BY_HAND:
+            self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a sentence for each topic that has fallen silent: its last message had sources and is too old."""
-        return tuple(
+        """Return a sentence for each topic that is silent: its last message is too old, or it is expected."""
+        fell_silent = tuple(
             f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}"
-            for topic, (stamp, had_sources) in self._last.items()
-            if had_sources and stamp < oldest_ns
+            for topic, stamp in self._last.items()
+            if stamp < oldest_ns
         )
+        never = [topic for topic in self._expected if topic not in self._last]
+        return (*fell_silent, *(f"nothing has been heard of sources on {topic} (expected_topics)" for topic in never))
 
     def clear(self) -> None:
         """Forget all topics, because the stamps are invalid or the node was not subscribed meanwhile."""

@@ -1,10 +1,11 @@
 """The station: all threads of a configured simulator and their connections, until the node is cleaned up."""
 
 import itertools
+import math
 import queue
 import time
 import traceback
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from typing import Protocol
 
 from rpf3d_core.alerts.levels import acknowledgement
@@ -14,13 +15,18 @@ from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.alert_desk import AlertDesk
-from rpf3d_ros.engine.answer_evidence import EvidenceContext, evidence_of_answer, evidence_without_answer
+from rpf3d_ros.engine.answer_evidence import (
+    EvidenceContext,
+    evidence_of_answer,
+    evidence_without_answer,
+)
 from rpf3d_ros.engine.answered_sources import AnsweredSources
 from rpf3d_ros.engine.builder import Arrival, Builder
 from rpf3d_ros.engine.configuration import StationConfiguration, spread_of
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
+from rpf3d_ros.engine.refused_inputs import RefusedInputs
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.answer_content import figures_of, warnings_of
@@ -73,13 +79,16 @@ class Station:
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
         age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)
         answered = AnsweredSources(age, REMEMBERED * parameters.waiting_sources)
-        size = EnsembleSize(first=parameters.first_rocks, least=least)
+        cluster = terms.cluster_m if terms is not None else math.inf
+        size = EnsembleSize(first=parameters.first_rocks, least=least, cluster=cluster)
         self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
         self.builder = Builder(scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store)
         self.desk: AlertDesk | None = None
+        self._refused_inputs = RefusedInputs(self.report_fault, age)
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         if configuration.thresholds is not None:
-            self.desk = AlertDesk(configuration.thresholds, configuration.log, outlets.now, self.decisions)
+            expected = parameters.sensors.expected
+            self.desk = AlertDesk(configuration.thresholds, configuration.log, outlets.now, self.decisions, expected)
         if configuration.log_fault:
             self.decisions.logged(configuration.log_fault)
         if configuration.standing is not None:
@@ -91,6 +100,7 @@ class Station:
     def activate(self) -> None:
         """Start to answer and decide."""
         self.decisions.resume()
+        self._outlets.alerts.forget()
         self.flyer.activate()
         if self.desk is not None:
             self.desk.forget("the node has just been activated: nothing has been heard of sources since")
@@ -103,6 +113,7 @@ class Station:
         """
         self.flyer.deactivate()
         self.terrain.forget_received()
+        self._refused_inputs.clear()
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
             self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
@@ -153,11 +164,14 @@ class Station:
         """Do regular work: renew a decision that is about to end, free old patches, and report the queues."""
         if self.desk is not None:
             self.desk.tick()
+            self._outlets.alerts.beat()
         self.terrain.drop_old_patches()
+        self._report_terrain()
         lost, dropped = self.terrain.lost_patches, self.sources.dropped
         values = {
             "sources_waiting": len(self.sources), "sources_dropped": dropped, "terrain_waiting": len(self.terrain),
             "terrain_overtaken": self.terrain.overtaken, "patches_lost": lost,
+            "surveys_refused": self.terrain.refused_surveys,
         }  # fmt: skip
         if self._configuration.store is not None:
             self._report_store(self._configuration.store)
@@ -178,11 +192,14 @@ class Station:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = acknowledged_by.partition(":")
         replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
+        is_named = bool(by.strip() and why.strip())
+        silent = self._refused_inputs.acknowledged(time.monotonic()) if is_named else ()
+        ended = f"; no longer a fault, because silent since: {', '.join(silent)}" if silent else ""
         self.desk.acknowledge(by, why, replies.put)
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)
-            return lowered, f"{by.strip()}: {answer}"
+            return lowered, f"{by.strip()}: {answer}{ended}"
         except InputError as refusal:
             return False, f"{refusal}; acknowledged_by is to say NAME: REASON"
         except queue.Empty:
@@ -233,11 +250,36 @@ class Station:
             "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
         }  # fmt: skip
         self._outlets.health.set("terrain", OK, what, values)
+        self._report_terrain()
         self.report_waiting()
 
     def terrain_refused(self, why: str) -> None:
-        """Report in the diagnostics why a survey is not used."""
+        """Report in the diagnostics why a survey is not used; the terrain is out of date, which is a fault."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
+        self._report_terrain()
+
+    def input_refused(self, topic: str, why: str) -> None:
+        """Let a fault stand because a message of sources or areas was refused."""
+        self._refused_inputs.refused(topic, why, time.monotonic())
+
+    def input_understood(self, topic: str, speakers: Callable[[], int]) -> None:
+        """End the fault of a topic, unless several publishers use the topic; speakers : returns their number."""
+        self._refused_inputs.understood(topic, speakers)
+
+    def report_fault(self, cause: str, sentence: str) -> None:
+        """Let a fault stand in all decisions until its cause has ended; an empty sentence ends the fault."""
+        if self.desk is not None:
+            self.desk.standing.report(cause, sentence)
+
+    def _report_terrain(self) -> None:
+        """Report patches and surveys that the terrain lacks as standing faults."""
+        lost, refused = self.terrain.lost_patches, self.terrain.refused_surveys
+        missing = f"{lost} patches are not in the terrain: the whole terrain must be published"
+        self.report_fault("patches", missing if lost else "")
+        why = (
+            f"a survey was refused ({self.terrain.why_refused}): the terrain is out of date, publish the whole terrain"
+        )
+        self.report_fault("surveys", why if refused else "")
 
     def region_of(self, trigger: Trigger) -> Hashable:
         """Return the region of a trigger, that is the wall that its sources belong to."""
@@ -251,7 +293,6 @@ class Station:
     def _circumstances(self) -> EvidenceContext:
         return EvidenceContext(
             standing=self.flyer.standing,
-            lost_patches=self.terrain.lost_patches,
             at_ns=self._outlets.now(),
             seed=self._configuration.scene.seed,
         )

@@ -23,6 +23,10 @@ REMEMBERED = 10_000
 """Number of patches whose time of publication is remembered."""
 
 
+class QueueFull(MessageRefused):
+    """A patch is refused because too many wait; it is already counted as missing."""
+
+
 class Moment(NamedTuple):
     """When a terrain message was published, and its stamp, to put surveys and patches in order.
 
@@ -40,6 +44,13 @@ class Moment(NamedTuple):
         """
         older = whole.stamp_ns is not None and self.stamp_ns is not None and self.stamp_ns < whole.stamp_ns
         return self.published_ns > whole.published_ns and not older
+
+
+class RefusedSurvey(NamedTuple):
+    """A whole survey that was refused: its time of publication (ns, 0 if it is not known), and why."""
+
+    published_ns: int
+    why: str
 
 
 @dataclass
@@ -62,6 +73,8 @@ class Chapter(Generic[M]):
     whole : the survey; None for the survey in use
     early : patches that follow the survey but were received before the survey
     missing : number of early patches that are no longer kept
+    lost : number of patches that this terrain lacks
+    refused : later whole surveys that were refused
     """
 
     whole: M | None
@@ -70,11 +83,13 @@ class Chapter(Generic[M]):
     missing: int = 0
     patches: list[M] = field(default_factory=list)
     lost: int = 0
+    refused: list[RefusedSurvey] = field(default_factory=list)
 
     def take_over(self, later: "Chapter[M]") -> None:
         """Take over the patches of the next survey, because that survey is not used."""
         self.patches += later.patches
         self.lost += later.lost
+        self.refused += later.refused
 
 
 class WaitingTerrain(Generic[M]):
@@ -105,6 +120,31 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             return sum(chapter.lost for chapter in self._chapters)
 
+    @property
+    def refused_surveys(self) -> int:
+        """Number of whole surveys that were refused after the survey in use, or after one that is still waiting."""
+        with self._changed:
+            return sum(len(chapter.refused) for chapter in self._chapters)
+
+    @property
+    def why_refused(self) -> str:
+        """Why the last of the refused surveys was refused; "" if there is none."""
+        with self._changed:
+            return next((each.refused[-1].why for each in reversed(self._chapters) if each.refused), "")
+
+    def refuse(self, kind: str, published_ns: int = 0, why: str = "") -> None:
+        """Note that a message was refused before it was queued.
+
+        kind : "whole" or "patch"; published_ns : its time of publication (ns), 0 if it is not known
+        """
+        with self._changed:
+            if kind == "whole":
+                self._chapters[-1].refused.append(RefusedSurvey(published_ns=published_ns, why=why))
+                return
+            self._chapters[-1].lost += 1
+            moment = Moment(published_ns)  # a survey that was published before, and arrives later, lacks the patch, too
+            self._received.append(ReceivedPatch(patch=None, moment=moment, at=time.monotonic()))
+
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.
 
@@ -127,7 +167,7 @@ class WaitingTerrain(Generic[M]):
             self._changed.notify()
 
     def put_patch(self, patch: M, moment: Moment | None = None) -> None:
-        """Queue a patch. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
+        """Queue a patch. Raises QueueFull if too many wait: the terrain then lacks the patch."""
         with self._changed:
             if moment is not None:
                 self._received.append(received := ReceivedPatch(patch=patch, moment=moment, at=time.monotonic()))
@@ -135,7 +175,7 @@ class WaitingTerrain(Generic[M]):
             self._drop_old_patches()
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
                 self._chapters[-1].lost += 1
-                raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
+                raise QueueFull(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
             self._chapters[-1].patches.append(patch)
             self._changed.notify()
 
@@ -160,16 +200,22 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             tried = self._tried
             assert tried is not None
-            self._chapters = self._chapters[self._chapters.index(tried) :]
+            place = self._chapters.index(tried)
+            published = 0 if tried.moment is None else tried.moment.published_ns
+            before = [survey for chapter in self._chapters[:place] for survey in chapter.refused]
+            later = [survey for survey in before if published and survey.published_ns > published]
+            self._chapters, tried.refused = self._chapters[place:], [*later, *tried.refused]
             tried.patches[:0] = tried.early
             tried.lost += tried.missing
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
-    def refused(self) -> None:
+    def refused(self, why: str = "") -> None:
         """Note that the last taken whole survey cannot be used; the survey before it is next, and all patches stay."""
         with self._changed:
             tried = self._tried
             assert tried is not None
+            published = 0 if tried.moment is None else tried.moment.published_ns
+            tried.refused.append(RefusedSurvey(published_ns=published, why=why))
             self._remove(tried)
             self._tried = None
 

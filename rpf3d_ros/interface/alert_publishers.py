@@ -1,4 +1,11 @@
-"""Publish alerts: `alerts` has levels and reasons, the latched `alarm` is for bridges to a PLC."""
+"""Publish alerts: `alerts` has levels and reasons, the latched `alarm` is for bridges to a PLC.
+
+Both are published again at least every HEARTBEAT seconds, so that a subscriber can require a deadline.
+"""
+
+import threading
+import time
+from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.lifecycle import LifecycleNode
@@ -7,19 +14,33 @@ from std_msgs.msg import Bool, Header
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_ros.interface.publishing import publish
-from rpf3d_ros.interface.qos import LATCHED, OVERRIDABLE
-from rpf3d_ros.messages.alert_messages import alarm_message, alerts_message
+from rpf3d_ros.interface.qos import ALERTS, HEARTBEAT, OVERRIDABLE
+from rpf3d_ros.messages.alert_messages import Publication, alarm_message, alerts_message
 from rpf3d_ros.messages.stamps import stamp_of
+
+EARLY = 0.15
+"""Time (s) before a heartbeat is due at which it may be published, because the node checks only from time to time."""
+
+
+class PublishedAlert(NamedTuple):
+    """The last alert, as it is repeated: its header, and the number of its answer, None without an answer."""
+
+    header: Header
+    alert: Alert
+    result: int | None
 
 
 class AlertPublishers:
-    """Publishers of `alerts` and `alarm`, which publish only while the node is active."""
+    """Publishers of `alerts` and `alarm`, which publish only while the node is active; any thread may call."""
 
     def __init__(self, node: LifecycleNode) -> None:
         self._node = node
         options = {"qos_overriding_options": OVERRIDABLE}
-        self._alerts = node.create_lifecycle_publisher(DiagnosticArray, "alerts", LATCHED, **options)
-        self._alarm = node.create_lifecycle_publisher(Bool, "alarm", LATCHED, **options)
+        self._alerts = node.create_lifecycle_publisher(DiagnosticArray, "alerts", ALERTS, **options)
+        self._alarm = node.create_lifecycle_publisher(Bool, "alarm", ALERTS, **options)
+        self._lock = threading.Lock()
+        self._last: PublishedAlert | None = None
+        self._is_sounding, self._sequence, self._published_at = False, 0, 0.0
         self.closed = False
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
@@ -33,12 +54,52 @@ class AlertPublishers:
             return False
         stamp = alert.at_ns if evidence is None else evidence.trigger_stamp_ns
         header = Header(frame_id=frame, stamp=stamp_of(stamp))
-        publish(self._node, self._alarm, alarm_message(alert))
-        message = alerts_message(header, alert, None if evidence is None else evidence.result)
-        publish(self._node, self._alerts, message)
+        with self._lock:
+            self._is_sounding = False
+            self._last = PublishedAlert(
+                header=header, alert=alert, result=None if evidence is None else evidence.result
+            )
+            self._repeat(self._last)
         return True
 
     def sound_alarm(self) -> None:
         """Publish that the alarm sounds although no decision can be made."""
+        with self._lock:
+            self._sound()
+
+    def beat(self) -> None:
+        """Publish the last alert again if a heartbeat is due; call this several times per HEARTBEAT.
+
+        If the last decision has ended without another, or if no decision could be made, only the alarm is published.
+        The next decision may be on its way, so the alarm waits for another heartbeat after the end of the last.
+        """
+        with self._lock:
+            since = time.monotonic() - self._published_at
+            if self.closed or since < HEARTBEAT - EARLY:
+                return
+            has_ended = self._last is not None and self._now() >= self._last.alert.valid_until_ns
+            if self._last is None or self._is_sounding or (has_ended and since > 2.0 * HEARTBEAT):
+                self._sound()
+            elif self._alerts.is_activated and not has_ended:
+                self._repeat(self._last)
+
+    def forget(self) -> None:
+        """Forget the last alert, because the node has been activated again."""
+        with self._lock:
+            self._last, self._is_sounding = None, False
+
+    def _repeat(self, last: PublishedAlert) -> None:
+        self._sequence += 1
+        publication = Publication(sequence=self._sequence, at_ns=self._now())
+        publish(self._node, self._alarm, alarm_message(last.alert))
+        publish(self._node, self._alerts, alerts_message(last.header, last.alert, last.result, publication))
+        self._published_at = time.monotonic()
+
+    def _sound(self) -> None:
+        self._is_sounding = True
         if not self.closed and self._alarm.is_activated:
             publish(self._node, self._alarm, Bool(data=True))
+            self._published_at = time.monotonic()
+
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
 from difflib import get_close_matches
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
@@ -68,6 +68,14 @@ class InputParameters(FrameParameters):
     )
 
 
+class SensorTopics(NamedTuple):
+    """The topics of sources, one for each sensor: with poses, with clouds, and those that must publish."""
+
+    poses: tuple[str, ...]
+    clouds: tuple[str, ...]
+    expected: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class SimulatorParameters(InputParameters):
     """Parameters of `rpf3d_simulator` except the fields of the scene (`scene_parameters`)."""
@@ -78,6 +86,9 @@ class SimulatorParameters(InputParameters):
     above_ground: float = parameter(
         -1.0, "height of each source above the terrain, in place of its pose's (m); negative: the pose's", -1.0, 1e3
     )
+    highest_source: float = parameter(
+        20.0, "largest distance of a source from the ground (m); a larger one is a fault, as with z down", 0.0, 1e5
+    )
     position_spread: float = parameter(
         2.0, "half-width in plan of the square around a source in which its rocks start (m)", 0.0, 1e3
     )
@@ -86,6 +97,21 @@ class SimulatorParameters(InputParameters):
     )
     region_size: float = parameter(
         50.0, "side (m) of squares in plan; the newest sources of a square replace older waiting ones", 1.0, 1e5
+    )
+    source_topics: tuple[str, ...] = parameter(
+        ("sources",), "topics of sources as poses, one for each sensor, each with one publisher"
+    )
+    source_cloud_topics: tuple[str, ...] = parameter(
+        ("source_cloud",), "topics of sources as clouds, one for each sensor, each with one publisher"
+    )
+    expected_topics: tuple[str, ...] = parameter(
+        ("",), "topics of sources that must publish: a fault until they do, for any other only once it has published"
+    )
+    publisher_overlap: float = parameter(
+        25.0, "time (s) for which a topic may have two publishers; one that was killed is visible for 20 s", 0.0, 1e6
+    )
+    clock_patience: float = parameter(
+        3.0, "wall-clock time (s) for which /clock may stand still with use_sim_time before that is a fault", 0.1, 1e6
     )
     waiting_sources: int = parameter(
         10, "messages of sources that may wait; of more, the oldest is answered last (no site file: dropped)", 1, 10_000
@@ -103,6 +129,20 @@ class SimulatorParameters(InputParameters):
     trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
     displayed_trajectories: int = parameter(200, "most rocks in the trajectories MarkerArray", 2, 10_000)
     points_per_trajectory: int = parameter(50, "most points of each of them", 2, 10_000)
+
+    @property
+    def sensors(self) -> SensorTopics:
+        """The topics of sources. Raises InputError if a topic is given twice, or is expected but not subscribed to."""
+        poses, clouds, expected = (
+            tuple(name for name in names if name)
+            for names in (self.source_topics, self.source_cloud_topics, self.expected_topics)
+        )
+        given = (*poses, *clouds)
+        for name in (*given, *expected):
+            if given.count(name) != 1:
+                why = "is given twice" if name in given else "is expected, but is no topic of sources"
+                raise InputError(f"{name} {why}: see source_topics, source_cloud_topics and expected_topics")
+        return SensorTopics(poses=poses, clouds=clouds, expected=expected)
 
 
 @dataclass(frozen=True)
@@ -131,6 +171,17 @@ class ScenePublisherParameters(FrameParameters):
     repeat_every: float = parameter(10.0, "seconds between repetitions of the sources", 0.1, 86_400.0)
     subscribers: int = parameter(1, "subscribers of sources to wait for before the first publication", 1, 1000)
     repetitions: int = parameter(0, "how often the sources are published; 0: until the node ends", 0, LARGEST_COUNT)
+
+
+@dataclass(frozen=True)
+class AlarmBridgeParameters:
+    """Parameters of `rpf3d_alarm_bridge`."""
+
+    stale_after: float = parameter(
+        3.0, "time (s) without a message of alerts or alarm after which the contact opens", 0.1, 3600.0
+    )
+    contact_file: str = parameter("", "file of the dry contact, which is closed while the node locks it; empty: none")
+    contact_port: int = parameter(0, "port on loopback of the TCP contact; 0: none", 0, 65_535)
 
 
 def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str] = ()) -> P:

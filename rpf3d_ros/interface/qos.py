@@ -1,12 +1,29 @@
 """Quality of service of each kind of topic; a launch file may override it (`qos_overrides`)."""
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from rpf3d_ros.interface.recorded_topics import EVENT, RESULT, STATE, TERRAIN
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Quality of service of states, which are terrain and results: a late subscriber receives the last message."""
+
+HEARTBEAT = 1.0
+"""Time (s) after which `alerts` and `alarm` are published again, even if nothing has changed."""
+
+DEADLINE, LEASE = 2.5, 3.0
+"""Longest time (s) between two messages of `alerts` or `alarm`, and time (s) after which a dead node is reported.
+
+A subscriber may require both, or longer times. A subscriber that requires none receives the messages all the same.
+"""
+
+ALERTS = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    deadline=Duration(seconds=DEADLINE), liveliness=LivelinessPolicy.AUTOMATIC,
+    liveliness_lease_duration=Duration(seconds=LEASE),
+)  # fmt: skip
+"""Quality of service of `alerts` and `alarm`, offered by the simulator and required by `rpf3d_alarm_bridge`."""
 
 RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Quality of service of the recorder for results, which may have to wait while a large terrain is written."""

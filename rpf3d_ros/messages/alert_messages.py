@@ -1,5 +1,7 @@
 """Convert an alert to a diagnostic_msgs/DiagnosticArray for `alerts` and a std_msgs/Bool for `alarm`."""
 
+from typing import NamedTuple
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Bool, Header
 
@@ -7,6 +9,7 @@ from rpf3d_core.alerts.levels import Alert, AreaAlert
 from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
 from rpf3d_ros.messages.health import ERROR, OK, WARN, Health
+from rpf3d_ros.messages.stamps import seconds_text
 
 STALE = DiagnosticStatus.STALE[0]
 LEVELS = {"normal": OK, "watch": WARN, "restrict": ERROR, "evacuate": ERROR, "fault": STALE}
@@ -16,7 +19,16 @@ A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and ab
 """
 
 
-def alerts_message(header: Header, alert: Alert, result: int | None) -> DiagnosticArray:
+class Publication(NamedTuple):
+    """A publication of an alert: its number, 1 more than the one before, and its time (ns) by the node's clock."""
+
+    sequence: int
+    at_ns: int
+
+
+def alerts_message(
+    header: Header, alert: Alert, result: int | None, publication: Publication | None = None
+) -> DiagnosticArray:
     """Return the message of an alert: one status for the site, then one status for each area of interest.
 
     The message of the site's status contains the reasons; the values contain the figures that a bridge to a PLC needs.
@@ -24,6 +36,7 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
 
     header : copied to the message; its stamp is the stamp of the message that triggered the decision
     result : number of the answer that the decision rests on; None if the decision rests on no answer
+    publication : number and time of the publication, for a consumer that must notice a repeated or an old message
     """
     reasons = {f"reason.{number}": reason for number, reason in enumerate(alert.reasons)}
     values = {
@@ -33,6 +46,7 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
         "result": "" if result is None else str(result),
         "decided_at_ns": str(alert.at_ns),
         "valid_until_ns": str(alert.valid_until_ns),
+        **_publication_values(alert, publication),
         **reasons,
     }
     sentence = f"{alert.level.word}: {'; '.join(alert.reasons)}"
@@ -40,6 +54,16 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
     message = diagnostics_of(header.stamp, [site, *(_of_area(area, alert) for area in alert.areas)])
     message.header.frame_id = header.frame_id
     return message
+
+
+def _publication_values(alert: Alert, publication: Publication | None) -> dict[str, str]:
+    if publication is None:
+        return {}
+    return {
+        "sequence": str(publication.sequence),
+        "stamp": seconds_text(publication.at_ns),
+        "valid_until": seconds_text(alert.valid_until_ns),
+    }
 
 
 def _of_area(area: AreaAlert, alert: Alert) -> Health:

@@ -6,7 +6,7 @@ from geometry_msgs.msg import PolygonStamped, PoseArray
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.areas import circles_around, outline_of
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
 
 LIVE_AREA, EQUIPMENT = "live_area", "equipment"
@@ -23,8 +23,8 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
     """Return the outline (P, 2) m of a live area of interest, in plan, from a polygon message.
 
     A polygon without corners deletes the area: the list is then empty.
-    Raises MessageRefused for a foreign frame, for corners that are not finite or too many, and for corners that form no
-    polygon.
+    Raises MessageRefused for a foreign frame, for corners that are not finite or too many, for float32 coordinates
+    beyond `FARTHEST`, which have lost centimetres, and for corners that form no polygon.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points
@@ -33,6 +33,11 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
         return []
     points = np.array([(p.x, p.y, p.z) for p in corners], dtype=np.float64)
     _check_finite(points, "corner")
+    if bool(np.any(np.abs(points[:, :2]) > FARTHEST)):
+        raise MessageRefused(
+            f"the polygon has float32 coordinates beyond {FARTHEST:.0e} m, which have lost centimetres or more; "
+            f"publish them less map_origin, in frame '{frame.name}'"
+        )
     if len(points) < 3:
         raise MessageRefused(f"the polygon has {len(points)} corners; it must have at least 3, or none to take it away")
     plan = frame.points(points, polygon.header.frame_id)[:, :2]

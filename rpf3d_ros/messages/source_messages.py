@@ -83,15 +83,19 @@ def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
     """Return the sources in a point cloud: x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
 
     A point with a NaN in x, y or z is not a source; a cloud that is not dense may have such points. A NaN in diameter
-    means that the diameter is unknown. Raises MessageRefused as `columns_of_cloud`, for too many points, and for an
-    impossible diameter or velocity.
+    means that the diameter is unknown. Raises MessageRefused as `columns_of_cloud`, for too many points, if no point
+    is valid, for data without points, and for an impossible diameter or velocity.
     """
     frame.check(cloud.header.frame_id)
     _check_number(cloud.height * cloud.width)
     if cloud.height * cloud.width == 0:
+        _check_no_data(cloud)
         return _sources(cloud.header, frame, np.empty((0, 3)), np.empty((0, 3)))
     positions = positions_of_cloud(cloud).reshape(-1, 3)
     there = ~np.isnan(positions).any(axis=1)
+    if not bool(there.any()):
+        raise MessageRefused(f"x, y or z of every one of its {len(there):,} points is NaN, so nothing is known; "
+                             "publish a cloud without points if nothing is seen")  # fmt: skip
     velocities, diameters = _velocities(cloud)[there], _diameters(cloud)
     diameters = None if diameters is None else _checked_diameters(diameters[there])
     return _sources(cloud.header, frame, positions[there], _checked_velocities(velocities), diameters)
@@ -129,6 +133,14 @@ def _sources(
     return Sources(
         header=ours, positions=frame.points(positions, header.frame_id), velocities=velocities, diameters=diameters
     )
+
+
+def _check_no_data(cloud: PointCloud2) -> None:
+    """Refuse a cloud that announces no points but has data: it is not evidence that nothing was seen."""
+    if len(cloud.data):
+        raise MessageRefused(
+            f"the cloud announces {cloud.height} x {cloud.width} points but has {len(cloud.data)} bytes"
+        )
 
 
 def _check_number(sources: int) -> None:

@@ -1,11 +1,14 @@
 """The inputs of an active simulator: each message is checked, converted if that is quick, and put in a queue."""
 
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray
 from rclpy._rclpy_pybind11 import RMWError
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
@@ -17,17 +20,59 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.builder import Arrival
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
+from rpf3d_ros.engine.publisher_watch import PublisherWatch, SeenPublisher, WatchedTopic, sentences_by_topic
+from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.stamp_guards import StampGuards
 from rpf3d_ros.engine.station import Station
-from rpf3d_ros.engine.waiting_terrain import Moment
+from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull
 from rpf3d_ros.interface.health_report import HealthReport
-from rpf3d_ros.interface.parameters import SimulatorParameters
+from rpf3d_ros.interface.parameters import SensorTopics, SimulatorParameters
 from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, terrain_qos
+from rpf3d_ros.interface.recorded_topics import CLOUD, POSES, TOPICS
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
 from rpf3d_ros.messages.stamps import nanoseconds
 from rpf3d_ros.messages.terrain_messages import Buffer, check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
+
+TERRAIN_KINDS = {"terrain/points": "whole", "terrain/mesh": "whole", "terrain/update": "patch"}
+"""The topics of terrain, and whether their messages are whole surveys or patches."""
+
+
+SHARED = (BY_HAND, "terrain/update")
+"""Topics that several programs may publish: people click in several viewers, several scanners send patches."""
+
+LOOK = 1.0
+"""Time (s) between two looks at the publishers of all topics."""
+
+
+def watched_topics(inputs: Mapping[str, QoSProfile], sensors: SensorTopics) -> list[WatchedTopic]:
+    """Return the topics whose publishers are judged: all inputs, and the node's own alerts.
+
+    inputs : quality of service of the subscription to each input; sensors : topics of sources
+    """
+    poses, clouds = sensors.poses, sensors.clouds
+    groups = {**dict.fromkeys((*poses, *clouds), "sources"), "terrain/points": "terrain", "terrain/mesh": "terrain"}
+    kinds = {topic: POSES if topic in poses else CLOUD for topic in (*poses, *clouds)}
+    kinds |= {topic: TOPICS[topic].kind for topic in inputs if topic not in kinds}
+    return [
+        *(
+            WatchedTopic(name=topic, kind=kinds[topic], qos=qos, is_single=topic not in SHARED,
+                         group=groups.get(topic, ""))
+            for topic, qos in inputs.items()
+        ),
+        *(WatchedTopic(name=topic, kind=TOPICS[topic].kind, qos=None) for topic in ("alerts", "alarm")),
+    ]  # fmt: skip
+
+
+def part_of(topic: str) -> str:
+    """Return the part of the diagnostics that reports on an input topic.
+
+    >>> part_of("terrain/update"), part_of("areas/polygon"), part_of("source_cloud")
+    ('terrain', 'areas', 'sources')
+    """
+    part = topic.partition("/")[0]
+    return part if part in ("terrain", "areas") else "sources"
 
 
 class Inputs:
@@ -42,32 +87,68 @@ class Inputs:
         self._refused, self._counting = 0, threading.Lock()
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
-        self._subscriptions = [
-            self._subscribe(PoseArray, "sources", self.on_poses, EVENTS),
-            self._subscribe(PointStamped, "/clicked_point", self.on_point, EVENTS),
-            self._subscribe(PointCloud2, "source_cloud", self.on_cloud, EVENTS),
-            self._subscribe(PolygonStamped, "areas/polygon", self.on_polygon, EVENTS),
-            self._subscribe(PoseArray, "areas/equipment", self.on_equipment, EVENTS),
-        ]
+        self._events, sensors = SubscriptionEventCallbacks(incompatible_qos=self._on_misfit), parameters.sensors
+        self._subscriptions = {
+            **{topic: self._subscribe(PoseArray, topic, self.on_poses) for topic in sensors.poses},
+            **{topic: self._subscribe(PointCloud2, topic, self.on_cloud) for topic in sensors.clouds},
+            BY_HAND: self._subscribe(PointStamped, "/clicked_point", self.on_point),
+            "areas/polygon": self._subscribe(PolygonStamped, "areas/polygon", self.on_polygon),
+            "areas/equipment": self._subscribe(PoseArray, "areas/equipment", self.on_equipment),
+        }
         surveys = (
             LargeTopic(kind=PointCloud2, name="terrain/update", take=self.on_update, qos=many),
             LargeTopic(kind=PointCloud2, name="terrain/points", take=self.on_points, qos=terrain),
             LargeTopic(kind=Mesh, name="terrain/mesh", take=self.on_mesh, qos=terrain),
         )
-        self._surveys = LargeMessages(node, surveys, lambda why: health.set("terrain", ERROR, why))
+        failed = partial(health.set, "terrain", ERROR)
+        self._surveys = LargeMessages(node, surveys, failed, events=self._events)
+        own = {topic: each.qos_profile for topic, each in self._subscriptions.items()}
+        self._watched = watched_topics({**own, **self._surveys.qos}, sensors)
+        self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
+        self._look_at = 0.0
 
     def close(self) -> None:
         """End all subscriptions."""
         self._surveys.close()
-        for subscription in self._subscriptions:
+        for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
-        self._subscriptions = []
+        self._subscriptions = {}
+
+    def watch_publishers(self) -> None:
+        """Judge the publishers of all topics, at most every LOOK seconds; call this regularly."""
+        now = time.monotonic()
+        if now < self._look_at:
+            return
+        self._look_at = now + LOOK
+        seen = {topic.name: self._publishers(topic.name) for topic in self._watched}
+        findings = self._watch.findings(seen, now)
+        for topic, sentence in sentences_by_topic(findings, seen).items():
+            self._station.report_fault(f"publishers: {topic}", sentence)
+        level = ERROR if any(each.is_fault for each in findings) else WARN if findings else OK
+        counts = {f"publishers.{topic}": str(len(found)) for topic, found in seen.items()}
+        told = "; ".join(each.sentence for each in findings)
+        self._health.set("inputs", level, told or "every publisher can be received", counts)
+
+    def _publishers(self, topic: str) -> list[SeenPublisher]:
+        return [
+            SeenPublisher(
+                node=f"{one.node_namespace.rstrip('/')}/{one.node_name}",
+                kind=one.topic_type,
+                qos=one.qos_profile,
+                identity=tuple(one.endpoint_gid),
+            )
+            for one in self._node.get_publishers_info_by_topic(topic)
+        ]
+
+    def _on_misfit(self, info: Any) -> None:
+        """Judge the publishers soon, because one of them cannot be received."""
+        self._look_at = 0.0
 
     # --- on the thread of the surveys
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
         """Take a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points."""
-        self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns))
+        self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns), published_ns)
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
         """Take a mesh (CDR bytes) as the new terrain; its time of arrival counts as its stamp."""
@@ -80,7 +161,7 @@ class Inputs:
             arrival = Arrival(convert=lambda: mesh_of_cdr(data, frame, mesh_frame, most), stamp_ns=now, data=data)
             self._station.terrain.put_whole(arrival, Moment(published_ns))
 
-        self._try("terrain", take)
+        self._try("terrain/mesh", take, published_ns)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
         """Take a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""
@@ -89,51 +170,54 @@ class Inputs:
             arrival = self._arrival(cloud)
             self._station.terrain.put_patch(arrival, Moment(published_ns, arrival.stamp_ns))
 
-        self._survey("terrain/update", data, take)
+        self._survey("terrain/update", data, take, published_ns)
 
     # --- on the executor's thread
 
-    def on_poses(self, poses: PoseArray) -> None:
+    def on_poses(self, topic: str, poses: PoseArray) -> None:
         """Take each pose as a source of rocks; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
-        self._sources("sources", poses.header, lambda: sources_of_poses(poses, self._frame, speed))
+        self._sources(topic, poses.header, lambda: sources_of_poses(poses, self._frame, speed))
 
-    def on_point(self, point: PointStamped) -> None:
+    def on_point(self, topic: str, point: PointStamped) -> None:
         """Take a clicked point as a source of rocks."""
-        self._sources("/clicked_point", point.header, lambda: sources_of_point(point, self._frame))
+        self._sources(topic, point.header, lambda: sources_of_point(point, self._frame))
 
-    def on_cloud(self, cloud: PointCloud2) -> None:
+    def on_cloud(self, topic: str, cloud: PointCloud2) -> None:
         """Take each point of a cloud as a source of rocks, with size and velocity if the cloud has these fields."""
-        self._sources("source_cloud", cloud.header, lambda: sources_of_cloud(cloud, self._frame))
+        self._sources(topic, cloud.header, lambda: sources_of_cloud(cloud, self._frame))
 
-    def on_polygon(self, polygon: PolygonStamped) -> None:
+    def on_polygon(self, topic: str, polygon: PolygonStamped) -> None:
         """Set the live area of interest to a polygon."""
-        self._area("areas/polygon", polygon.header, LIVE_AREA, lambda: rings_of_polygon(polygon, self._frame))
+        self._area(topic, polygon.header, LIVE_AREA, lambda: rings_of_polygon(polygon, self._frame))
 
-    def on_equipment(self, poses: PoseArray) -> None:
+    def on_equipment(self, topic: str, poses: PoseArray) -> None:
         """Set the areas of interest around equipment to circles."""
         radius = self._parameters.equipment_radius
-        self._area("areas/equipment", poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
+        self._area(topic, poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
 
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
 
-    def _subscribe(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> Any:
-        return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE)
+    def _subscribe(self, kind: Any, topic: str, callback: Callable[[str, Any], None]) -> Any:
+        return self._node.create_subscription(
+            kind, topic, partial(callback, topic), EVENTS, event_callbacks=self._events,
+            qos_overriding_options=OVERRIDABLE,
+        )  # fmt: skip
 
     def _whole(self, cloud: PointCloud2, published_ns: int) -> None:
         arrival = self._arrival(cloud)
         self._station.terrain.put_whole(arrival, Moment(published_ns, arrival.stamp_ns))
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch with an older stamp is out of date
 
-    def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None]) -> None:
+    def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None], published_ns: int) -> None:
         """Take a point cloud as bytes, because rclpy would drop an unreadable message silently."""
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)
         except RMWError as error:
-            self._refuse("terrain", f"no sensor_msgs/PointCloud2 can be read from its bytes: {error}")
+            self._refuse(topic, f"no sensor_msgs/PointCloud2 can be read from its bytes: {error}", published_ns)
             return
-        self._take("terrain", topic, cloud.header, lambda: take(cloud))
+        self._take(topic, cloud.header, lambda: take(cloud), published_ns)
 
     def _arrival(self, cloud: PointCloud2) -> Arrival:
         frame, most, stamp = self._frame, self._parameters.most_points, nanoseconds(cloud.header.stamp)
@@ -149,7 +233,7 @@ class Inputs:
             self._health.set("sources", OK, sentence, {"sources": str(len(found.positions)), "topic": topic})
             self._station.submit(trigger)
 
-        self._take("sources", topic, header, take)
+        self._take(topic, header, take)
 
     def _area(self, topic: str, header: Header, name: str, convert: Callable[[], Any]) -> None:
         def take() -> None:
@@ -157,9 +241,9 @@ class Inputs:
             self._station.flyer.set_areas(topic, {name: rings} if rings else {})
             self._health.set("areas", OK, "received", {"topic": topic, "rings": str(len(rings))})
 
-        self._take("areas", topic, header, take)
+        self._take(topic, header, take)
 
-    def _take(self, part: str, topic: str, header: Header, take: Callable[[], None]) -> None:
+    def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
         """Take a message if its stamp is neither older than the last stamp of its topic nor in the future."""
         stamp = nanoseconds(header.stamp)
 
@@ -168,16 +252,31 @@ class Inputs:
             take()
             self.guards.note(topic, stamp)
 
-        self._try(part, guarded)
+        self._try(topic, guarded, published_ns)
 
-    def _try(self, part: str, take: Callable[[], None]) -> None:
+    def _try(self, topic: str, take: Callable[[], None], published_ns: int) -> None:
         try:
             take()
+        except QueueFull as refusal:
+            self._refuse(topic, str(refusal), published_ns, is_counted=True)
         except InputError as refusal:
-            self._refuse(part, str(refusal))
+            self._refuse(topic, str(refusal), published_ns)
+        else:
+            if topic not in TERRAIN_KINDS:
+                self._station.input_understood(topic, lambda: len(self._publishers(topic)))
 
-    def _refuse(self, part: str, why: str) -> None:
+    def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:
+        """Report a refused message, which is a fault: the message may report danger, or other ground.
+
+        is_counted : True if the terrain already counts the message as missing
+        """
         with self._counting:  # two threads may refuse at once
             self._refused += 1
             count = self._refused
-        self._health.set(part, WARN, f"message refused: {why}", {"refused": str(count)})
+        if topic not in TERRAIN_KINDS:
+            self._station.input_refused(topic, why)
+        else:
+            if not is_counted:
+                self._station.terrain.refuse(TERRAIN_KINDS[topic], published_ns, why)
+            self._station.terrain_refused(why)
+        self._health.set(part_of(topic), WARN, f"message refused: {why}", {"refused": str(count)})

@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger as TriggerService
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.engine.clock_watch import STANDS, ClockWatch
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.interface.alert_publishers import AlertPublishers
@@ -59,7 +60,7 @@ class SimulatorNode(LifecycleNode):
         super().__init__(NAME)
         self.scene_parameters = SceneParameters(self)
         parameters = declare(self, SimulatorParameters, fixed=False, others=self.scene_parameters.names)
-        _ = parameters.frame  # raises an error here if the frame is refused
+        _ = parameters.frame, parameters.sensors  # raises an error here if one of them is refused
         self.lock = ParameterLock(self, free=("acknowledged_by",))
         self.health = HealthReport(self)
         self.outlets = Outlets(
@@ -71,6 +72,7 @@ class SimulatorNode(LifecycleNode):
         self.broken = ""
         self.abandoned = False
         self._ticked, self._named_at = 0, -NAMED_FOR
+        self._clock_watch, self._clock_stands = ClockWatch(parameters.clock_patience), False
         self.add_post_set_parameters_callback(self._note_name)
         self.heartbeat = ExecutorHeartbeat(self, self.health)
         self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
@@ -163,7 +165,18 @@ class SimulatorNode(LifecycleNode):
             self._clock_went_back((self._ticked - now) * 1e-9)
         self._ticked = now
         if self.station is not None and self.inputs is not None:
+            self._check_clock(now)
+            self.inputs.watch_publishers()
             self.station.beat()
+
+    def _check_clock(self, now_ns: int) -> None:
+        """Report a clock that stands still; the steady timer goes on then."""
+        stands = self._clock_watch.stands(now_ns, time.monotonic())
+        if stands != self._clock_stands:
+            self._clock_stands = stands
+            self.health.set("clock", ERROR if stands else OK, STANDS if stands else "it runs")
+        if self.station is not None:
+            self.station.report_fault("clock", STANDS if stands else "")
 
     def _clock_went_back(self, seconds: float) -> None:
         self._ticked = self._now()

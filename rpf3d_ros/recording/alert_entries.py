@@ -31,10 +31,10 @@ class AlertEntries:
     def alerts(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the alert level of the site, and the states and texts of site and areas that have changed.
 
-        A lane is a coloured bar over time that shows the states of one area. The level is logged every time, because
-        the level is a series. Text and lane of the site are logged if the level or the sentence changes. Text and lane
-        of an area are logged if a level of the area changes. The lane of an area ends if the message does not contain
-        the area, for example because a machine has left.
+        A lane is a coloured bar over time that shows the states of one area. The level is logged with every decision,
+        because the level is a series; a heartbeat that repeats a decision is not logged. Text and lane of the site are
+        logged if the level or the sentence changes. Text and lane of an area are logged if a level of the area changes.
+        The lane of an area ends if the message does not contain the area, for example because a machine has left.
 
         The entries have the time of the decision, if the message contains this time. The stamp of the message is the
         stamp of the sources, which is not enough: if the same sources become stale, the next decision has the same
@@ -43,7 +43,7 @@ class AlertEntries:
         alerts = alerts_of(array)
         stamp_ns = decided_at_ns(alerts) or nanoseconds(array.header.stamp)
         for alert in alerts:
-            if alert.area is None:
+            if alert.area is None and self._logged.is_new("alert/level", (stamp_ns, alert.level)):
                 yield self._times.at(stamp_ns, lambda r, a=alert: r.alert(a.level), "alert/level")
             lane = _lane_of(alert.area)
             if self._logged.is_new(f"alert/{lane}", (alert.level, _shown_content(alert))):

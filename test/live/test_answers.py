@@ -193,12 +193,13 @@ def test_a_first_stage_larger_than_most_rocks_flies_all_the_same():
     ("first", "most", "least", "stages"),
     [
         ([3, 3], 30, 0, [6, 12, 24]),
-        ([3, 3], 30, 20, [6, 12, 24]),
-        ([3, 3], 30, 28, [6, 12, 24, 28]),
+        ([3, 3], 30, 20, [6, 20]),
+        ([3, 3], 90, 20, [6, 20, 40, 80]),
+        ([3, 3], 30, 6, [6, 12, 24]),
         ([3], 4, 9, [3, 9]),
     ],
 )
-def test_stages_double_up_to_most_rocks_and_end_with_no_fewer_than_least(first, most, least, stages):
+def test_stages_double_up_to_most_rocks_and_have_no_fewer_than_least_from_the_second_on(first, most, least, stages):
     plan = doubling_rounds(first, most, least)
     assert [sum(last) for _, last in plan] == stages
     assert all(done == last for (_, last), (done, _) in pairwise(plan)), "each goes on from the last"

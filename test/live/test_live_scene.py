@@ -73,7 +73,9 @@ def test_a_parameter_has_a_type_a_description_and_a_default_that_the_scene_accep
 NEEDED = {
     "effects.drag_layer": {"effects.drag_layer.coefficient": 250.0},
     "effects.forest": {"effects.forest.stems_per_ha": 100.0},
-    "rebound.coulomb_sphere": {"ground": "sphere"},
+    "contact": {"rock.shape.sphere": True},
+    "contact.coulomb_sphere": {"rock.shape.sphere": True},
+    "ground.sphere": {"rock.shape.sphere": True},
     "ground.rolling_stone": {"materials.default.rolling_friction": 0.4},
 }
 """What a model or an effect cannot do without."""
@@ -110,6 +112,9 @@ def test_a_parameter_of_a_model_or_an_effect_names_it(field):
     if field.key == "effects.roughness.lateral_sd_deg":
         beside = {"effects.roughness.angle_sd_deg": 4.0}
     scene = live_scene({**beside, field.key: example(field)})
+    if field.within == "rock.shape":
+        assert scene.rock.is_sphere
+        return
     part, name = field.within.split(".")
     assert name in (scene.effects.named if part == "effects" else getattr(scene, part).name)
 
@@ -155,7 +160,7 @@ def test_every_wrong_value_has_a_line_of_its_own():
         ({"effects.[own].path": "os.system"}, "is a program of the user's"),
         ({"effects.drag": False, "effects.drag.density": 1.0}, "`effects.drag` is false, but `effects.drag.density`"),
         ({"rebound": "constant", "rebound.v_half.speed": 3.0}, "parameter `rebound` must have exactly one of"),
-        ({"rebound": "coulomb_sphere", "ground": "sliding"}, "`rebound: coulomb_sphere` goes with none or sphere"),
+        ({"rock.shape.sphere": True, "ground": "sliding"}, "`rock.shape: sphere` goes with none or sphere"),
         ({"rock.mass": 1.0, "rock.diameter": 1.0}, "but has diameter and mass"),
         ({"gravity": True}, "parameter `gravity` is true"),
         ({"gravity": "9.81"}, "parameter `gravity` is '9.81'"),

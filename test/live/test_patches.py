@@ -7,6 +7,7 @@ import pytest
 from scenes_of_facets import flight, fly, surface
 from surveyed_hills import EAST, NORTH, cloud, corner_sets, edge_counts, grid, live_facets, mesh
 
+from rpf3d_core.ensemble.flights import given_columns
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey
@@ -116,7 +117,7 @@ def bits_of(flights):
     return [
         array
         for name in ("deposits", "impacts", "paths")
-        for key, array in vars(getattr(flights, name)).items()
+        for key, array in given_columns(getattr(flights, name)).items()
         if key != "facet"
     ]
 

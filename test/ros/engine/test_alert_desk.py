@@ -354,10 +354,35 @@ def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_no
     desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
     desk.decide_on("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered again, over new ground
     wait(lambda: len(reports.alerts) == 5)
-    clock.now = NOW + 80 * S  # who sees nothing need not say so for ever
-    desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
-    wait(lambda: len(reports.alerts) == 6)
-    assert not any("nothing has been heard" in fault for alert in reports.alerts for fault in alert.faults)
+    assert not any("nothing has been heard" in fault for fault in reports.alerts[-1].faults)
+
+
+def test_a_topic_that_saw_nothing_and_falls_silent_is_a_fault_too(desk):
+    """What falls in its view is not seen by another."""
+    desk, reports, clock = desk
+    desk.decide_on("nobody", nothing_seen(NOW), OTHER)
+    desk.decide_on("nobody", nothing_seen(NOW), RADAR)
+    assert decided(reports, 2).level == Level.NORMAL
+    clock.now = NOW + 40 * S
+    desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
+    alert = decided(reports, 3)
+    assert alert.level == Level.FAULT
+    assert alert.faults == (f"nothing has been heard of sources on {OTHER} for 40.000 s",)
+
+
+def test_a_topic_that_is_expected_is_a_fault_until_it_is_heard():
+    reports, clock = DeskReports(), Clock()
+    desk = AlertDesk(site(), None, clock, reports, expected=(OTHER,))
+    try:
+        desk.decide_on("nobody", nothing_seen(NOW), RADAR)
+        assert decided(reports, 1).faults == (f"nothing has been heard of sources on {OTHER} (expected_topics)",)
+        desk.decide_on("nobody", nothing_seen(NOW), OTHER)
+        assert decided(reports, 2).level == Level.NORMAL
+        desk.forget("the node has just been activated")
+        desk.decide_on("nobody", nothing_seen(NOW), RADAR)
+        assert decided(reports, 4).level == Level.FAULT
+    finally:
+        assert desk.close(PATIENCE)
 
 
 def test_evidence_that_is_lost_hides_no_topic_that_falls_silent_and_a_new_beginning_does(desk):
@@ -394,7 +419,7 @@ def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(m
     monkeypatch.setattr("rpf3d_ros.engine.station.LAST_FAULT", 0.01)
     outlets = MagicMock()
     decisions = DecisionReports(outlets, "map")
-    station = SimpleNamespace(flyer=MagicMock(), terrain=MagicMock(), desk=MagicMock(), decisions=decisions)
+    station = MagicMock(decisions=decisions)
     Station.deactivate(station)
     outlets.alerts.sound_alarm.assert_called_once_with()
     decisions.decided(decide(None, evidence(), site(), NOW), evidence())

@@ -10,6 +10,7 @@ from rpf3d_ros.engine import station as module
 from rpf3d_ros.engine import waiting_terrain
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.outlets import Outlets
+from rpf3d_ros.engine.standing_faults import StandingFaults
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import Moment, WaitingTerrain
@@ -19,7 +20,7 @@ class Threads:
     """What does not end when it should, or does."""
 
     def __init__(self, ends):
-        self.ends = ends
+        self.ends, self.standing = ends, StandingFaults(lambda: None)
 
     def close(self, timeout):
         return self.ends

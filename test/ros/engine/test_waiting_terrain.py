@@ -242,3 +242,42 @@ def test_who_waits_is_let_go_when_it_is_closed():
     waiting.close()
     thread.join(5.0)
     assert found == [None]
+
+
+def test_a_survey_that_is_refused_is_told_of_until_a_later_one_is_the_terrain():
+    waiting = WaitingTerrain(5)
+    waiting.refuse("whole", 10)
+    waiting.put_whole("unfit", Moment(20))
+    assert waiting.take() == ("whole", "unfit")
+    waiting.refused()
+    assert waiting.refused_surveys == 2
+    waiting.put_whole("good", Moment(30))
+    waiting.refuse("whole", 40)
+    assert waiting.take() == ("whole", "good") and waiting.refused_surveys == 3
+    waiting.accepted()
+    assert waiting.refused_surveys == 1, "the last was refused after it"
+    waiting.put_whole("better", Moment(50))
+    waiting.take()
+    waiting.accepted()
+    assert waiting.refused_surveys == 0
+
+
+def test_a_survey_that_arrives_late_ends_no_refusal_of_what_was_published_after_it():
+    waiting = WaitingTerrain(5)
+    waiting.refuse("whole", 20)
+    waiting.refuse("patch", 20)
+    waiting.put_whole("late", Moment(10))
+    waiting.take()
+    waiting.accepted()
+    assert (waiting.refused_surveys, waiting.lost_patches) == (1, 1)
+
+
+def test_a_patch_that_is_refused_is_missing_until_the_next_whole_survey():
+    waiting = WaitingTerrain(5)
+    waiting.refuse("patch", 20)
+    waiting.put_patch("another", Moment(30))
+    assert waiting.take() == ("patch", "another") and waiting.lost_patches == 1
+    waiting.put_whole("new", Moment(40))
+    waiting.take()
+    waiting.accepted()
+    assert waiting.lost_patches == 0

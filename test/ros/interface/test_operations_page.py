@@ -50,6 +50,8 @@ def name_of(function):
 
 def topics_in_code():
     """(topic, name of the message class) of publishers and subscriptions whose names stand in the sources."""
+    yield from ((topic, "PoseArray") for topic in SimulatorParameters().sensors.poses)
+    yield from ((topic, "PointCloud2") for topic in SimulatorParameters().sensors.clouds)
     for path in SOURCES:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Call) and name_of(node.func) in ENDPOINTS:

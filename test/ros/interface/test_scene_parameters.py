@@ -73,7 +73,7 @@ def test_a_whole_number_is_taken_for_a_length_as_in_a_scene_file(node_with):
         ({"gravity": ".nan"}, "parameter `gravity` is nan, but must be"),
         ({"gravity": "soft"}, "parameter `gravity` is 'soft', but must be"),
         ({"ground": "skating"}, "parameter `ground` is 'skating', but must be none, sliding"),
-        ({"rebound": "coulomb_sphere", "ground": "sliding"}, "goes with none or sphere"),
+        ({"rock.shape.sphere": True, "ground": "sliding"}, "goes with none or sphere"),
         ({"max_impacts": 0}, "parameter `max_impacts` is 0, but"),
         ({"engine": "fast"}, "parameter `engine` is 'fast', but must be auto, reference or compiled"),
         ({"scene": "nowhere.yaml"}, "nowhere.yaml: there is no such scene file"),
@@ -112,11 +112,11 @@ def test_a_value_out_of_its_range_is_not_set(node_with):
 def test_what_is_set_and_makes_no_scene_is_refused_when_the_scene_is_asked_for(node_with):
     node = node_with({})
     described = SceneParameters(node)
-    node.set_parameters([Parameter("rebound", value="coulomb_sphere"), Parameter("ground", value="sliding")])
+    node.set_parameters([Parameter("rock.shape.sphere", value=True), Parameter("ground", value="sliding")])
     with pytest.raises(InputError, match="goes with none or sphere"):
         live_scene(described.given)
     node.set_parameters([Parameter("ground", value="sphere")])
-    assert live_scene(described.given).rebound.name == "coulomb_sphere"
+    assert live_scene(described.given).impact_model.name == "coulomb_sphere"
 
 
 def test_while_the_lock_is_closed_only_what_is_free_can_be_set(node_with):

@@ -99,3 +99,11 @@ def test_equipment_that_is_nowhere_or_too_much_is_refused():
         rings_of_equipment(equipment((0, 0), (math.nan, 0)), MAP, RADIUS)
     with pytest.raises(MessageRefused, match="1,001 poses, more than the 1,000"):
         rings_of_equipment(equipment(*[(0, 0)] * (MOST_EQUIPMENT + 1)), MAP, RADIUS)
+
+
+@pytest.mark.parametrize("frame", ["map", "utm"])
+def test_corners_that_have_lost_centimetres_in_single_precision_are_refused_as_clouds_are(frame):
+    utm = MapFrame(survey="utm", origin=(450_000.0, 5_400_000.0, 0.0))
+    corners = polygon((450_000, 5_400_000), (450_010, 5_400_000), (450_010, 5_400_010), frame=frame)
+    with pytest.raises(MessageRefused, match=r"float32 coordinates beyond 1e\+05 m.*less map_origin"):
+        rings_of_polygon(corners, utm)

@@ -178,3 +178,22 @@ def test_a_cloud_of_too_many_sources_is_refused_before_it_is_looked_at():
 def test_a_cloud_in_a_foreign_frame_is_refused():
     with pytest.raises(MessageRefused, match="'radar'"):
         sources_of_cloud(cloud("radar", **XYZ), MAP)
+
+
+def test_a_cloud_whose_points_are_all_nan_says_nothing_and_one_valid_point_is_a_source():
+    points = {name: np.full(20, np.nan) for name in "xyz"}
+    with pytest.raises(MessageRefused, match="every one of its 20 points is NaN"):
+        sources_of_cloud(cloud_of_columns(Header(frame_id="map"), points), MAP)
+    for name in "xyz":
+        points[name][7] = 1.0
+    found = sources_of_cloud(cloud_of_columns(Header(frame_id="map"), points), MAP)
+    assert found.positions.tolist() == [[1.0, 1.0, 1.0]]
+
+
+def test_a_cloud_that_announces_no_points_but_has_data_is_not_nothing_seen():
+    cloud = cloud_of_columns(Header(frame_id="map"), {name: np.ones(5) for name in "xyz"})
+    cloud.width = 0
+    with pytest.raises(MessageRefused, match="announces 1 x 0 points but has"):
+        sources_of_cloud(cloud, MAP)
+    nothing = PointCloud2(header=Header(frame_id="map"))
+    assert len(sources_of_cloud(nothing, MAP).positions) == 0

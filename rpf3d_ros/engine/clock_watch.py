@@ -1,0 +1,22 @@
+"""Notice a clock that stands still: without time, the age of all evidence is unknown."""
+
+STANDS = "the clock stands still, so the age of all evidence is unknown: start the publisher of /clock again"
+"""The fault of a clock that stands still."""
+
+
+class ClockWatch:
+    """The last time of the node's clock, and since when a steady clock has shown the same time."""
+
+    def __init__(self, patience_s: float) -> None:
+        """Begin without a time; patience_s : time (s) for which the clock may stand still."""
+        self._patience = patience_s
+        self._last: tuple[int, float] | None = None
+
+    def stands(self, now_ns: int, steady_s: float) -> bool:
+        """True if the clock has stood still for too long.
+
+        now_ns : time of the node's clock (ns), 0 before it runs; steady_s : time of a steady clock (s)
+        """
+        if self._last is None or self._last[0] != now_ns:
+            self._last = now_ns, steady_s
+        return now_ns > 0 and steady_s - self._last[1] > self._patience

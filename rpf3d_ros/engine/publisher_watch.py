@@ -1,0 +1,110 @@
+"""Judge the publishers of each topic: one that is not received, or two where one is expected, is a fault.
+
+A publisher whose quality of service or type does not fit is never received, and the middleware reports this only in
+the log. Two publishers of one topic contradict each other, or report different walls.
+"""
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
+
+
+class SeenPublisher(NamedTuple):
+    """A publisher in the ROS graph: full name of its node, type of its messages, its quality of service.
+
+    identity : number of the publisher in the middleware, which no other publisher has
+    """
+
+    node: str
+    kind: str
+    qos: QoSProfile
+    identity: Hashable = None
+
+
+class WatchedTopic(NamedTuple):
+    """A topic whose publishers are judged.
+
+    name : as in the documentation; kind : type of its messages; qos : of our subscription, None for our own output
+    is_single : True if more than one publisher is a fault
+    group : name of a group of topics, at least one of which needs a publisher; "" for none
+    """
+
+    name: str
+    kind: str
+    qos: QoSProfile | None
+    is_single: bool = True
+    group: str = ""
+
+
+class PublisherFinding(NamedTuple):
+    """A sentence on the publishers of a topic, and whether it is a fault of the evidence or only a warning."""
+
+    topic: str
+    sentence: str
+    is_fault: bool
+
+
+class PublisherWatch:
+    """Judges the publishers of all watched topics from time to time.
+
+    overlap_s : time (s) for which two publishers are only a warning, because a killed one stays visible for some time;
+        it counts from when the second oldest was first seen, so one program killed again and again is no fault
+    """
+
+    def __init__(self, topics: Sequence[WatchedTopic], overlap_s: float) -> None:
+        self._topics, self._overlap = tuple(topics), overlap_s
+        self._first_seen: dict[tuple[str, str, Hashable], float] = {}
+
+    def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
+        """Return what is wrong with the publishers now.
+
+        seen : the publishers of each watched topic, by its name; at : time of a steady clock (s)
+        """
+        now = [(topic, one.node, one.identity) for topic, publishers in seen.items() for one in publishers]
+        self._first_seen = {each: self._first_seen.get(each, at) for each in now}
+        found = [one for topic in self._topics for one in self._of_topic(topic, seen.get(topic.name, ()), at)]
+        return [*found, *self._without_publisher(seen)]
+
+    def _of_topic(self, topic: WatchedTopic, seen: Sequence[SeenPublisher], at: float) -> Iterable[PublisherFinding]:
+        fitting = [each for each in seen if not _misfit(topic, each)]
+        for each in seen:
+            if why := _misfit(topic, each):
+                yield PublisherFinding(topic.name, f"{topic.name}: nothing of {each.node} is received: {why}", True)
+        if topic.is_single and len(fitting) > 1:
+            ages = sorted(at - self._first_seen[topic.name, each.node, each.identity] for each in fitting)
+            yield PublisherFinding(topic.name, _several(topic, fitting), ages[-2] >= self._overlap)
+
+    def _without_publisher(self, seen: Mapping[str, Sequence[SeenPublisher]]) -> Iterable[PublisherFinding]:
+        for group in dict.fromkeys(topic.group for topic in self._topics if topic.group):
+            names = [topic.name for topic in self._topics if topic.group == group]
+            if not any(seen.get(name) for name in names):
+                yield PublisherFinding(group, f"no publisher of {group}: {', '.join(names)}", False)
+
+
+def sentences_by_topic(findings: Iterable[PublisherFinding], topics: Iterable[str]) -> dict[str, str]:
+    """Return the faults of each topic as one sentence, "" for a topic without a fault."""
+    told: dict[str, str] = dict.fromkeys(topics, "")
+    for finding in findings:
+        if finding.is_fault:
+            told[finding.topic] = "; ".join(filter(None, (told.get(finding.topic, ""), finding.sentence)))
+    return told
+
+
+def _misfit(topic: WatchedTopic, publisher: SeenPublisher) -> str:
+    """Return why a publisher is never received, and what would be right; "" if it fits."""
+    if publisher.kind != topic.kind:
+        return f"it publishes {publisher.kind}; the type must be {topic.kind}"
+    if topic.qos is None:
+        return ""
+    verdict, why = qos_check_compatible(publisher.qos, topic.qos)
+    if verdict != QoSCompatibility.ERROR:
+        return ""
+    return f"its quality of service does not fit ({why.removeprefix('ERROR: ').rstrip(';. ')})"
+
+
+def _several(topic: WatchedTopic, seen: Sequence[SeenPublisher]) -> str:
+    nodes = ", ".join(sorted(each.node for each in seen))
+    if topic.qos is None:
+        return f"{len(seen)} programs publish {topic.name} ({nodes}): stop all but one"
+    return f"{topic.name} has {len(seen)} publishers ({nodes}): stop all but one, or give each a topic of its own"

@@ -1,0 +1,64 @@
+"""Remember which speakers were not understood: a refused message may report danger, so it is a fault.
+
+A speaker is a topic of sources or areas with one publisher. The fault of a topic stands until a message of that topic
+is understood. While a topic has several publishers the fault stands, because it is not known which of them was
+understood. A person who acknowledges ends the faults of speakers that have been silent for longer than sources may be
+old.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+CAUSE = "refused: {}"
+"""Name of the cause of a standing fault, with the topic."""
+
+
+class Refusal(NamedTuple):
+    """The last refused message of a topic: why, and when it was refused (s, by a steady clock)."""
+
+    why: str
+    at: float
+
+
+class RefusedInputs:
+    """The topics whose last message was refused. Only one thread may call.
+
+    report : called with the cause and the sentence of each fault, an empty sentence ends the fault
+    """
+
+    def __init__(self, report: Callable[[str, str], None], silence_s: float) -> None:
+        """Begin without refusals; silence_s : time (s) after which a person may end the fault of a silent speaker."""
+        self._report, self._silence = report, silence_s
+        self._refused: dict[str, Refusal] = {}
+
+    def refused(self, topic: str, why: str, at: float) -> None:
+        """Note that a message of a topic was refused at a time (s)."""
+        self._refused[topic] = Refusal(why=why, at=at)
+        self._report(
+            CAUSE.format(topic),
+            f"a message on {topic} was refused ({why}): publish a message on {topic} that can be used",
+        )
+
+    def understood(self, topic: str, speakers: Callable[[], int]) -> None:
+        """Note that a message of a topic was understood; speakers : returns the number of publishers of the topic."""
+        if topic in self._refused and speakers() <= 1:
+            self._end(topic)
+
+    def acknowledged(self, now: float) -> tuple[str, ...]:
+        """End the faults of speakers that have been silent since their refused message; return their topics.
+
+        now : time (s)
+        """
+        silent = tuple(topic for topic, refusal in self._refused.items() if now - refusal.at > self._silence)
+        for topic in silent:
+            self._end(topic)
+        return silent
+
+    def clear(self) -> None:
+        """End all faults, because the node is no longer subscribed."""
+        for topic in tuple(self._refused):
+            self._end(topic)
+
+    def _end(self, topic: str) -> None:
+        if self._refused.pop(topic, None) is not None:
+            self._report(CAUSE.format(topic), "")

@@ -1,0 +1,34 @@
+"""Faults that stand until their cause has ended, whatever the evidence says."""
+
+import threading
+from collections.abc import Callable
+
+
+class StandingFaults:
+    """The faults that stand now: one sentence for each cause. Any thread may call.
+
+    changed : called after each change, without the lock
+    """
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self._changed = changed
+        self._sentences: dict[str, str] = {}
+        self._lock = threading.Lock()
+
+    def report(self, cause: str, sentence: str) -> None:
+        """Let a fault stand; a sentence reported again changes nothing, and an empty sentence ends the fault."""
+        with self._lock:
+            if self._sentences.get(cause, "") == sentence:
+                return
+            others = {each: told for each, told in self._sentences.items() if each != cause}
+            self._sentences = {**others, cause: sentence} if sentence else others
+        self._changed()
+
+    def settle(self, cause: str) -> None:
+        """End a fault, because its cause has ended."""
+        self.report(cause, "")
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The sentences of all faults, in the order in which the faults began."""
+        return tuple(self._sentences.values())

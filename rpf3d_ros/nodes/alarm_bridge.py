@@ -1,0 +1,101 @@
+"""The node rpf3d_alarm_bridge: closes a contact only while fresh alerts say that no alarm sounds.
+
+It is the reference of a consumer of `alerts` and `alarm`: it requires their deadline and their liveliness.
+"""
+
+import time
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.engine.alarm_state import AlarmState, heard_alert
+from rpf3d_ros.engine.contacts import FileContact, TcpContact
+from rpf3d_ros.interface.health_report import HealthReport
+from rpf3d_ros.interface.parameters import AlarmBridgeParameters, declare
+from rpf3d_ros.interface.qos import ALERTS, OVERRIDABLE
+from rpf3d_ros.messages.alert_reading import alerts_of
+from rpf3d_ros.messages.health import ERROR, OK
+
+NAME = "rpf3d_alarm_bridge"
+
+LOOK = 0.1
+"""Time (s) between two looks at the age of the last alert."""
+
+
+class AlarmBridgeNode(Node):
+    """Receives `alerts` and `alarm`, and holds the contacts closed while both are fresh and no alarm sounds."""
+
+    def __init__(self) -> None:
+        super().__init__(NAME)
+        parameters = declare(self, AlarmBridgeParameters)
+        self.state, self.why = AlarmState(parameters.stale_after), "not looked yet"
+        self.contacts = _contacts(parameters)
+        self.health = HealthReport(self)
+        events = SubscriptionEventCallbacks(deadline=self._deadline_missed, liveliness=self._liveliness_changed)
+        options: dict[str, Any] = {"event_callbacks": events, "qos_overriding_options": OVERRIDABLE}
+        self.create_subscription(Bool, "alarm", self._alarm, ALERTS, **options)
+        self.create_subscription(DiagnosticArray, "alerts", self._alerts, ALERTS, **options)
+        self.create_timer(LOOK, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def look(self) -> None:
+        """Open or close the contacts."""
+        why = self.state.why_open(time.monotonic())
+        for contact in self.contacts:
+            contact.set(not why)
+        if why != self.why:
+            self.why = why
+            self.health.set("contact", ERROR if why else OK, f"open: {why}" if why else "closed")
+
+    def _alarm(self, alarm: Bool) -> None:
+        self.state.note_alarm(bool(alarm.data), time.monotonic())
+        self.look()
+
+    def _alerts(self, array: DiagnosticArray) -> None:
+        try:
+            alert = heard_alert(alerts_of(array))
+        except InputError as refusal:
+            self.state.note_lost(f"an alert was not understood: {refusal}")
+        else:
+            if alert is None:
+                self.state.note_lost("an alert has no stamp, valid_until or sequence")
+            else:
+                self.state.note_alert(alert, time.monotonic())
+        self.look()
+
+    def _deadline_missed(self, info: Any) -> None:
+        self.state.note_lost("the simulator has missed its deadline")
+        self.look()
+
+    def _liveliness_changed(self, info: Any) -> None:
+        if info.alive_count == 0 and info.not_alive_count_change > 0:
+            self.state.note_lost("the simulator is not alive")
+            self.look()
+
+    def destroy_node(self) -> None:
+        """Open the contacts, then end."""
+        for contact in self.contacts:
+            contact.close()
+        self.contacts = []
+        self.health.closed = True
+        super().destroy_node()
+
+
+def _contacts(parameters: AlarmBridgeParameters) -> list[FileContact | TcpContact]:
+    """Return the contacts that the parameters name, open. Raises InputError if there is none, or one is not free."""
+    made: list[FileContact | TcpContact] = []
+    try:
+        if parameters.contact_file:
+            made.append(FileContact(Path(parameters.contact_file)))
+        if parameters.contact_port:
+            made.append(TcpContact(parameters.contact_port))
+    except OSError as error:
+        raise InputError(f"the contact cannot be made: {error}") from error
+    if not made:
+        raise InputError("no contact is named: set contact_file or contact_port")
+    return made

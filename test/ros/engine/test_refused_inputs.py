@@ -1,0 +1,110 @@
+"""A message that was not understood is a fault until its speaker is understood, whatever the evidence says."""
+
+from functools import partial
+
+import pytest
+from waiting import wait_for
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from alert_evidence import EVACUATE, NORMAL, NOW, S, evidence, site
+
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_ros.engine.alert_desk import AlertDesk
+from rpf3d_ros.engine.refused_inputs import RefusedInputs
+from rpf3d_ros.engine.standing_faults import StandingFaults
+
+wait = partial(wait_for, seconds=20.0, pause=0.002)
+
+RADAR, OTHER, SILENCE = "sources", "source_cloud", 30.0
+
+
+class Reports:
+    """Keeps the alerts of a desk."""
+
+    def __init__(self):
+        self.alerts, self.ignored = [], []
+
+    def decided(self, alert, evidence):
+        self.alerts.append(alert)
+
+    def __getattr__(self, name):
+        return lambda *given: self.ignored.append(name)
+
+
+@pytest.fixture
+def refused():
+    """What was refused, and the faults that stand because of it."""
+    faults = StandingFaults(lambda: None)
+    return RefusedInputs(faults.report, SILENCE), faults
+
+
+def test_a_refusal_stands_until_a_message_of_the_same_topic_is_understood(refused):
+    inputs, faults = refused
+    inputs.refused(RADAR, "frame_id is 'radar'", at=0.0)
+    assert "sources was refused (frame_id is 'radar')" in faults.sentences[0]
+    inputs.understood(OTHER, lambda: 1)
+    assert len(faults.sentences) == 1
+    inputs.understood(RADAR, lambda: 1)
+    assert faults.sentences == ()
+
+
+def test_where_two_speak_on_a_topic_no_message_of_it_ends_a_refusal(refused):
+    inputs, faults = refused
+    inputs.refused(RADAR, "its stamp goes back by 0.300 s", at=0.0)
+    inputs.understood(RADAR, lambda: 2)
+    assert len(faults.sentences) == 1
+    inputs.understood(RADAR, lambda: 1)
+    assert faults.sentences == ()
+
+
+def test_a_person_ends_the_refusal_of_a_speaker_that_is_silent_since_and_of_no_other(refused):
+    inputs, faults = refused
+    inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
+    inputs.refused(OTHER, "frame_id is ''", at=20.0)
+    assert inputs.acknowledged(now=SILENCE) == ()
+    assert inputs.acknowledged(now=SILENCE + 1.0) == (RADAR,)
+    assert len(faults.sentences) == 1 and OTHER in faults.sentences[0]
+    inputs.clear()
+    assert faults.sentences == ()
+
+
+def test_standing_faults_change_only_when_a_sentence_does():
+    changes = []
+    faults = StandingFaults(lambda: changes.append(faults.sentences))
+    for sentence in ("one", "one", "two", "", ""):
+        faults.report("cause", sentence)
+    assert changes == [("one",), ("two",), ()]
+    faults.settle("another")
+    assert len(changes) == 3
+
+
+def test_a_standing_fault_is_decided_on_at_once_and_its_end_too_and_the_log_is_reproduced(tmp_path):
+    reports = Reports()
+    desk = AlertDesk(site(), DecisionLog(tmp_path, "0.1.0"), lambda: NOW, reports)
+    desk.decide_on("wall", evidence(), RADAR)
+    assert wait(lambda: reports.alerts)[-1].level == Level.NORMAL
+    desk.standing.report("refused: sources", "a message on sources was refused")
+    assert wait(lambda: len(reports.alerts) == 2 and reports.alerts)[-1].faults == ("a message on sources was refused",)
+    assert reports.alerts[-1].level == Level.FAULT and reports.alerts[-1].alarm
+    desk.standing.settle("refused: sources")
+    assert wait(lambda: len(reports.alerts) == 3 and reports.alerts)[-1].level == Level.NORMAL
+    assert desk.close(20.0)
+    audit = audit_log(tmp_path)
+    assert audit.sound and audit.reproduced == 3
+
+
+def test_a_standing_fault_lets_no_acknowledgement_lower_the_level_and_hides_no_evacuation():
+    reports = Reports()
+    desk = AlertDesk(site(), None, lambda: NOW, reports)
+    desk.decide_on("wall", EVACUATE, RADAR)
+    desk.standing.report("cause", "not understood")
+    desk.decide_on("wall", NORMAL._replace(trigger_stamp_ns=NOW - S), RADAR)
+    wait(lambda: len(reports.alerts) == 3)
+    assert (reports.alerts[-1].level, reports.alerts[-1].faults) == (Level.EVACUATE, ("not understood",))
+    replies = []
+    desk.acknowledge("J. Meyer", "looks quiet", replies.append)
+    assert wait(lambda: replies)[0][0] is False
+    assert desk.close(20.0)

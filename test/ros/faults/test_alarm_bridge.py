@@ -1,0 +1,92 @@
+"""A consumer of the alarm that requires a deadline and liveliness: its contact opens whatever is killed."""
+
+import signal
+import socket
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_peer import LivePeer, cloud, poses, with_alerts
+
+from rpf3d_ros.engine.contacts import is_closed
+from rpf3d_ros.interface.qos import DEADLINE, HEARTBEAT, LEASE
+
+OPENS_WITHIN = LEASE + 2.0
+"""Seconds from the death of a program until the contact must be open."""
+
+
+class Mine(LivePeer):
+    """Publishes what is needed to stay normal, on each turn."""
+
+    def keep_calm(self, condition, what, seconds=60.0):
+        """Publish that nothing is seen again and again, until the condition holds."""
+        until, spoken = time.monotonic() + seconds, 0.0
+        while not condition():
+            assert time.monotonic() < until, what
+            if time.monotonic() - spoken > 0.5:
+                self.watch_toe()
+                self.send("sources", poses([], self.now()))
+                spoken = time.monotonic()
+            self._turn(0.02)
+
+
+@pytest.fixture
+def scene(stage):
+    """The mine, the file of the contact, and the processes of simulator and bridge, with the contact closed."""
+    contact = stage.folder / "contact"
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    bridge = stage.node("alarm_bridge_node", contact_file=contact, contact_port=port)
+    simulator = stage.node("simulator_node", **with_alerts(stage.folder))
+    stage.peers.append(mine := Mine())
+    mine.wait_for_simulator()
+    mine.wait_for_sentence("active")
+    assert not is_closed(contact), "nothing is known yet"
+    mine.stand_on_ramp()
+    mine.keep_calm(lambda: is_closed(contact), "the contact to close")
+    return mine, contact, simulator, bridge, port
+
+
+def test_the_contact_opens_for_an_alarm_and_when_the_simulator_is_stopped_or_killed_and_closes_again(scene, stage):
+    mine, contact, simulator, _, port = scene
+    with socket.create_connection(("127.0.0.1", port), timeout=OPENS_WITHIN) as client:
+        lines = client.makefile()
+        mine.keep_calm(lambda: lines.readline() == "closed\n", "the TCP contact to close")
+        simulator.send_signal(signal.SIGSTOP)
+        mine.keep_calm(lambda: not is_closed(contact), "the contact to open after SIGSTOP", OPENS_WITHIN)
+        mine.keep_calm(lambda: lines.readline() == "open\n", "the TCP contact to open", OPENS_WITHIN)
+    simulator.send_signal(signal.SIGCONT)
+    mine.keep_calm(lambda: is_closed(contact), "the contact to close again")
+    simulator.kill()
+    mine.keep_calm(lambda: not is_closed(contact), "the contact to open after kill -9", OPENS_WITHIN)
+    stage.named_node("again", "simulator_node", **with_alerts(stage.folder))
+    mine.keep_calm(lambda: is_closed(contact), "the contact to close after a restart")
+    mine.send("source_cloud", cloud(np.full((3, 3), np.nan), mine.now()))
+    mine.keep_calm(lambda: not is_closed(contact), "the contact to open for a fault", OPENS_WITHIN)
+
+
+def test_the_contact_opens_when_the_bridge_itself_is_killed(scene):
+    _, contact, _, bridge, port = scene
+    with socket.create_connection(("127.0.0.1", port), timeout=OPENS_WITHIN) as client:
+        bridge.kill()
+        bridge.wait()
+        assert not is_closed(contact)
+        while client.recv(64):
+            pass
+
+
+def test_alerts_are_repeated_at_the_stated_rate_with_rising_numbers(scene):
+    mine = scene[0]
+    before = len(mine.alerts)
+    mine.spin(5.0 * HEARTBEAT)
+    values = [{pair.key: pair.value for pair in array.status[0].values} for array in mine.alerts[before:]]
+    assert len(values) >= 4
+    numbers = [int(each["sequence"]) for each in values]
+    assert numbers == sorted(set(numbers))
+    stamps = [float(each["stamp"]) for each in values]
+    assert max(b - a for a, b in pairwise(stamps)) < DEADLINE
+    assert all(float(each["valid_until"]) > float(each["stamp"]) for each in values)

@@ -1,0 +1,192 @@
+"""Situations that must not look normal: what was sent was not fresh, whole and unambiguous, so the level is a fault."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from geometry_msgs.msg import PoseArray
+from live_peer import ON_THE_SLOPE, SECOND, cloud, polygon, poses, ramp, with_alerts
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Bool
+
+from rpf3d_ros.interface.qos import EVENTS
+from rpf3d_ros.messages.health import ERROR
+from rpf3d_ros.messages.survey_mesh import grid_mesh
+from rpf3d_ros.messages.terrain_messages import MeshSurvey, cdr_of_mesh
+
+OVERLAP = 1.0
+"""Seconds for which two publishers of a topic are a warning only."""
+
+RADAR_B = "radar_b/sources"
+LATE = 100_000 * SECOND
+
+
+def calm(peer):
+    """Bring the simulator to normal: whole terrain, an area, and nothing seen; number of alerts until then."""
+    before = len(peer.alerts)
+    peer.stand_on_ramp()
+    peer.watch_toe()
+    peer.send("sources", poses([], peer.now()))
+    peer.wait_for_alert("normal", before)
+    return len(peer.alerts)
+
+
+@pytest.fixture(scope="module")
+def mine(shared_stage):
+    """A peer of one simulator for all tests of this file."""
+    process = shared_stage.node(
+        "simulator_node", publisher_overlap=OVERLAP, source_topics=f"[sources, {RADAR_B}]",
+        **with_alerts(shared_stage.folder),
+    )  # fmt: skip
+    peer = shared_stage.live_peer()
+    peer.wait_for_simulator()
+    peer.wait_for_sentence("active")
+    yield peer
+    assert process.poll() is None, "the simulator has died"
+
+
+def stand_on(peer, points):
+    """Publish a terrain and wait until the simulator answers over it, while nothing is seen."""
+    digest = peer.answered([])["terrain_digest"]
+    peer.send("terrain/points", cloud(points, peer.now()))
+    peer.wait(lambda: peer.answered([])["terrain_digest"] != digest, "the new terrain")
+
+
+def strip_of_holes():
+    points = ramp()
+    points[:, 40:42] = np.nan
+    return points
+
+
+def upside_down():
+    mesh = grid_mesh(ramp())
+    return cdr_of_mesh(MeshSurvey(mesh.vertices, mesh.triangles[:, ::-1]))
+
+
+MESSAGES = {
+    "sources in a foreign frame": (
+        lambda peer: peer.send("sources", poses([ON_THE_SLOPE], peer.now(), "radar")), "frame_id is 'radar'"),
+    "a pose that is not finite": (
+        lambda peer: peer.send("sources", poses([ON_THE_SLOPE, (np.nan, 1.0, 1.0)], peer.now())), "not finite"),
+    "sources with an older stamp": (
+        lambda peer: peer.send("sources", poses([ON_THE_SLOPE], peer.now() - SECOND)), "goes back by"),
+    "a patch in a foreign frame": (
+        lambda peer: peer.send("terrain/update", cloud(ramp()[:5, :5], peer.now(), "drone")), "patches are not in the"),
+    "a survey in a foreign frame": (
+        lambda peer: peer.send("terrain/points", cloud(ramp(), peer.now(), "drone")), "a survey was refused"),
+    "a mesh that faces down": (lambda peer: peer.send("terrain/mesh", upside_down()), "facets face down"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_what_was_not_understood_is_a_fault_until_it_is(mine, name):
+    send, sentence = MESSAGES[name]
+    before = calm(mine)
+    send(mine)
+    assert sentence in mine.wait_for_alert("fault", before).message
+    calm(mine)
+
+
+def test_an_area_in_large_single_precision_coordinates_is_a_fault(mine):
+    before = calm(mine)
+    mine.send("areas/polygon", polygon([(450_000.0, 5.4e6), (450_010.0, 5.4e6), (450_010.0, 5.5e6)], mine.now()))
+    assert "lost centimetres" in mine.wait_for_alert("fault", before).message
+    calm(mine)
+
+
+def test_a_cloud_of_nothing_but_nan_is_not_nothing_seen(mine):
+    before = calm(mine)
+    message = cloud(np.full((20, 3), np.nan), mine.now())
+    message.is_dense = False
+    mine.send("source_cloud", message)
+    assert "publish a cloud without points" in mine.wait_for_alert("fault", before).message
+    mine.send("source_cloud", cloud(np.empty((0, 3)), mine.now()))
+    calm(mine)
+
+
+def test_a_survey_with_a_strip_of_holes_before_the_area_is_a_fault(mine):
+    before = calm(mine)
+    stand_on(mine, strip_of_holes())
+    mine.answered()
+    assert "rocks left the terrain on the way to it" in mine.wait_for_alert("fault", before).message
+    calm(mine)
+
+
+def test_a_survey_that_ends_before_the_area_is_a_fault_though_nothing_is_seen(mine):
+    before = calm(mine)
+    mine.send("terrain/points", cloud(ramp()[:, :38], mine.now()))
+    assert "have no terrain" in mine.wait_for_alert("fault", before).message
+    calm(mine)
+
+
+def test_terrain_with_z_down_is_a_fault_as_soon_as_a_source_is_seen(mine):
+    before = calm(mine)
+    points = ramp()
+    points[..., 2] *= -1.0
+    stand_on(mine, points)
+    mine.answered()
+    assert "is z up" in mine.wait_for_alert("fault", before).message
+    calm(mine)
+
+
+def test_a_best_effort_publisher_is_a_fault_that_names_it(mine):
+    before = calm(mine)
+    publisher = mine.node.create_publisher(PointCloud2, "source_cloud", qos_profile_sensor_data)
+    told = mine.wait_for_alert("fault", before).message
+    assert "source_cloud: nothing of /mine is received" in told and "Best effort publisher" in told
+    said = mine.wait(lambda: mine.health.get("rpf3d_simulator: inputs"), "the part inputs")
+    assert said.level[0] == ERROR
+    mine.node.destroy_publisher(publisher)
+    mine.wait_for_alert("normal", len(mine.alerts))
+
+
+@pytest.mark.parametrize(("topic", "kind", "sentence"), [
+    ("sources", PoseArray, "sources has 2 publishers (/mine, /mine)"),
+    ("terrain/points", PointCloud2, "terrain/points has 2 publishers (/mine, /mine)"),
+    ("alarm", Bool, "2 programs publish alarm (/mine, /rpf3d_simulator)"),
+])  # fmt: skip
+def test_two_publishers_of_one_topic_are_a_fault(mine, topic, kind, sentence):
+    before = calm(mine)
+    publisher = mine.node.create_publisher(kind, topic, EVENTS)
+    assert sentence in mine.wait_for_alert("fault", before).message
+    mine.node.destroy_publisher(publisher)
+    mine.wait_for_alert("normal", len(mine.alerts))
+
+
+def test_nothing_seen_by_one_sensor_clears_nothing_that_another_saw_and_harmless_sources_dilute_none(mine):
+    calm(mine)
+    mine.publishers[RADAR_B] = mine.node.create_publisher(PoseArray, RADAR_B, EVENTS)
+    mine.wait(lambda: mine.publishers[RADAR_B].get_subscription_count(), f"a subscriber of {RADAR_B}")
+    harmless = [(57.0, 2.0 + 1.4 * i, 1.0) for i in range(40)]
+    stamp = mine.now()
+    mine.send(RADAR_B, poses([*harmless, ON_THE_SLOPE], stamp))
+    told = mine.wait_for_alert("evacuate").message
+    assert "the worst of" in told and "clusters of sources" in told
+    mine.wait_for_answer(stamp)
+    mine.answered([])
+    assert evident(mine) == "evacuate"
+    mine.send(RADAR_B, poses([], mine.now()))
+    mine.wait(lambda: evident(mine) == "normal", "radar B to see nothing")
+
+
+def evident(peer):
+    """What the newest evidence of the area says by itself."""
+    return next(pair.value for pair in peer.alerts[-1].status[1].values if pair.key == "evident")
+
+
+def test_a_clock_that_stands_still_is_a_fault_until_it_runs_again(stage):
+    stage.node("simulator_node", use_sim_time=True, clock_patience=1.0, **with_alerts(stage.folder))
+    peer = stage.live_peer(clock=True)
+    peer.run_clock(LATE)
+    peer.wait_for_simulator()
+    peer.wait_for_sentence("active")
+    before = calm(peer)
+    stands = peer.now()
+    peer._clock = lambda: stands
+    assert "the clock stands still" in peer.wait_for_alert("fault", before).message
+    peer.wait(lambda: peer.alarms[-1], "the alarm")
+    before = len(peer.alerts)
+    peer.run_clock(stands)
+    peer.wait_for_alert("normal", before)
