@@ -10,7 +10,7 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign never-below faults combinations lint bench bench-ros soak accuracy effects validation colcon clean
+.PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign campaign-bodies never-below faults combinations recovery lint bench bench-ros soak accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
@@ -20,8 +20,10 @@ help:
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
 	@echo "make never-below  1.25 million rocks on vertices, edges and faces of random meshes: none may fall through; some minutes"
+	@echo "make campaign-bodies  3,000 rocks with a shape over random meshes: none may pass through or gain energy; some minutes"
 	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
+	@echo "make recovery  100 small calibrations with known answers: how often their 90 % intervals hold; ten minutes"
 	@echo "make lint      ruff, mypy on the core, spelling, and words that our prose avoids (test/support/habits.txt)"
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
 	@echo "make bench-ros how fast the live nodes answer, over DDS; takes about ten minutes of an idle machine"
@@ -46,7 +48,7 @@ $(VENV)/.core: setup.py
 	@touch $@
 
 $(VENV)/.everything: $(VENV)/.core
-	$(PIP) --editable '.[ros,test]'
+	$(PIP) --editable '.[ros,mine,test]'
 	-@$(BYTE_CODE) $(VENV)/lib
 	@touch $@
 
@@ -96,6 +98,10 @@ campaign: venv
 never-below: venv
 	$(BIN)/python test/support/never_below.py --rebound constant --rebound coulomb_limited
 
+# The report: docs/explanation/never-below.md
+campaign-bodies: venv
+	$(BIN)/python test/support/bodies_on_meshes.py --bodies 3000 --each 6 --first 901
+
 # The long ones of test/ros/faults on a living simulator, 10,000 damaged messages and a flood of a minute
 faults: venv
 	RPF3D_MUTATIONS=1250 $(BIN)/python -m pytest test/ros/faults/test_damaged.py
@@ -112,9 +118,14 @@ lint: venv
 	$(BIN)/codespell
 	$(BIN)/python test/support/habits.py
 
+# 100 small calibrations with known answers: how often do 90 % intervals hold the true values? Between 85 and 95 times
+recovery: venv
+	$(BIN)/python test/support/recovery.py --count 100
+
 bench: venv
 	$(BIN)/python benchmarks/large_mesh.py
 	$(BIN)/python benchmarks/flight.py
+	$(BIN)/python benchmarks/blocks.py
 	$(BIN)/python benchmarks/ensemble.py
 	$(BIN)/python benchmarks/live_ground.py
 

@@ -30,6 +30,7 @@ setup(
         "rerun-sdk>=0.41,<0.42",  # its interface changes from month to month
         "rich>=13",
         "rosbags>=0.11,<0.12",  # reads and writes rosbag2 bags where there is no ROS; young, so it is pinned
+        "scipy>=1.11",  # convex hulls of blocks
         "shapely>=2.1",  # the first that cuts polygons into triangles (constrained_delaunay_triangles)
         "typer>=0.12",
         "vtk>=9.4",  # the first whose wheels need no libGL to be imported
@@ -37,14 +38,23 @@ setup(
     extras_require={
         # Warnings of these tools are errors in `make docs`, so a new major version waits until someone has tried it.
         "docs": ["furo>=2025.7.19", "myst-parser>=5,<6", "sphinx>=9,<10", "sphinx-autoapi>=3.8,<4"],
+        # Files that mines have; each library is imported only to read such a file (docs/reference/formats.md).
+        "mine": [
+            "laspy[lazrs]>=2.5",  # LAS, and LAZ through lazrs
+            "pye57>=0.4.12",  # E57
+            "pyogrio>=0.10",  # GeoPackage and Shapefile
+            "pyproj>=3.6",  # coordinate reference systems of LAS files, and transformations
+        ],
         # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "codespell>=2.4",
             "dask[distributed]",
+            "ezdxf>=1.3",  # writes the DXF files of tests
             "hypothesis",
             "mpmath",
             "mypy",
+            "omf>=1.0.1,<2",  # writes the OMF 1 files of tests
             "pytest",
             "pytest-xdist",
             "ruff",
@@ -68,6 +78,7 @@ setup(
             "rpf3d = rpf3d_core.cli:main",
             "rpf3d_simulator = rpf3d_ros.nodes.simulator_node:main",
             "rpf3d_recorder = rpf3d_ros.nodes.recorder_node:main",
+            "rpf3d_alarm_bridge = rpf3d_ros.nodes.alarm_bridge_node:main",
             "rpf3d_acknowledge = rpf3d_ros.nodes.acknowledge:main",
             "rpf3d_play_bag = rpf3d_ros.nodes.play_bag:main",
             "rpf3d_scene_publisher = rpf3d_ros.nodes.scene_publisher_node:main",

@@ -11,20 +11,25 @@ from typing import Annotated
 import typer
 
 from rpf3d_core.commands.audit import audit
+from rpf3d_core.commands.calibrate import calibrate
 from rpf3d_core.commands.check import check
 from rpf3d_core.commands.compare import compare
 from rpf3d_core.commands.cost import cost
 from rpf3d_core.commands.effects import effects
 from rpf3d_core.commands.imports import app as imports
+from rpf3d_core.commands.materials import materials
 from rpf3d_core.commands.pit import pit
 from rpf3d_core.commands.recover import recover
 from rpf3d_core.commands.replay import replay
 from rpf3d_core.commands.run import run
 from rpf3d_core.commands.screen import INTERRUPTED, CommandInterrupted, complaints, screen
+from rpf3d_core.commands.sensitivity import sensitivity
 from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
-COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit, recover)
+COMMANDS = (
+    run, check, calibrate, sensitivity, cost, effects, materials, pit, replay, compare, study, audit, recover
+)  # fmt: skip
 """The commands in the order of `rpf3d --help`."""
 FURTHER = "rpf3d.commands"
 """Name of the group of entry points through which other packages, such as `rpf3d_ros`, add subcommands."""

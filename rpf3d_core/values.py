@@ -64,7 +64,7 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.UNRESOLVED_CONTACT: (
         "was faster than stop_speed when its bounces had died out, and `ground: none` carries no rock on (`ground: "
         "sliding` does, of a sphere `ground: sphere`), or it was wedged between facets at a speed that should have "
-        "freed it"
+        "freed it, or there is no room for its shape at its release nor above"
     ),
     Outcome.FAILED: (
         "came to a position or speed that is no number; it is told up to the event before, counts in no map, and "

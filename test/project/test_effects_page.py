@@ -34,7 +34,8 @@ def test_the_page_has_everything_that_can_be_named(page: ModuleType) -> None:
 
 def test_everything_that_can_be_named_has_been_measured() -> None:
     costs = json.loads((ROOT / "rpf3d_core" / COSTS).read_text())
-    assert set(costs) == {f"{entry.kind}.{entry.name}" for entry in entries()}, "run: make effects"
+    offered = {f"{entry.kind}.{entry.name}" for entry in entries()}
+    assert set(costs) == offered - {"contact.rigid"}, "run: make effects"
 
 
 @pytest.mark.parametrize("entry", entries(), ids=lambda entry: f"{entry.kind}.{entry.name}")

@@ -52,7 +52,7 @@ def test_every_model_and_effect_has_an_entry() -> None:
     offered = {f"{each['kind']}.{each['name']}" for each in json.loads(golden.command("effects", "--json"))}
     named = set().union(*(entry.named for entry in ENTRIES.values()))
     assert offered - named == set(), "add a scene to test/support/golden_scenes.py"
-    assert {"rebound", "ground", "effects"} == {each.partition(".")[0] for each in offered}
+    assert {"rebound", "ground", "contact", "effects"} == {each.partition(".")[0] for each in offered}
 
 
 def test_no_two_entries_have_the_same_impacts() -> None:

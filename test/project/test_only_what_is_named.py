@@ -31,6 +31,11 @@ DEFAULT = [
 """What of them every scene has that names nothing: its maps and the default rebound."""
 HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.setup.builders")
 """Where models and effects live that a scene may or may not name."""
+OF_UNKNOWNS = (
+    "rpf3d_core.unknowns", "rpf3d_core.hazard.sets", "rpf3d_core.runs.over_sets", "rpf3d_core.setup.parameter_sets",
+    "rpf3d_core.setup.unknowns", "rpf3d_core.scene.library_entries",
+)  # fmt: skip
+"""What only a scene with unknowns needs."""
 
 
 def scene_with(folder: Path, *lines: str) -> Path:
@@ -44,6 +49,14 @@ def test_a_scene_that_names_nothing_imports_nothing_of_it(tmp_path: Path) -> Non
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
     ours = [name for name in done.stdout.split() if name.startswith(HOMES)]
     assert "rpf3d_core.simulation.march" in done.stdout.split() and ours == DEFAULT
+
+
+def test_a_scene_without_unknowns_imports_nothing_about_them(tmp_path: Path) -> None:
+    unknown = ("unknowns: {sets: 40, priors: {materials.default.normal_restitution: {min: 0.4, max: 0.5}}}",)
+    for lines, expected in (((), False), (unknown, True)):
+        command = [sys.executable, "-c", IMPORTED, str(scene_with(tmp_path, *lines))]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+        assert any(name.startswith(OF_UNKNOWNS) for name in done.stdout.split()) is expected
 
 
 def test_a_scene_that_names_nothing_compiles_nothing_of_it(tmp_path: Path) -> None:

@@ -45,11 +45,16 @@ def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
     return 0
 
 
-def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    """Return the message of a refused command; the message must be one line, and the exit code 2."""
+def refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object, printed: str = ""
+) -> str:  # fmt: skip
+    """Return the message of a refused command; the message must be one line, and the exit code 2.
+
+    printed : begin of what the command prints before; by default nothing
+    """
     assert call(monkeypatch, *words) == 2
-    printed = capsys.readouterr()
-    assert printed.out == "", "nothing but the complaint is said"
-    (line,) = printed.err.splitlines()
+    output = capsys.readouterr()
+    assert output.out.startswith(printed) if printed else output.out == "", "nothing but the complaint is said"
+    (line,) = output.err.splitlines()
     assert line.startswith("rpf3d: ")
     return line.removeprefix("rpf3d: ")

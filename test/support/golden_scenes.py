@@ -12,10 +12,10 @@ import yaml
 from golden_slope import ascii_stl, esri_grid, legacy_vtk, obj, ply, strip
 
 CONFIG = Path(__file__).parents[2] / "config" / "scenes"
-WITHOUT_TERRAIN = "authume_p1"
-"""The shipped scene whose terrain is not part of the project."""
+WITHOUT_TERRAIN = ("authume_p1", "authume_p1_blocks")
+"""The shipped scenes whose terrain is not part of the project."""
 REFERENCE, COMPILED, BOTH = ("reference",), ("compiled",), ("reference", "compiled")
-KINDS = ("rebound", "ground", "effects")
+KINDS = ("rebound", "ground", "contact", "effects")
 """Keys of a scene that name models and effects; `rpf3d effects --json` has the same names in `kind`."""
 
 
@@ -133,13 +133,14 @@ MORE_EFFECTS = {
 
 
 def _shipped() -> Iterator[Entry]:
-    """Yield the scenes of config/scenes that need no external data; scenes for 100,000 rocks get fewer rocks."""
+    """Yield the scenes of config/scenes without external data; those of many rocks or of blocks get fewer rocks."""
     beside = {path.name: path.read_text() for path in CONFIG.iterdir() if path.suffix != ".yaml"}
     for path in sorted(CONFIG.glob("*.yaml")):
-        if path.stem != WITHOUT_TERRAIN:
+        if path.stem not in WITHOUT_TERRAIN:
             text, is_study = path.read_text(), path.stem.startswith("study_")
             fine = is_study and path.stem != "study_low"
-            yield Entry(path.stem, text + SHIPPED, "200" if is_study else "", COMPILED if fine else BOTH, beside)
+            rocks = "200" if is_study or path.stem == "bench_15m" else "10" if path.stem.endswith("_blocks") else ""
+            yield Entry(path.stem, text + SHIPPED, rocks, COMPILED if fine else BOTH, beside)
 
 
 def _models() -> Iterator[Entry]:
@@ -149,9 +150,9 @@ def _models() -> Iterator[Entry]:
         yield Entry(f"rebound_{name}", f"{PIT}rebound: {rebound}\nground: sliding\n{TABLES}")
     for name, ground in GROUNDS.items():
         yield Entry(f"ground_{name}", f"{PIT}rebound: coulomb_limited\nground: {ground}\n{TABLES}")
-    sphere = f"{PIT}ground: sphere\n{TABLES}"
-    yield Entry("sphere", f"{sphere}rebound: coulomb_sphere\n", engines=BOTH)
-    yield Entry("sphere_that_bounces_sideways", f"{sphere}rebound: {SIDEWAYS}\n")
+    sphere = f"{PIT}ground: sphere\n{TABLES}".replace("rock: {", "rock: {shape: sphere, ")
+    yield Entry("sphere", sphere, engines=BOTH)
+    yield Entry("sphere_that_bounces_sideways", f"{sphere}contact: {SIDEWAYS}\n")
     for name, effect in EFFECTS.items():
         yield Entry(f"effects_{name}", f"{PIT}{DEFAULTS}effects: {{{name}: {effect}}}\n{TABLES}")
     for name, effects in MORE_EFFECTS.items():

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import rasterio
+import shapely
+from mine_files import write_dxf, write_e57, write_landxml, write_las, write_omf, write_surpac, write_vector
 from rasterio.transform import from_origin
 from terrain_files import ascii_stl, grid, scene_of, write_binary_stl
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
@@ -18,8 +20,13 @@ from vtkmodules.vtkIOGeometry import vtkOBJWriter
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
+from rpf3d_core.formats.mine.clouds import read_cloud
+from rpf3d_core.formats.mine.e57 import e57_arrays
+from rpf3d_core.formats.mine.las import las_arrays, read_las
+from rpf3d_core.formats.mine.vector_files import vector_arrays
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.terrain import read_terrain
 
@@ -161,6 +168,25 @@ def _geotiff(path: Path) -> None:
             file.write(np.arange(20, dtype=np.float32).reshape(4, 5), 1)
 
 
+def _areas(path: Path) -> None:
+    """Write two squares; a file of the same name is replaced."""
+    path.unlink(missing_ok=True)
+    write_vector(path, [shapely.box(0, 0, 4, 4), shapely.box(9, 0, 12, 4)])
+
+
+def _dxf_lines(path: Path) -> None:
+    """Write an open and a closed polyline."""
+    import ezdxf
+
+    document = ezdxf.new("R12")
+    document.modelspace().add_polyline3d([(0, 0, 1), (5, 0, 2), (5, 5, 3)])
+    document.modelspace().add_polyline2d([(0, 0), (5, 0), (5, 5)], close=True)
+    document.saveas(path)
+
+
+STRINGS = b"crest,,,\n0,0,0,0,0,0,0\n1, 20, 10, 5,\n1, 21, 11, 5,\n0, 0, 0, 0,\n2, 0, 0, 1,\n2, 5, 0, 1,\n0,0,0,0,END\n"
+
+
 def _terrain(path: Path) -> object:
     return read_terrain(scene_of(path))
 
@@ -181,6 +207,18 @@ READERS: dict[str, tuple[Callable[[Path], object], Callable[[Path], object]]] = 
     "tif tiles": (_geotiff, _terrain),
     "geojson text": (lambda path: path.write_bytes(GEOJSON), read_polygons),
     "xyz text": (lambda path: path.write_bytes(b"# x y z\n1, 2, 3\n4, 5, 6, more\n\n7, 8, 9\n"), read_points),
+    "dxf faces": (lambda path: write_dxf(path, VERTICES, TRIANGLES), _terrain),
+    "dxf lines": (_dxf_lines, read_lines),
+    "xml tin": (lambda path: write_landxml(path, VERTICES, TRIANGLES), _terrain),
+    "dtm surpac": (lambda path: write_surpac(path, VERTICES, TRIANGLES), _terrain),
+    "str lines": (lambda path: path.write_bytes(STRINGS), read_lines),
+    "omf surface": (lambda path: write_omf(path, VERTICES, TRIANGLES), _terrain),
+    "csv cloud": (lambda path: np.savetxt(path, VERTICES, "%.3f", ",", header="x,y,z", comments=""), read_cloud),
+    "las cloud": (lambda path: write_las(path, VERTICES), las_arrays),
+    "laz cloud": (lambda path: write_las(path, VERTICES), read_las),
+    "e57 cloud": (lambda path: write_e57(path, VERTICES), e57_arrays),
+    "gpkg areas": (_areas, lambda path: vector_arrays(path, "polygon")),
+    "shp areas": (_areas, lambda path: vector_arrays(path, "polygon")),
     "yaml text": (lambda path: path.write_bytes(SCENE), read_scene),
 }
 """Format -> functions that write and read a valid file; the first word of a format is the extension of the file."""

@@ -11,6 +11,7 @@ import time
 from collections import Counter
 
 import numpy as np
+from held_in_gullies import held_too_early
 from numpy.typing import NDArray
 from random_ground import FAMILIES, Case, case_of, fallen, in_the_air
 from scenes_of_facets import engine_over, released, same_bits
@@ -41,9 +42,20 @@ def guarded(flights: Flights) -> NDArray[np.int64]:
     return np.flatnonzero(flights.deposits.outcome == Outcome.FELL_THROUGH)
 
 
+def held(case: Case, flights: Flights) -> NDArray[np.int64]:
+    """Return the rows of the rocks that a gully stopped although they would bounce out of it."""
+    facets = case.terrain.vertices[case.terrain.triangles]
+    return held_too_early(facets, flights, case.flight.settings, float(case.flight.materials.R_n[0]))
+
+
 def wrongs(case: Case, flights: Flights, both: bool) -> int:
     """Print the faults of a case's flights, with the seed of the case; return the number of faulty rocks."""
-    rows = {"fell": fallen(case, flights), "hang": in_the_air(case, flights), "guarded": guarded(flights)}
+    rows = {
+        "fell": fallen(case, flights),
+        "hang": in_the_air(case, flights),
+        "guarded": guarded(flights),
+        "held": held(case, flights),
+    }
     for word, some in rows.items():
         if len(some):
             print(f"  {len(some)} {word}, rows {some[:5].tolist()}: {case.words}", flush=True)
@@ -68,7 +80,7 @@ def campaign(family: str, seeds: range, rebounds: list[str], both: int) -> int:
 
 
 def main() -> int:
-    """Fly the campaign; return 1 if a rock fell, hung in the air, or differed between the engines, else 0."""
+    """Fly the campaign; return 1 if a rock fell, hung in the air, was held too early or differed, else 0."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rocks", type=int, default=1_250_000)
     parser.add_argument("--first", type=int, default=1, help="the first seed")

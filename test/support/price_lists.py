@@ -20,6 +20,7 @@ def price_list(**changes: Any) -> PriceList:
     ]  # fmt: skip
     base: dict[str, Any] = {
         "scene": "a.yaml", "digest": "d", "rocks": 100, "auto": False, "method": EVENTS, "cell": 1.0, "triangles": 800,
-        "numerical": numerical, "geometric": geometric, "statistical": statistical, "off_exact": [],
+        "numerical": numerical, "geometric": geometric, "statistical": statistical, "parametric": [],
+        "off_exact": [],
     }  # fmt: skip
     return PriceList(**{**base, **changes})

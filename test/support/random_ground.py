@@ -2,8 +2,8 @@
 
 The rocks start on vertices, edges and facets. The check shares no code with the contact search. For every facet that a
 point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. All meshes except
-`overhangs` are height fields over a square, so no facet faces downwards. In a mesh with overhangs a point is below the
-ground if an odd number of facets lies straight above the point.
+those of OVERHANGING and `pieces` are height fields over a convex rim, so no facet faces downwards. In a mesh with
+overhangs a point is below the ground if an odd number of facets lies straight above the point.
 """
 
 import math
@@ -16,6 +16,7 @@ from cutting_pieces import PIECES, Legs, highest, is_closed, meeting_points, par
 from matplotlib.tri import Triangulation
 from models_by_name import models_called
 from scenes_of_facets import terrain_of
+from sharp_ground import releases_thrown, strips, terraces, wedges
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
@@ -156,7 +157,7 @@ def walls(draw: Draw) -> Terrain:
     along, towards = draw.uniform(-1.0, 1.0), draw.uniform(-0.2, 1.0)
     profile = np.array([(0.0, 4.0), (foot, 4.0), (foot + lean, 0.0), (SIDE, towards * (SIDE - foot))])
     vertices = np.array([(x, y, z + along * y) for y in rows for x, z in profile])
-    return terrain_of(vertices, _strips(draw, len(rows)))
+    return terrain_of(vertices, strips(draw, len(rows)))
 
 
 def seams(draw: Draw) -> Terrain:
@@ -185,7 +186,7 @@ def overhangs(draw: Draw) -> Terrain:
     corners = [(x, y, z + along * y) for y, profile in zip(rows, profiles, strict=True) for x, z in profile]
     turn = draw.uniform(0.0, 2.0 * math.pi)
     about = np.array([(math.cos(turn), math.sin(turn), 0), (-math.sin(turn), math.cos(turn), 0), (0, 0, 1)])
-    return terrain_of(ROUNDINGS[draw.integers(len(ROUNDINGS))](corners @ about), _strips(draw, len(rows)))
+    return terrain_of(ROUNDINGS[draw.integers(len(ROUNDINGS))](corners @ about), strips(draw, len(rows)))
 
 
 def pieces(draw: Draw) -> Terrain:
@@ -199,16 +200,6 @@ def pieces(draw: Draw) -> Terrain:
     return terrain_of(np.concatenate([vertices for vertices, _ in parts]), triangles)
 
 
-def _strips(draw: Draw, rows: int) -> np.ndarray:
-    """Return triangles (F, 3) between rows of four points; each cell is cut along either diagonal."""
-    a = (np.arange(rows - 1)[:, None] * 4 + np.arange(3)).ravel()
-    b, c, d = a + 1, a + 5, a + 4
-    other = (draw.uniform(size=len(a)) < draw.choice([0.0, 0.5, 1.0]))[:, None]
-    first = np.where(other, np.stack([a, b, d], 1), np.stack([a, b, c], 1))
-    second = np.where(other, np.stack([b, c, d], 1), np.stack([a, c, d], 1))
-    return np.concatenate([first, second]).astype(np.int32)
-
-
 ROUNDINGS: tuple[Callable[[np.ndarray], np.ndarray], ...] = (
     lambda exact: exact,
     lambda exact: np.round(exact, 3),
@@ -218,8 +209,18 @@ ROUNDINGS: tuple[Callable[[np.ndarray], np.ndarray], ...] = (
 
 FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
     each.__name__: each
-    for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams, overhangs, pieces)
+    for each in (
+        *(rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams, overhangs, pieces),
+        *(wedges, terraces),
+    )
 }
+OVERHANGING = (overhangs.__name__, terraces.__name__)
+"""Families of meshes that are not height fields: the number of facets above a point decides if it is below ground."""
+RELEASES: dict[str, Callable[[Draw, Terrain, int], tuple[np.ndarray, np.ndarray]]] = {
+    wedges.__name__: releases_thrown,
+    terraces.__name__: releases_thrown,
+}
+"""Families whose rocks do not start as `_releases` gives them."""
 
 
 def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terrain:
@@ -256,7 +257,8 @@ def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Ca
         f"{family} seed {seed}: R_n {R_n:.3g}, R_t {R_t:.3g}, mu {mu:.3g}, stop_speed {stop_speed:g}, "
         f"smallest_bounce {bounce:g}, {ground}, {rebound}{', survey coordinates' if far else ''}"
     )
-    x, v = (_releases_on_top if family == pieces.__name__ else _releases)(draw, terrain, rocks)
+    releases = _releases_on_top if family == pieces.__name__ else RELEASES.get(family, _releases)
+    x, v = releases(draw, terrain, rocks)
     return Case(family=family, seed=seed, terrain=terrain, x=x, v=v, flight=flight, ground=ground, words=words)
 
 
@@ -323,12 +325,12 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
 
     A point is below the ground if it is below all facets at its place in plan, including facets within NEXT_TO. At the
     foot of an upright wall, the point must be below the floor and below the plateau. Points within NEXT_TO of the rim
-    of the mesh, which is convex, do not count. In `overhangs`, a point is below the ground if an odd number of facets
-    lies above the point; a path does not count from the moment when the rock is near the rim.
+    of the mesh, which is convex, do not count. In a family of OVERHANGING, a point is below the ground if an odd number
+    of facets lies above the point; a path does not count from the moment when the rock is near the rim.
     """
     rows, times, points = _points(flights, case.flight.settings.gravity)
     facets = case.terrain.vertices[case.terrain.triangles]
-    if case.family == overhangs.__name__:
+    if case.family in OVERHANGING:
         left = np.full(len(flights.deposits.x), np.inf)
         out = ~_within(case.terrain, points, ROUNDED * np.ptp(case.terrain.vertices, axis=0).max())
         np.minimum.at(left, rows[out], times[out])

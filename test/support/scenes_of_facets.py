@@ -11,7 +11,7 @@ import numpy as np
 from models_by_name import models_called
 
 from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.flights import Flights, given_columns
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.materials.library import Surface, materials_of
@@ -231,5 +231,7 @@ def same_bits(one: Flights, other: Flights) -> bool:
     return all(
         np.array_equal(a, b, equal_nan=True)
         for name in ("deposits", "impacts", "paths")
-        for a, b in zip(vars(getattr(one, name)).values(), vars(getattr(other, name)).values(), strict=True)
+        for a, b in zip(
+            given_columns(getattr(one, name)).values(), given_columns(getattr(other, name)).values(), strict=True
+        )
     )

@@ -21,10 +21,12 @@ sources:
 
 
 def with_models(text: str, rebound: str = "constant", ground: str = "none") -> str:
-    """Return a scene that names its models; the models of the thesis are added if the text names none."""
-    named = "".join(
-        f"{key}: {name}\n" for key, name in (("rebound", rebound), ("ground", ground)) if f"\n{key}:" not in f"\n{text}"
-    )
+    """Return a scene that names its models; the models of the thesis are added if the text names none.
+
+    Spheres have no rebound model, so none is added for them.
+    """
+    models = {"ground": ground} if "shape: sphere" in text else {"rebound": rebound, "ground": ground}
+    named = "".join(f"{key}: {name}\n" for key, name in models.items() if f"\n{key}:" not in f"\n{text}")
     return text.rstrip("\n") + "\n" + named
 
 

@@ -1,0 +1,116 @@
+"""Bodies that turn without torque: random ones, a reference with 60 digits, and loops over many of them."""
+
+import numpy as np
+
+from rpf3d_core.body.rotation import spin_bound, turned_for, turning_of
+from rpf3d_core.jit.dispatch import loop
+
+BITS = 200
+"""Binary digits after the point in the reference's numbers: 60 decimal digits."""
+ORDER = 60
+STEP = 0.3
+"""Angle (rad) that the fastest spin turns in a step; the series converges within 1.5 rad: its rest is below 1e-40."""
+
+
+def real_bodies(n: int, seed: int):
+    """Principal moments (n, 3) kg m2 of bodies that exist, unit quaternions (n, 4), spins (n, 3) up to 20 rad/s."""
+    rng = np.random.default_rng(seed)
+    second = rng.uniform(0.05, 1.0, (n, 3))
+    q = rng.normal(size=(n, 4))
+    w = rng.normal(size=(n, 3))
+    w *= (rng.uniform(0.0, 20.0, n) / np.linalg.norm(w, axis=1))[:, None]
+    moments = np.sort(second.sum(axis=1)[:, None] - second, axis=1)
+    return moments, q / np.linalg.norm(q, axis=1)[:, None], w
+
+
+def by_taylor(moments, q, w, t: float):
+    """Orientation (4,) and spin (3,) after t seconds: Taylor steps of order 60 with 60 digits, in whole numbers."""
+    fastest = float(np.sqrt(np.dot(moments, np.square(w)) / min(moments)))
+    unit = 2.0 ** np.round(np.log2(fastest))  # in units of this spin all coefficients have all their digits
+    steps = int(fastest * t / STEP) + 1
+    h = exact(t * unit) // steps
+    J = [exact(value) for value in moments]
+    rates = [((J[i - 2] - J[i - 1]) << BITS) // J[i] for i in range(3)]
+    q, w = [exact(value) for value in q], [exact(value / unit) for value in w]
+    for _ in range(steps):
+        q, w = taylor_step(rates, q, w, h)
+    q, w = (np.array([value / 2**BITS for value in part]) for part in (q, w))
+    return q / np.linalg.norm(q), w * unit
+
+
+def exact(value: float) -> int:
+    """A number in units of 2^-BITS; exact for every double above 1e-40."""
+    top, bottom = float(value).as_integer_ratio()
+    return (top << BITS) // bottom
+
+
+def taylor_step(rates, q, w, h):
+    """One step of w1' = rate1 w2 w3 (and so on) and q' = q (0, w) / 2."""
+    q, w = [[value] for value in q], [[value] for value in w]
+    for k in range(ORDER):
+        new_w = [(rates[i] * folded(w[i - 2], w[i - 1]) >> BITS) // (k + 1) for i in range(3)]
+        a, b, c, d = q
+        x, y, z = w
+        new_q = [
+            -folded(b, x) - folded(c, y) - folded(d, z),
+            folded(a, x) + folded(c, z) - folded(d, y),
+            folded(a, y) + folded(d, x) - folded(b, z),
+            folded(a, z) + folded(b, y) - folded(c, x),
+        ]
+        for series, value in zip(q, new_q, strict=True):
+            series.append(value // (2 * (k + 1)))
+        for series, value in zip(w, new_w, strict=True):
+            series.append(value)
+    return [summed(series, h) for series in q], [summed(series, h) for series in w]
+
+
+def folded(a, b):
+    """The newest coefficient of the product of two power series."""
+    return sum(x * y for x, y in zip(a, reversed(b), strict=True)) >> BITS
+
+
+def summed(series, h):
+    """A power series at h."""
+    total = 0
+    for value in reversed(series):
+        total = (total * h >> BITS) + value
+    return total
+
+
+def angle_between(q, p) -> np.ndarray:
+    """Angle (n,) rad of the turn between unit quaternions q and p, (n, 4)."""
+    q, p = np.atleast_2d(q), np.atleast_2d(p)
+    across = q[:, :1] * p[:, 1:] - p[:, :1] * q[:, 1:] - np.cross(q[:, 1:], p[:, 1:])
+    return 2.0 * np.arcsin(np.minimum(1.0, np.linalg.norm(across, axis=1)))
+
+
+def in_space(q, a) -> np.ndarray:
+    """Vectors a (n, 3) in body axes, turned into space by unit quaternions q (n, 4)."""
+    s, v = q[:, :1], q[:, 1:]
+    return a + 2.0 * np.cross(v, np.cross(v, a) + s * a)
+
+
+@loop
+def turn_all(moments, q, w, t, out):
+    """Turn each body for its time; rows of `out`: orientation (4), spin (3), bound of the spin."""
+    for k in range(len(out)):
+        J, s = (moments[k, 0], moments[k, 1], moments[k, 2]), (w[k, 0], w[k, 1], w[k, 2])
+        turning = turning_of(J, (q[k, 0], q[k, 1], q[k, 2], q[k, 3]), s)
+        place, spin = turned_for(turning, t[k])
+        for i in range(4):
+            out[k, i] = place[i]
+        for i in range(3):
+            out[k, 4 + i] = spin[i]
+        out[k, 7] = spin_bound(turning)
+
+
+def turned(moments, q, w, t, run=turn_all):
+    """Orientations (n, 4), spins (n, 3) and bounds (n,) rad/s of bodies after times t, a number or (n,)."""
+    w = np.atleast_2d(np.asarray(w, dtype=float))
+    n = len(w)
+    out = np.zeros((n, 8))
+    moments, q = (
+        np.ascontiguousarray(np.broadcast_to(np.asarray(a, float), (n, s))) for a, s in ((moments, 3), (q, 4))
+    )
+    run(moments, q, np.ascontiguousarray(w), np.ascontiguousarray(np.broadcast_to(np.asarray(t, float), n)), out)
+    return out[:, :4], out[:, 4:7], out[:, 7]
