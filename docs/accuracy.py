@@ -71,14 +71,20 @@ belongs to the same scene and version; otherwise it measures it first. It does n
   the map of all possible rocks. For numbers above the largest n, the error is proportional to one over the square
   root of the number of rocks. (Two small ensembles cannot be compared directly: most of their cells have one rock or
   none.)
+- **parametric**: the error of values of the ground that no one knows. Where a scene gives ranges (`prior`, `library`)
+  or a calibration's sample, up to 32 parameter sets fly two lots of rocks each. The error is the root of the mean
+  square distance between the maps of two sets, without the distance that chance causes between two lots of one set.
+  A scene that gives all values as known has no such line: the error is there, but its size is not known.
 
-All three are **map errors**: the sum over all cells of |p - q|, divided by the sum of p + q. Here p and q are the
+All four are **map errors**: the sum over all cells of |p - q|, divided by the sum of p + q. Here p and q are the
 reach probabilities of a cell in the two maps. 0 means equal maps, 1 means maps without a common cell. The map error
 depends on `hazard.cell`: smaller cells need more rocks.
 
-The **total** is the sum of the three, because a systematic and a random error do not cancel. The full terrain has the
-geometric error 0. For each scene, a line below names the cheapest setting among events and steps, over all measured
-terrains. To use a coarser terrain, you must make it.
+The **total** is the sum of the first three, because a systematic and a random error do not cancel. The full terrain
+has the geometric error 0. For each scene, a line below names the cheapest setting among events and steps, over all
+measured terrains. To use a coarser terrain, you must make it. The parametric error is not in the total, because no
+setting reduces it: if it is above the target, `rpf3d cost` and `run --accuracy` say that rocks cannot buy the target.
+The largest of the four says what to spend on next: more rocks, a finer survey, or a calibration.
 
 ## What do the columns mean?
 | column | meaning |

@@ -10,6 +10,7 @@ from typing import Any
 from rpf3d_core.live.scene import live_parameters
 from rpf3d_core.scene.fields import SceneField
 from rpf3d_ros.interface.parameters import (
+    AlarmBridgeParameters,
     FrameParameters,
     RecorderParameters,
     ScenePublisherParameters,
@@ -22,6 +23,7 @@ KINDS = {
     "rpf3d_simulator": SimulatorParameters,
     "rpf3d_recorder": RecorderParameters,
     "rpf3d_scene_publisher": ScenePublisherParameters,
+    "rpf3d_alarm_bridge": AlarmBridgeParameters,
 }
 SCENE = "scene"
 BOUNDS = {"gt": "above {:g}", "ge": "from {:g}", "lt": "below {:g}", "le": "to {:g}"}

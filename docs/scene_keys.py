@@ -11,12 +11,15 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS, REFERENCE_SPHERES
+from rpf3d_core.scene import calibration as scene_calibration
 from rpf3d_core.scene import hazard as scene_hazard
 from rpf3d_core.scene import method as scene_method
 from rpf3d_core.scene import model as scene_model
 from rpf3d_core.scene import models as scene_models
 from rpf3d_core.scene import releases as scene_releases
+from rpf3d_core.scene import shapes as scene_shapes
 from rpf3d_core.scene import terrain as scene_terrain
+from rpf3d_core.scene import unknowns as scene_unknowns
 from rpf3d_core.terrain.pit.parameters import RANGES, Pit
 
 HEAD = """# The scene file
@@ -57,6 +60,7 @@ POINTS = """## Files of points
 | CSV: a comma, semicolon or tab in the first line | the columns that the header names, else the first three; a line \
 that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
+| `.gpkg`, `.shp`, `.dxf`, `.str` | points, as [file formats](formats.md) describes |
 
 - A first line without a number is a header. It names x, y and z in any order, in small letters or capitals; other
   columns are allowed.
@@ -80,7 +84,8 @@ zone or passes straight above one, at any height.
 """
 MATERIALS = """\
 A zone has the material with its exact name; otherwise the first pattern that fits (`bench_*`); otherwise `default`.
-A material other than `default` that fits no zone of the terrain is refused.
+A material other than `default` that fits no zone of the terrain is refused. `rpf3d materials` lists the entries of the
+`library`.
 """
 ROCK = """\
 Without `rock`, rocks are spheres of 1 m diameter and 2,700 kg/m3: 1,414 kg. `rpf3d check` prints mass and size.
@@ -96,7 +101,7 @@ SCENE = f"""\
   or end, depending on the rebound model ([why](../explanation/physics.md#the-end-of-bouncing)).
 - `max_time` and `max_impacts` end a rock that still moves, with the outcome of the same name.
 - `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
-  `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `coulomb_sphere`) or without numba, else
+  `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `rock.shape: sphere`) or without numba, else
   `compiled`.
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) serve for comparison.
 """
@@ -152,9 +157,51 @@ sources:
     spread_deg: 20
 ```
 """
+UNKNOWNS = f"""\
+A value is **unknown** if it has one value for the whole site, which no one knows. It **varies** if it differs from rock
+to rock or from impact to impact ([distributions](#distributions)).
+[statistics.md](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying) explains the
+difference, and [a how-to](../howto/unknown-ground.md) the steps.
+
+- Unknown may be a number below {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}. There are three ways:
+  `{{prior: {{min, max}}}}` in place of the number; a key path in `unknowns.priors`; `library` in a material.
+- The number may be a part of a distribution: `{{mean: {{prior: {{min: 0.3, max: 0.5}}}}, sd: 0.1, min: 0.1, max: 0.8}}`
+  varies, and its mean is unknown.
+- A key path has the keys with dots between them. `*` stands for all keys of a mapping: `materials.*.friction` is one
+  value for all materials.
+- With unknowns, the rocks of a run are shared out among `sets` parameter sets. Without, `sets` has no effect.
+- A parameter that has a column in `sample` is drawn from the sample, whatever its prior.
+- `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. Live nodes and runs in parts refuse a
+  scene with unknowns.
+
+```yaml
+materials:
+  face: {{library: hoek_bedrock}}
+  default: {{normal_restitution: {{prior: {{min: 0.3, max: 0.5}}}}, tangential_restitution: 0.8}}
+unknowns: {{sets: 128, priors: {{materials.*.friction_angle_deg: {{mean: 32, sd: 3, min: 25, max: 40}}}}}}
+```
+"""
+PRIOR = """\
+With `min` and `max` alone, all values between them are equally probable. With `mean` and `sd`, the values have a normal
+distribution that is cut off at `min` and `max`.
+"""
+CALIBRATION = """\
+`rpf3d calibrate` determines these unknowns from `observed` and from the data of this section
+([how-to](../howto/calibrate-a-ramp.md)). A run ignores the section. Ranges that the scene itself has, such as those of
+a library, are determined as well, unless `calibration.unknowns` names the same values.
+
+`mass_column` and `shape_column` name columns of the file of end points. A simulated rock then stands for the blocks
+with about its mass, and with its shape.
+"""
+SHAPE = """\
+`shape: point` is the default. `shape: sphere` gives spheres of the rocks' size, which roll and spin; their materials
+are those of points. All other shapes are convex bodies. Which effects act on which rocks:
+[effects by shape](effects-by-shape.md).
+"""
 MODELS = (
     ("rebound", "The rebound model, one of:", scene_models.ReboundSpec),
     ("ground", "The ground model, one of:", scene_models.GroundSpec),
+    ("contact", "The contact model: of spheres and of rocks with a shape, in this order:", scene_shapes.ContactSpec),
     ("effects", "Any number of:", scene_models.EffectsSpec),
 )
 """Keys of the scene that name models or effects; the page of effects has their parameters."""
@@ -194,7 +241,9 @@ def document() -> str:
             pit_table(),
             table("zones[]", scene_terrain.ZoneSpec),
             table("materials.NAME", scene_model.Material, MATERIALS),
+            table("materials.NAME.slip_friction", scene_shapes.SlipFrictionSpec),
             table("rock", scene_releases.RockSpec, ROCK),
+            table("rock.shape", scene_shapes.ShapeSpec, SHAPE),
             table("sources[]", scene_releases.SourceSpec, SOURCES),
             POINTS,
             DRAWS,
@@ -208,6 +257,11 @@ def document() -> str:
             table("method", scene_method.MethodSpec),
             table("method.stepping", scene_method.SteppingSpec),
             table("observed", scene_model.ObservedSpec),
+            table("unknowns", scene_unknowns.UnknownsSpec, UNKNOWNS),
+            table("prior", scene_unknowns.PriorSpec, PRIOR),
+            table("calibration", scene_calibration.CalibrationSpec, CALIBRATION),
+            table("calibration.gates[]", scene_calibration.GateSpec),
+            table("calibration.shares[]", scene_calibration.ShareSpec),
         ]
     )
 
@@ -215,7 +269,8 @@ def document() -> str:
 def names(title: str, text: str, part: type[BaseModel]) -> str:
     """Return the section on a key that names models or effects, with links to their parameters."""
     links = [f"[`{name}`](effects.md#{name})" for name in part.model_fields if name != "own"]
-    own = "" if part is scene_models.GroundSpec else ", or [your own](../howto/own-models.md)"
+    closed = part in (scene_models.GroundSpec, scene_shapes.ContactSpec)
+    own = "" if closed else ", or [your own](../howto/own-models.md)"
     return f"## {title}\n{text}\n" + ",\n".join(links) + f"{own}.\n"
 
 

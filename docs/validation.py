@@ -1,6 +1,7 @@
 """Write docs/explanation/validation.md and its pictures: simulated rocks compared with rocks that fell.
 
 python docs/validation.py            (or make validation; takes some minutes)
+python docs/validation.py --blocks   only rocks with a shape; the other figures stay (about ten minutes of CPU time)
 python docs/validation.py --as-is    only the page, from the last measurement
 """
 
@@ -9,7 +10,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from field_cases.measuring import measured
+from field_cases.blocks import measuring as blocks_measuring
+from field_cases.blocks.picture import draw
+from field_cases.measuring import measured, rounded
 from field_cases.page import document
 from field_cases.pictures import draw_all
 
@@ -20,13 +23,31 @@ PAGE = DOCS / "explanation" / "validation.md"
 
 def main(arguments: list[str]) -> int:
     """Measure, draw the pictures and write the page; return the exit code."""
-    if "--as-is" not in arguments:
-        found = measured(lambda line: print(line, file=sys.stderr, flush=True))
-        RESULTS.write_text(json.dumps(found.results, indent=1) + "\n", encoding="utf-8")
+    if "--blocks" in arguments:
+        known = json.loads(RESULTS.read_text(encoding="utf-8"))
+        _write({**known, "blocks": _blocks(known)})
+    elif "--as-is" not in arguments:
+        found = measured(_say)
         draw_all(found, DOCS / "pictures")
+        _write({**found.results, "blocks": _blocks(found.results)})
     results: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8"))
     PAGE.write_text(document(results), encoding="utf-8")
     return 0
+
+
+def _blocks(results: dict[str, Any]) -> Any:
+    """Measure rocks with a shape and draw their picture next to the other models; return their figures."""
+    found = blocks_measuring.measured(_say)
+    draw(found.ends, results, DOCS / "pictures" / "validation_blocks.png")
+    return rounded(found.results)
+
+
+def _write(results: dict[str, Any]) -> None:
+    RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

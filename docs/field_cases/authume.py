@@ -26,6 +26,8 @@ SCENE = ROOT / "config" / "scenes" / "authume_p1.yaml"
 
 SECTIONS = {"upper": (-np.inf, 30.0), "ledge": (30.0, 45.0), "floor": (45.0, np.inf)}
 PERCENTILES = (5, 25, 50, 75, 95)
+FAR = 55.0
+"""x (m) beyond which 12 % of the field's blocks stopped."""
 DATUM = 2.87
 """Height of the field's end points above the mesh (m). Simulated end points are raised by this height, which changes
 only their reach angle."""
@@ -96,6 +98,11 @@ def _apart(values: FloatArray) -> dict[str, float]:
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
     """Fly a model; return the figures of its end points, and the end points."""
     flown = site(ROCKS, REPORT_SEED).fly(keys)
+    return compared(flown), flown
+
+
+def compared(flown: Ends) -> dict[str, Any]:
+    """Return the figures of simulated end points, and their distances from those of the field."""
     ends, field = in_field_datum(flown.end), end_points()
     some = (range(len(field)), *halves())
     found = figures_of(ends)
@@ -103,7 +110,7 @@ def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
     found["side_errors"] = [distance(seen(ends).across, seen(field).across[blocks]) for blocks in some]
     found["left"] = float(1.0 - flown.stopped.mean())
     found["checks"] = checks(found)
-    return found, flown
+    return found
 
 
 def in_field_datum(ends: FloatArray) -> FloatArray:
@@ -125,6 +132,7 @@ def figures_of(ends: FloatArray) -> dict[str, Any]:
     return {
         **figures,
         "farthest": float(x.max()),
+        "beyond": float((x > FAR).mean()),
         "percentiles": {f"p{p}": float(np.percentile(x, p)) for p in PERCENTILES},
         "sections": {name: _between(x, *edges) / len(x) for name, edges in SECTIONS.items()},
     }

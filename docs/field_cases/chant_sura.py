@@ -14,7 +14,7 @@ import numpy as np
 
 from field_cases.authume import ROOT
 from field_cases.flying import with_keys
-from field_cases.rows import HOEK, PUBLISHED, Row, Values, row_named
+from field_cases.rows import HOEK, PUBLISHED, Row, Values, keys_of, row_named
 from field_cases.search import Found, Free, search
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.kinetics.rebound import rebound
@@ -23,6 +23,7 @@ from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models import ReboundSpec
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.scene.sphere import COULOMB_SPHERE
 from rpf3d_core.setup.named import models_of
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain
@@ -96,7 +97,7 @@ def model_of(name: str, values: tuple[tuple[str, Any], ...] = ()) -> object:
         The model has parameters that only the user can give.
     """
     scene, terrain = _any_scene()
-    return models_of(with_keys(scene, {"rebound": {name: dict(values)}, "ground": "none"}), terrain).rebound
+    return models_of(with_keys(scene, {**keys_of(name, dict(values)), "ground": "none"}), terrain).rebound
 
 
 @lru_cache
@@ -108,7 +109,7 @@ def _any_scene() -> tuple[Scene, Terrain]:
 def all_models() -> dict[str, object | None]:
     """Return every rebound model of the package by name; None if only the user can give the model's parameters."""
     found: dict[str, object | None] = {}
-    for name in ReboundSpec.model_fields:
+    for name in (*ReboundSpec.model_fields, COULOMB_SPHERE):
         if name != "own":
             try:
                 found[name] = model_of(name, PARAMETERS.get(name, ()))
@@ -130,7 +131,7 @@ def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, 
     slope_deg : assumed slope of the ground, falling in the direction of motion; not used if the normal is known
     spin : rad/s, assumed spin before the impact, positive for a rock that rolls forwards
     """
-    n = impact.normal or _dipping(impact.before, slope_deg)
+    n = impact.normal or dipping(impact.before, slope_deg)
     axis = np.cross(n, impact.before)
     size = float(np.linalg.norm(axis))
     w = tuple(float(c) for c in (spin / size * axis if size > 0.0 else axis))
@@ -228,7 +229,7 @@ def kept_out(row: Row) -> dict[str, float]:
     return {"speed_rms": math.sqrt(squares / len(contacts()))}
 
 
-def _dipping(v: Vec, slope_deg: float) -> Vec:
+def dipping(v: Vec, slope_deg: float) -> Vec:
     """Return the normal (3,) of a slope that falls in the horizontal direction of v."""
     level, angle = math.hypot(v[0], v[1]), math.radians(slope_deg)
     return (math.sin(angle) * v[0] / level, math.sin(angle) * v[1] / level, math.cos(angle))

@@ -14,7 +14,7 @@ from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, release
 from rpf3d_core.values import Outcome
 
 Keys = Mapping[str, Any]
-"""Keys that replace those of a scene: `rebound`, `ground`, `materials`."""
+"""Keys that replace those of a scene: `rebound` or `contact`, `ground`, `materials`; `rock` is added to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,13 @@ class Site:
 
 
 def with_keys(scene: Scene, keys: Keys) -> Scene:
-    """Return a scene with some of its keys replaced, checked as a scene file is."""
-    parts = {name: type(scene).model_fields[name] for name in keys}
-    written = {name: getattr(scene, name) for name in type(scene).model_fields if name not in parts}
-    return Scene.model_validate({**written, **keys})
+    """Return a scene with some of its keys replaced, checked as a scene file is; keys of `rock` are added to its own.
+
+    A contact model replaces the rebound model.
+    """
+    replaced = {*keys, *(("rebound",) if "contact" in keys else ())}
+    written = {name: getattr(scene, name) for name in type(scene).model_fields if name not in replaced}
+    if "rock" in keys:
+        own = {name: getattr(scene.rock, name) for name in scene.rock.model_fields_set}
+        written["rock"] = own | dict(keys["rock"])
+    return Scene.model_validate({**keys, **written})

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from field_cases import page_authume, page_chant_sura, page_short, page_tschamut
+from field_cases import page_authume, page_blocks, page_chant_sura, page_short, page_tschamut
 from field_cases.chant_sura import SLOPE
 from field_cases.page_tables import NAMES, Results, listed, table, wrapped
 from field_cases.prose import DEFAULT, GRIDS, HEAD, METHOD, NOT_VALIDATED, SOURCES_OF_DATA, TRANSFER
@@ -15,8 +15,8 @@ def document(results: Results) -> str:
     return "\n".join([
         HEAD, page_short.section(results), METHOD, DEFAULT, _grids(), _values_of_books(),
         page_authume.section(results["authume"]), page_tschamut.section(results["tschamut"]),
-        page_chant_sura.section(results["chant_sura"]), _transfer(results["transfer"]), NOT_VALIDATED,
-        SOURCES_OF_DATA,
+        page_chant_sura.section(results["chant_sura"]), _transfer(results["transfer"]), page_blocks.section(results),
+        NOT_VALIDATED, SOURCES_OF_DATA,
     ])  # fmt: skip
 
 

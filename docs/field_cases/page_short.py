@@ -20,6 +20,8 @@ def section(results: Results) -> str:
             **_range("sd", (line["sd"] for line in fitted)),
             **_range("side", (line["side_sd"] for line in fitted)),
             **_carried(results),
+            **_shaped(results["blocks"]),
+            field_beyond=100.0 * results["authume"]["field"]["beyond"],
             lucky=next(_off(x) for x in quarry if (x["model"], x["values"]) == (COULOMB_LIMITED.name, HOEK)),
             off=max(abs(_off(line)) for line in fitted),
             bar=tschamut.OTHER_CODE["translational"],
@@ -48,4 +50,16 @@ def _carried(results: Results) -> dict[str, str]:
     return {
         name: listed([f"{line[there]:+.0f}" for line in results["transfer"] if line["from"] == source])
         for name, (source, there) in asked.items()
+    }
+
+
+def _shaped(blocks: Results) -> dict[str, float]:
+    """Return the figures of rocks with a shape, under the names that the text uses."""
+    quarry = blocks["authume"]["all"]
+    return {
+        "shaped_sd": quarry["sd"],
+        "shaped_side": quarry["side_sd"],
+        "shaped_beyond": 100.0 * quarry["beyond"],
+        "shaped_meadow": blocks["tschamut"]["from_authume"]["error_mean"],
+        "shaped_quarry": _off(blocks["authume"]["from_tschamut"]),
     }

@@ -12,7 +12,8 @@ WIDTH = 118
 """Largest number of characters in a line of text."""
 NAMES = {
     "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction angle",
-    "rolling_friction": "rolling friction", "slope_deg": "slope",
+    "rolling_friction": "rolling friction", "slope_deg": "slope", "restitution": "restitution", "friction": "friction",
+    "rolling_resistance": "rolling resistance",
 }  # fmt: skip
 """Names of the calibrated parameters on the page."""
 

@@ -6,6 +6,7 @@ sites.
 
 On this page a *block* is a real rock of a field test, and a *rock* is simulated. Three models are compared: `constant`
 and `coulomb_limited`, in which a rock is a point, and the rigid sphere ([physics](physics.md)).
+[Rocks with a shape](#rocks-with-a-shape) have a section of their own.
 """
 
 VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on the slope in
@@ -16,10 +17,14 @@ question, or use the result only to compare variants.
   without calibration, is wrong by {bar:+.0f} m at Tschamut. At Authume the Coulomb-limited model with Hoek's values is
   wrong by only {lucky:+.0f} m, but half of its rocks stop on the upper slope and none on the ledge. With values from
   books, rocks go farther in this model than in the constant model.
-- **After calibration at Authume, each model agrees in the mean, but not in the spread.** The mean differs from the
-  field by at most {off:.1f} m. The standard deviation is {sd_low:.1f} to {sd_high:.1f} m along the profile (field:
-  {field_sd:.1f} m) and {side_low:.1f} to {side_high:.1f} m across it (field: {field_side:.1f} m). Real blocks have
-  shapes that spread them; a point or a sphere has none.
+- **After calibration at Authume, each model of a point or a sphere agrees in the mean, but not in the spread.** The
+  mean differs from the field by at most {off:.1f} m. The standard deviation is {sd_low:.1f} to {sd_high:.1f} m along
+  the profile (field: {field_sd:.1f} m) and {side_low:.1f} to {side_high:.1f} m across it (field: {field_side:.1f} m).
+  Real blocks have shapes that spread them; a point or a sphere has none.
+- **Rocks with a shape spread as far as the blocks at Authume, but are no better from site to site.** With three
+  numbers calibrated on x alone, the standard deviation is {shaped_sd:.1f} m along and {shaped_side:.1f} m across the
+  profile, and {shaped_beyond:.0f} % pass 55 m (field: {field_beyond:.0f} %). The same numbers are wrong by
+  {shaped_meadow:+.0f} m at Tschamut; Tschamut's are wrong by {shaped_quarry:+.0f} m at Authume.
 - **Calibrated values are not properties of the ground.** The constant model's friction angles at Authume are too low
   for a rock slope, because sliding replaces rolling in this model.
 - **At Tschamut the calibrated models look better than they are**: see *Where it fails* in
@@ -36,7 +41,7 @@ METHOD = """## How are field and simulation compared?
 `make validation` (`docs/validation.py`) calibrates, measures and writes this page. `python docs/validation.py --as-is`
 writes the page from the last measurement.
 
-- **Models**: `constant` and `coulomb_limited` with `ground: sliding`; the rigid sphere is `coulomb_sphere` with
+- **Models**: `constant` and `coulomb_limited` with `ground: sliding`; the rigid sphere is `rock.shape: sphere` with
   `ground: sphere`. Every scene of this page names its rebound and its ground.
 - **Uncalibrated**: published values for ground with the same description, chosen without knowledge of the end points.
   Two libraries show how much two books differ.
@@ -188,8 +193,9 @@ NOT_VALIDATED = """## What does this page not show?
   values from one site can look good or bad at another.
 - Only end points and single impacts are compared, not the figures for the design of barriers: bounce heights, speeds
   and energies along the path.
-- All rocks of a site have the same mass, and coefficients do not vary from impact to impact. Distributions in the scene
-  (`normal_restitution: {mean: ...}`), `effects` and the real masses may give better results; this was not measured.
+- All points and spheres of a site have the same mass, and coefficients do not vary from impact to impact.
+  Distributions in the scene (`normal_restitution: {mean: ...}`), `effects` and the real masses may give better results;
+  this was not measured.
 - Calibrated values are valid only with rpf3d's rules for the end of bouncing and for sliding ([physics](physics.md)).
   In another program or model they have another meaning.
 """
@@ -200,13 +206,16 @@ The data is not part of this project. Put the folders into `shared/data`, next t
 | site | data | literature |
 | --- | --- | --- |
 | Authume | `authume/`: DTM_Blue_zone.stl, DTM_Gray_zone.stl, DTM_Red_zone.stl, positions_P1.xyz, Endpoints_P1.txt \
+and, in `authume/blocks/`, SP1A.stl, SP2A.stl, SP2B.stl, SP3A.stl \
 of richefeu/AuthumeQuarryRockfalls_Data-in-Brief (2025) | Garcia, Villard, Richefeu, Daudon, Comparison of \
 full-scale rockfall tests with 3D complex-shaped DEM simulations, Eng. Geol.; Bourrier et al. 2021, Landslides \
 18:639-654 |
-| Tschamut 2014 | `tschamut2014/`: release_points.csv, observed_deposition.csv, terrain.asc, from EnviDat \
+| Tschamut 2014 | `tschamut2014/`: release_points.csv, observed_deposition.csv, block_metadata.csv, \
+terrain.asc, from EnviDat \
 doi:10.16904/envidat.34 (ODbL, DbCL), as tabulated in ofuhrer/rust_rockfall | Volkwein & Gerber 2018, Geosciences \
 8(3):88 |
-| Chant Sura | `chant_sura/`: observed_contact_events_extended.csv, esurf2019_impacts.csv, from EnviDat \
+| Chant Sura | `chant_sura/`: observed_contact_events_extended.csv, esurf2019_impacts.csv, rock_shapes.csv, \
+from EnviDat \
 doi:10.16904/envidat.174, as tabulated in ofuhrer/rust_rockfall | Caviezel et al. 2019, ESurf 7:199 (CC BY 4.0); Lu \
 et al. 2019, Landslides 16:2353 |
 """

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from field_cases.search import Free
 from rpf3d_core.scene.model import Material
 from rpf3d_core.scene.models import GroundSpec, ReboundSpec
+from rpf3d_core.scene.sphere import COULOMB_SPHERE
 
 HOEK = "Hoek 1987"
 STONE = "STONE"
@@ -78,21 +79,33 @@ class Row(NamedTuple):
     @property
     def is_offered(self) -> bool:
         """True if scenes can name the model."""
-        return self.rebound in ReboundSpec.model_fields and self.ground in GroundSpec.model_fields
+        named = (*ReboundSpec.model_fields, COULOMB_SPHERE)
+        return self.rebound in named and self.ground in GroundSpec.model_fields
 
     def rebound_keys(self, parameters: Mapping[str, float]) -> dict[str, Any]:
-        """Return the value of the scene's key `rebound`, with the given parameters of the rebound model."""
+        """Return the rebound model, or the contact model of spheres, with the given ones of its parameters."""
         return {self.rebound: {name: parameters[name] for name in self.of_rebound if name in parameters}}
+
+    def model_keys(self, parameters: Mapping[str, float]) -> dict[str, Any]:
+        """Return the keys of a scene that choose the row's models, and spheres where the row is one of spheres."""
+        return keys_of(self.rebound, self.rebound_keys(parameters)[self.rebound]) | {"ground": self.ground}
 
     def keys(self, parameters: Mapping[str, float]) -> dict[str, Any]:
         """Return the keys of a scene with one set of parameters for all zones."""
         ground = self.fixed | {name: value for name, value in parameters.items() if name not in self.of_rebound}
-        return {"rebound": self.rebound_keys(parameters), "ground": self.ground, "materials": {"default": ground}}
+        return {**self.model_keys(parameters), "materials": {"default": ground}}
 
     def published(self, site: str, source: str) -> dict[str, Any]:
         """Return the keys of a scene with the published values of a site."""
         ground = {zone: material(values) for zone, values in PUBLISHED[site][source].items()}
-        return {"rebound": self.rebound, "ground": self.ground, "materials": ground}
+        return {**self.model_keys({}), "materials": ground}
+
+
+def keys_of(model: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of a scene that choose a rebound model; spheres for the contact model of spheres."""
+    if model == COULOMB_SPHERE:
+        return {"rock": {"shape": "sphere"}, "contact": {model: dict(parameters)}}
+    return {"rebound": {model: dict(parameters)}}
 
 
 CONSTANT = Row(

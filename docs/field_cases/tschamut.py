@@ -127,9 +127,14 @@ def field_figures() -> dict[str, Any]:
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
     """Fly a model; return its errors over the runs, and the end points of its rocks."""
     ends = site(ROCKS_A_RUN, REPORT_SEED).fly(keys)
+    return compared(ends), ends
+
+
+def compared(ends: Ends) -> dict[str, Any]:
+    """Return the figures of simulated end points, and the errors of runout over the runs."""
     errors, field = errors_of(ends), runs()
     far = np.linalg.norm((mean_ends(ends) - field.end)[:, :2], axis=1)
-    found = {
+    return {
         **figures_of(ends.source, ends.end),
         "error_mean": float(errors.mean()),
         "error_interval": bootstrap(errors, lambda s: float(s.mean())),
@@ -139,7 +144,6 @@ def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
         "end_off": float(far.mean()),
         "left": float(1.0 - ends.stopped.mean()),
     }
-    return found, ends
 
 
 def errors_of(ends: Ends) -> FloatArray:

@@ -1,0 +1,73 @@
+"""Write docs/reference/effects-by-shape.md: which effects act on points, on spheres and on rocks with a shape.
+
+    python docs/effects_by_shape.py
+"""
+
+import textwrap
+from pathlib import Path
+
+from rpf3d_core.scene.catalogue import CatalogueEntry, entries
+from rpf3d_core.scene.model_spec import ModelSpec
+from rpf3d_core.scene.models import EffectsSpec
+
+PAGE = Path(__file__).parent / "reference" / "effects-by-shape.md"
+ACTS, REFUSED = "acts", "refused"
+SHAPES = ("point", "sphere", "body")
+"""Kinds of rocks: a body is a rock with the shape of a box, a family or a file."""
+HEAD = """# Effects by shape
+Look up here which effects act on which rocks.
+
+`rock.shape` decides the kind: `point`, `sphere`, or a body (`box`, `family` or `files`). A scene that names a refused
+effect stops with a message that names the effect. `docs/effects_by_shape.py` writes this page, and
+`test/scene/test_effects_by_shape.py` checks each cell of the table.
+
+"""
+ON_BODIES = """
+## How do effects act on bodies?
+- Barriers and trees meet the path of the centre of mass. They compare and take the energy of translation and rotation,
+  and velocity and spin fall by the same factor.
+- A body that stops against an obstacle while it touches the ground has `leaning` in `stopped_because`.
+- Drag and drag layers act on the centre of mass. They do not change the spin. The area is that of the sphere of equal
+  volume.
+- Soft ground takes speed from the centre of mass before each impact. It does not change the spin.
+
+"""
+
+
+def cell(spec: type[ModelSpec], shape: str) -> str:
+    """Return ACTS or REFUSED for an effect on rocks of a kind."""
+    return REFUSED if shape == "body" and spec.NOT_FOR_BODIES is not None else ACTS
+
+
+def specs() -> dict[str, type[ModelSpec]]:
+    """Return the class of each effect of the package by name."""
+    return {entry.name: _spec(entry) for entry in entries() if entry.kind == "effects"}
+
+
+def _spec(entry: CatalogueEntry) -> type[ModelSpec]:
+    kinds: tuple[type, ...] = EffectsSpec.model_fields[entry.name].annotation.__args__  # type: ignore[union-attr]
+    return next(kind for kind in kinds if issubclass(kind, ModelSpec))
+
+
+def document() -> str:
+    """Return the whole page as Markdown."""
+    rows = [
+        f"| [`{name}`](effects.md#{name}) | " + " | ".join(cell(spec, shape) for shape in SHAPES) + " |"
+        for name, spec in specs().items()
+    ]
+    table = "\n".join([f"| effect | {' | '.join(SHAPES)} |", "|---|---|---|---|", *rows, ""])
+    return HEAD + table + ON_BODIES + "## What is refused on bodies?\n" + "\n".join(_refusals()) + "\n"
+
+
+def _refusals() -> list[str]:
+    """Return a list item for each effect, and each parameter of an effect, that bodies do not have."""
+    found = []
+    for name, spec in specs().items():
+        if spec.NOT_FOR_BODIES is not None:
+            found.append(f"- `{name}`: {spec.NOT_FOR_BODIES}.")
+        found += [f"- `{name}.{key}`: give {instead} instead." for key, instead in spec.REPLACED_FOR_BODIES.items()]
+    return [textwrap.fill(item, 120, subsequent_indent="  ", break_on_hyphens=False) for item in found]
+
+
+if __name__ == "__main__":
+    PAGE.write_text(document(), encoding="utf-8")
