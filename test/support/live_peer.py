@@ -222,14 +222,18 @@ class LivePeer:
         """Return the values of the last answer's status."""
         return {pair.key: pair.value for pair in self.results[-1].status[0].values}
 
-    def wait_for_alert(self, level, after=0):
-        """Wait for an alert of a level (a word) and return its status; after : number of earlier alerts to skip."""
+    def wait_for_alert(self, level, after=0, reason=""):
+        """Wait for an alert of a level (a word) that gives a reason, and return its status.
+
+        after : number of earlier alerts to skip
+        """
 
         def found():
             told = (status for array in self.alerts[after:] for status in array.status if status.name == ALERT)
-            return next((status for status in told if status.message.startswith(f"{level}: ")), None)
+            return next((s for s in told if s.message.startswith(f"{level}: ") and reason in s.message), None)
 
-        return self.wait(found, f"an alert of level {level}, not {[a.status[0].message for a in self.alerts[-3:]]}")
+        what = f"an alert of level {level} {reason}".rstrip()
+        return self.wait(found, f"{what}, not {[a.status[0].message for a in self.alerts[-3:]]}")
 
     def state(self):
         """Return the name of the simulator's lifecycle state."""
