@@ -21,7 +21,8 @@ from rpf3d_core.body.contacts import (
     put,
     vector,
 )
-from rpf3d_core.body.impact import Velocity, impact
+from rpf3d_core.body.impact import impact
+from rpf3d_core.body.inelastic import Velocity
 from rpf3d_core.body.quaternions import multiply, normalised, turn_by, turned, turned_back
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.jit.dispatch import kernel, loop
