@@ -1,51 +1,22 @@
 """The impact of a rigid body at several contacts at once, with Coulomb friction and rolling resistance.
 
-The inelastic impact is solved contact by contact, in sweeps (Gauss-Seidel), each contact exactly. An elastic impact
-has (1 + e) times its impulses, with one e for all contacts: no impact with 0 <= e <= 1 then gains energy, for any
-number of contacts, any friction and any rolling resistance (Moreau 1988; the proof is in
-docs/explanation/bodies.md). Where the sweeps do not converge, the contacts are taken one by one, the fastest first;
-each single impact loses energy.
+An elastic impact has (1 + e) times the impulses of the inelastic one (`inelastic.py`), with one e for all contacts: no
+impact with 0 <= e <= 1 then gains energy, for any number of contacts, any friction and any rolling resistance (Moreau
+1988; the proof is in docs/explanation/bodies.md). Where the sweeps do not converge, the contacts are taken one by one,
+the fastest first; each single impact loses energy.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
-from rpf3d_core.body.contacts import (
-    AIM,
-    CHANGE,
-    IMPULSE,
-    LAST,
-    LEVER,
-    LOCAL,
-    MU,
-    RESTITUTION,
-    ROLLING,
-    TURN,
-    N,
-    S,
-    T,
-    fastest,
-    prepare,
-    put,
-    vector,
-)
-from rpf3d_core.body.one_point import one_point
-from rpf3d_core.body.rolling_limit import rolling_impulse
+from rpf3d_core.body.contacts import AIM, IMPULSE, LOCAL, MU, RESTITUTION, fastest, prepare, put
+from rpf3d_core.body.inelastic import Velocity, inelastic, kinetic, local_velocity, size_of, solve_contact
 from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.values import ZERO, Vec
-from rpf3d_core.vectors import add, dot, norm, scale, subtract
+from rpf3d_core.vectors import add, norm, scale, subtract
 
-SWEEPS = 200
-"""Largest number of sweeps over all contacts; about ten are usual."""
-UNDAMPED, HALVED = 100, 150
-"""Number of sweeps that make each change in full, and number after which less than half of each change is made.
-
-Full changes can go round in circles: a rolling moment lifts a contact off the ground, and then has no force to act by.
-"""
 SINGLE = 400
 """Largest number of impacts at single contacts, where the sweeps do not converge."""
-SETTLED, ALIGNED = 0.5, 0.9
-"""Least ratio of the changes in two successive sweeps, and least cosine between them (-), for a leap ahead."""
 EXACT = 1e-11
 """Change of a velocity, over the speed of the body (-), below which an impact is solved."""
 GAIN = 1e-12
@@ -56,191 +27,6 @@ GAINED = 4.0
 """Gain of speed of a body in sustained contact over the largest goal of a contact (-), above which sweeps diverged."""
 LEFT = 1e-9
 """Approach after an impact, over the speed of the body before it (-), that counts as rounding."""
-
-
-class Velocity(NamedTuple):
-    """Velocity v of the centre of mass (m/s) and spin w (rad/s) of a body, in the body's axes."""
-
-    v: Vec
-    w: Vec
-
-
-@kernel
-def kinetic(velocity: Velocity, moments: Vec) -> float:
-    """Return the kinetic energy (J/kg) of a body with principal moments (3,) m2, per unit of mass."""
-    v, w = velocity
-    turning = moments[0] * w[0] * w[0] + moments[1] * w[1] * w[1] + moments[2] * w[2] * w[2]
-    return 0.5 * (dot(v, v) + turning)
-
-
-@kernel
-def _pushed(row: Any, velocity: Velocity, change: Vec) -> Velocity:
-    """Return the velocity of a body after an impulse at a contact.
-
-    change : impulse (m/s) in the contact's local axes
-    """
-    v, w = velocity
-    for k in range(3):
-        v = add(v, scale(change[k], vector(row, 3 * k)))
-        w = add(w, scale(change[k], vector(row, TURN + 3 * k)))
-    return Velocity(v, w)
-
-
-@kernel
-def _local_velocity(row: Any, velocity: Velocity) -> Vec:
-    """Return the velocity (m/s) of a contact in its local axes, relative to the contact's goal."""
-    v, w = velocity
-    return (
-        dot(vector(row, N), v) + dot(vector(row, LEVER), w) - row[AIM],
-        dot(vector(row, T), v) + dot(vector(row, LEVER + 3), w) - row[AIM + 1],
-        dot(vector(row, S), v) + dot(vector(row, LEVER + 6), w) - row[AIM + 2],
-    )
-
-
-@routine
-def _solve_contact(row: Any, velocity: Velocity, mu: float, share: float) -> tuple[Velocity, float]:
-    """Return the velocity of a body after the exact solution of one contact, and the change of the contact's velocity.
-
-    The other contacts keep their impulses. The contact's impulse changes by a share (-) of the way to the solution; it
-    stays in its cone, because the cone is convex.
-    """
-    old = vector(row, LOCAL)
-    nn, nt, ns, tt, ts, ss = row[27], row[28], row[29], row[30], row[31], row[32]
-    u = _local_velocity(row, velocity)
-    free = (
-        u[0] - nn * old[0] - nt * old[1] - ns * old[2],
-        u[1] - nt * old[0] - tt * old[1] - ts * old[2],
-        u[2] - ns * old[0] - ts * old[1] - ss * old[2],
-    )
-    new = one_point(row, free, mu)
-    change = subtract(new, old)
-    if share < 1.0:
-        change = scale(share, change)
-        new = add(old, change)
-    if change[0] == 0.0 and change[1] == 0.0 and change[2] == 0.0:
-        return velocity, 0.0
-    put(row, LOCAL, new)
-    size = nn * abs(change[0]) + tt * abs(change[1]) + ss * abs(change[2])
-    return _pushed(row, velocity, change), size
-
-
-@kernel
-def _start(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity) -> Velocity:
-    """Prepare all contacts, and return the velocity with the impulses that the contacts begin with."""
-    inverse = (1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2])
-    for i in range(count):
-        prepare(points[i], rows[i], inverse)
-        velocity = _pushed(rows[i], velocity, vector(rows[i], LOCAL))
-    return velocity
-
-
-@routine
-def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
-    """Return the velocity of a body after an inelastic impact at all its contacts.
-
-    points : (K, CONTACT_COLUMNS), `contacts`; the impulses in it are the first guess, and receive the solution
-    rows : (K, SOLVER_COLUMNS), scratch; count : number of contacts; moments : principal moments (m2)
-    within : change of a contact's velocity in a sweep (m/s) below which the sweeps end
-    """
-    velocity = _start(points, rows, count, moments, velocity)
-    resists, moment, allowed, leaps = False, ZERO, _rolling_limit(points, rows, count), 0
-    for i in range(count):
-        resists = resists or points[i, ROLLING] > 0.0
-    if resists:
-        moment, velocity, _change = _resisted(moment, velocity, moments, allowed)
-    for sweep in range(SWEEPS):
-        share, most, limit = _share(sweep), 0.0, 0.0
-        for i in range(count):
-            velocity, change = _solve_contact(rows[i], velocity, points[i, MU], share)
-            most = max(most, change)
-            limit += points[i, ROLLING] * rows[i, LOCAL]
-        if resists:
-            allowed = limit if share == 1.0 else allowed + share * (limit - allowed)
-            moment, velocity, change = _resisted(moment, velocity, moments, allowed)
-            most = max(most, change)
-        if most <= within or (count == 1 and not resists):
-            break
-        if sweep + 1 < UNDAMPED:
-            velocity, leaps = _leapt(rows, count, velocity, leaps)
-    for i in range(count):
-        row, impulse = rows[i], ZERO
-        for k in range(3):
-            impulse = add(impulse, scale(row[LOCAL + k], vector(row, 3 * k)))
-        put(points[i], IMPULSE, impulse)
-    return velocity
-
-
-@kernel
-def _leapt(rows: Any, count: int, velocity: Velocity, sweeps: int) -> tuple[Velocity, int]:
-    """Return the velocity after a leap ahead if the sweeps only creep, and the number of sweeps since the last leap.
-
-    sweeps : number of sweeps since the last leap, before this one
-
-    Impulses may pass from one contact to another in many small steps, for instance between both facets at an edge. If
-    the changes of two successive sweeps have the ratio r, the sweeps will still change the impulses by r / (1 - r)
-    times the last change. The leap does so at once, but no normal impulse falls below 0. A full sweep must follow: it
-    brings all impulses back into their cones, so a leap changes only how many sweeps are needed.
-    Source: Aitken's extrapolation.
-    """
-    now, along, before = 0.0, 0.0, 0.0
-    for i in range(count):
-        row = rows[i]
-        change, old = subtract(vector(row, LOCAL), vector(row, LAST)), vector(row, CHANGE)
-        now, along, before = now + dot(change, change), along + dot(change, old), before + dot(old, old)
-        put(row, CHANGE, change)
-        put(row, LAST, vector(row, LOCAL))
-    if sweeps < 2 or not along > SETTLED * before or not along * along > ALIGNED * ALIGNED * now * before:
-        return velocity, sweeps + 1
-    reach = along / (before - along) if along < before else math.inf
-    for i in range(count):
-        if rows[i, CHANGE] < 0.0:
-            reach = min(reach, -rows[i, LOCAL] / rows[i, CHANGE])
-    if not reach < math.inf:
-        return velocity, sweeps + 1
-    for i in range(count):
-        row = rows[i]
-        change = scale(reach, vector(row, CHANGE))
-        put(row, LOCAL, add(vector(row, LOCAL), change))
-        put(row, LAST, vector(row, LOCAL))
-        velocity = _pushed(row, velocity, change)
-    return velocity, 0
-
-
-@kernel
-def _rolling_limit(points: Any, rows: Any, count: int) -> float:
-    """Return the largest rolling moment (m2/s) that the normal impulses of all contacts allow."""
-    limit = 0.0
-    for i in range(count):
-        limit += points[i, ROLLING] * rows[i, LOCAL]
-    return limit
-
-
-@kernel
-def _share(sweep: int) -> float:
-    """Return the share (-) of each change that a sweep makes: 1 at first, less where the sweeps go round in circles."""
-    if sweep < UNDAMPED:
-        return 1.0
-    return 0.5 if sweep < HALVED else 0.2
-
-
-@kernel
-def _resisted(moment: Vec, velocity: Velocity, moments: Vec, limit: float) -> tuple[Vec, Velocity, float]:
-    """Return the rolling moment of an impact for a new limit, the velocity with it, and the change of speeds (m/s).
-
-    moment : before (m2/s)
-    """
-    w = velocity.w
-    free = (w[0] - moment[0] / moments[0], w[1] - moment[1] / moments[1], w[2] - moment[2] / moments[2])
-    new = rolling_impulse(free, moments, limit)
-    after = (free[0] + new[0] / moments[0], free[1] + new[1] / moments[1], free[2] + new[2] / moments[2])
-    change = (abs(after[0] - w[0]) + abs(after[1] - w[1]) + abs(after[2] - w[2])) * norm(_radii(moments))
-    return new, Velocity(velocity.v, after), change
-
-
-@kernel
-def _radii(moments: Vec) -> Vec:
-    """Return lengths (m) of the order of the body's size, one for each principal moment."""
-    return math.sqrt(moments[0]), math.sqrt(moments[1]), math.sqrt(moments[2])
 
 
 @kernel
@@ -263,7 +49,7 @@ def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, 
     """Return the least normal velocity (m/s) of a contact relative to its goal, and the number of this contact."""
     worst, which = 0.0, 0
     for i in range(count):
-        speed = _local_velocity(rows[i], velocity)[0]
+        speed = local_velocity(rows[i], velocity)[0]
         if speed < worst:
             worst, which = speed, i
     return worst, which
@@ -320,7 +106,7 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
         if worst >= -left:
             break
         put(rows[i], LOCAL, ZERO)
-        velocity, _change = _solve_contact(rows[i], velocity, points[i, MU], 1.0)
+        velocity, _change = solve_contact(rows[i], velocity, points[i, MU], 1.0)
     return velocity
 
 
@@ -331,7 +117,7 @@ def impact(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity,
     points, rows, count, moments : as in `inelastic`; the impulses in `points` are not those of the whole impact
     slow : approach (m/s) below which an impact is inelastic, so that a body stops
     """
-    speed = norm(velocity.v) + norm(velocity.w) * norm(_radii(moments))
+    speed = norm(velocity.v) + norm(velocity.w) * size_of(moments)
     worst, which = fastest(points, count, velocity.v, velocity.w)
     if which < 0:
         return velocity

@@ -15,7 +15,8 @@ from rpf3d_core.body.contacts import (
     fastest,
     put,
 )
-from rpf3d_core.body.impact import Velocity, impact, inelastic, kinetic, sustained
+from rpf3d_core.body.impact import impact, sustained
+from rpf3d_core.body.inelastic import Velocity, inelastic, kinetic
 from rpf3d_core.jit.dispatch import kernel, loop
 
 MOST = 8

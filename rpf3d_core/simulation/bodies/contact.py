@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.body.contacts import ARM, CONTACT_COLUMNS, FACET, GOAL, IMPULSE, NORMAL, approach, put, vector
 from rpf3d_core.body.contacts import GAP as ROW_GAP
-from rpf3d_core.body.impact import Velocity, forget, impact, inelastic, kinetic, sustained
+from rpf3d_core.body.impact import forget, impact, sustained
+from rpf3d_core.body.inelastic import Velocity, inelastic, kinetic
 from rpf3d_core.body.quaternions import turned, turned_back
 from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.materials.rock_context import RockContext
