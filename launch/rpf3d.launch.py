@@ -12,9 +12,12 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
-FRAMES = {"map_frame": str, "survey_frame": str}
+OF_ALL = {"map_frame": str, "survey_frame": str, "use_sim_time": bool}
 SIMULATOR = {"scene": str, "site_file": str, "decision_log": str, "store": str, "autostart": bool}
-"""Arguments that are passed on as parameters of the same name, with their types."""
+"""Arguments that are passed on as parameters of the same name, with their types: of all nodes, and of the simulator."""
+
+PAUSE = 2.0
+"""Time (s) between the end of a node and its respawn."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -32,6 +35,11 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("map_frame", default_value="", description="frame of every output"),
             DeclareLaunchArgument("survey_frame", default_value="", description="frame that map_origin shifts"),
             DeclareLaunchArgument("autostart", default_value="", description="configure and activate at once"),
+            DeclareLaunchArgument("namespace", default_value="", description="of all nodes, such as pit_a"),
+            DeclareLaunchArgument("use_sim_time", default_value="", description="true: time is that of /clock"),
+            DeclareLaunchArgument("respawn", default_value="true", description="whether a node that ends starts again"),
+            DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
+            DeclareLaunchArgument("rviz", default_value="false", description="whether to run rviz2 with rpf3d.rviz"),
             DeclareLaunchArgument("record", default_value="true", description="whether to run the recorder"),
             DeclareLaunchArgument("record_to", default_value="rpf3d.rrd", description="the recording to write"),
             DeclareLaunchArgument("publish_scene", default_value="", description="scene file to publish; empty: none"),
@@ -54,17 +62,27 @@ def _nodes(context: LaunchContext) -> list[Node]:
     def named(name: str, argument: str) -> dict[str, ParameterValue]:
         return {name: ParameterValue(said(argument), value_type=str)}
 
+    def yes(argument: str) -> bool:
+        if said(argument).lower() not in ("true", "false"):
+            raise ValueError(f"{argument} is {said(argument)!r}; it must be true or false")
+        return said(argument).lower() == "true"
+
     def node(program: str, own: dict[str, ParameterValue]) -> Node:
-        own = {**given(FRAMES), **own}
-        return Node(package="rpf3d", executable=program, parameters=[file, *([own] if own else [])], output="screen")
+        own = {**given(OF_ALL), **own}
+        return Node(
+            package="rpf3d", executable=program, namespace=said("namespace"), output="screen",
+            parameters=[file, *([own] if own else [])], ros_arguments=["--log-level", said("log_level")],
+            respawn=yes("respawn"), respawn_delay=PAUSE,
+        )  # fmt: skip
 
     shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # the first sets no key of a scene
     file = said("params_file") or PathJoinSubstitution([FindPackageShare("rpf3d"), "config", shipped])
     nodes = [node("rpf3d_simulator", given(SIMULATOR))]
-    if said("record").lower() not in ("true", "false"):
-        raise ValueError(f"record is {said('record')!r}; it must be true or false")
-    if said("record").lower() == "true":
+    if yes("record"):
         nodes.append(node("rpf3d_recorder", named("file", "record_to")))
     if said("publish_scene"):
         nodes.append(node("rpf3d_scene_publisher", named("scene", "publish_scene")))
+    if yes("rviz"):
+        view = PathJoinSubstitution([FindPackageShare("rpf3d"), "config", "rpf3d.rviz"])
+        nodes.append(Node(package="rviz2", executable="rviz2", namespace=said("namespace"), arguments=["-d", view]))
     return nodes

@@ -16,6 +16,7 @@ from rpf3d_core.alerts.levels import Alert
 from rpf3d_ros.interface.publishing import publish
 from rpf3d_ros.interface.qos import ALERTS, HEARTBEAT, OVERRIDABLE
 from rpf3d_ros.messages.alert_messages import Publication, alarm_message, alerts_message
+from rpf3d_ros.messages.diagnostic_messages import of_unit
 from rpf3d_ros.messages.stamps import stamp_of
 
 EARLY = 0.15
@@ -92,7 +93,8 @@ class AlertPublishers:
         self._sequence += 1
         publication = Publication(sequence=self._sequence, at_ns=self._now())
         publish(self._node, self._alarm, alarm_message(last.alert))
-        publish(self._node, self._alerts, alerts_message(last.header, last.alert, last.result, publication))
+        alerts = alerts_message(last.header, last.alert, last.result, publication)
+        publish(self._node, self._alerts, of_unit(alerts, self._node.get_namespace()))
         self._published_at = time.monotonic()
 
     def _sound(self) -> None:

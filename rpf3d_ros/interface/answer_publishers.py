@@ -19,6 +19,7 @@ from rpf3d_ros.interface.publishing import publish
 from rpf3d_ros.interface.qos import LATCHED, OVERRIDABLE
 from rpf3d_ros.messages.answer_content import content_of, warnings_of
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.diagnostic_messages import of_unit
 from rpf3d_ros.messages.hazard_messages import hazard_points, occupancy_grid
 from rpf3d_ros.messages.marker_messages import area_markers, trajectory_markers, zone_markers
 from rpf3d_ros.messages.result_messages import ResultFacts, results_message
@@ -57,6 +58,8 @@ class AnswerPublishers:
         for topic, message in messages_of(header, answer, parameters, made):
             if self.closed or not self._publishers[topic].is_activated:
                 return
+            if isinstance(message, DiagnosticArray):
+                message = of_unit(message, self._node.get_namespace())
             publish(self._node, self._publishers[topic], message)
 
 

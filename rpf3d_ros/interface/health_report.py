@@ -11,7 +11,7 @@ from rclpy.node import Node
 
 from rpf3d_ros.interface.publishing import publish
 from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE
-from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
+from rpf3d_ros.messages.diagnostic_messages import diagnostics_of, of_unit
 from rpf3d_ros.messages.health import ERROR, OK, Health
 
 PERIOD = 1.0
@@ -54,7 +54,8 @@ class HealthReport:
         """
         if self.closed:
             return
-        health = Health(name=f"{self._node.get_name()}: {part}", level=level, message=message, values=values or {})
+        name = self._node.get_fully_qualified_name().lstrip("/")
+        health = Health(name=f"{name}: {part}", level=level, message=message, values=values or {})
         with self._lock:
             before = self._parts.get(part)
             self._parts = {**self._parts, part: health}
@@ -85,7 +86,8 @@ class HealthReport:
         self._published = time.monotonic()
         if not self.closed:
             now = self._node.get_clock().now().to_msg()
-            publish(self._node, self._publisher, diagnostics_of(now, self._parts.values()))
+            message = of_unit(diagnostics_of(now, self._parts.values()), self._node.get_namespace())
+            publish(self._node, self._publisher, message)
 
     def _log(self, part: str, level: int, message: str) -> None:
         now = time.monotonic()

@@ -42,7 +42,7 @@ TOPICS: dict[str, RecordedTopic] = {
     "terrain/mesh": RecordedTopic(kind="shape_msgs/msg/Mesh", offered=TERRAIN, given=True),
     "terrain/update": RecordedTopic(kind=CLOUD, offered=EVENT, given=True),
     "sources": RecordedTopic(kind=POSES, offered=EVENT, given=True),
-    "/clicked_point": RecordedTopic(kind="geometry_msgs/msg/PointStamped", offered=EVENT, given=True),
+    "clicked_point": RecordedTopic(kind="geometry_msgs/msg/PointStamped", offered=EVENT, given=True),
     "source_cloud": RecordedTopic(kind=CLOUD, offered=EVENT, given=True),
     "areas/polygon": RecordedTopic(kind="geometry_msgs/msg/PolygonStamped", offered=EVENT, given=True),
     "areas/equipment": RecordedTopic(kind=POSES, offered=EVENT, given=True),

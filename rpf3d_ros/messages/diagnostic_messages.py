@@ -8,10 +8,24 @@ from std_msgs.msg import Header
 
 from rpf3d_ros.messages.health import Health
 
+UNIT = "rpf3d"
+"""Hardware id of all states; the namespace of the node follows, if it has one."""
+
 
 def diagnostics_of(stamp: Time, healths: Iterable[Health]) -> DiagnosticArray:
     """Return the states of a node's parts as the message for /diagnostics."""
     return DiagnosticArray(header=Header(stamp=stamp), status=[_status(health) for health in healths])
+
+
+def of_unit(message: DiagnosticArray, namespace: str) -> DiagnosticArray:
+    """Return a message with the hardware id of a node in a namespace, so that two pits in one domain differ.
+
+    >>> of_unit(diagnostics_of(Time(), [Health("a: b", 0, "well")]), "/pit_a").status[0].hardware_id
+    'rpf3d/pit_a'
+    """
+    for status in message.status:
+        status.hardware_id = UNIT + namespace.rstrip("/")
+    return message
 
 
 def _status(health: Health) -> DiagnosticStatus:
@@ -19,6 +33,6 @@ def _status(health: Health) -> DiagnosticStatus:
         level=bytes((health.level,)),
         name=health.name,
         message=health.message,
-        hardware_id="rpf3d",
+        hardware_id=UNIT,
         values=[KeyValue(key=key, value=value) for key, value in health.values.items()],
     )

@@ -8,7 +8,7 @@ arguments (an enclave, for example) follow after --ros-args.
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rpf3d_core.errors import InputError
@@ -21,6 +21,11 @@ if TYPE_CHECKING:
     from rclpy.node import Node
     from rclpy.task import Future
 
+
+SIMULATOR = "rpf3d_simulator"
+"""Name of the simulator's node, in any namespace."""
+LOOK = 0.1
+"""Time (s) between two looks for a simulator."""
 
 NOT_YET = 3
 """Exit code if the result is not yet known."""
@@ -49,7 +54,7 @@ def _options(args: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rpf3d_acknowledge", description=__doc__.splitlines()[0])
     parser.add_argument("by", type=_sentence, help="who acknowledges")
     parser.add_argument("why", type=_sentence, help="for which reason the level may fall")
-    parser.add_argument("--node", default="/rpf3d_simulator", help="full name of the simulator")
+    parser.add_argument("--node", help="full name of the simulator; without it, that of this namespace")
     parser.add_argument("--patience", type=float, default=5.0, help="seconds to wait for it")
     options = parser.parse_args(args)
     if ":" in options.by:
@@ -92,9 +97,10 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     from std_srvs.srv import Trigger
 
     node = Node("rpf3d_acknowledge", start_parameter_services=False)  # asks two services, and serves none
+    until = time.monotonic() + options.patience
+    options.node = options.node or _simulator_in_namespace(node, until)
     set_parameters = node.create_client(SetParameters, f"{options.node}/set_parameters")
     acknowledge = node.create_client(Trigger, f"{options.node}/acknowledge")
-    until = time.monotonic() + options.patience
     for each in (set_parameters, acknowledge):
         if not each.wait_for_service(max(until - time.monotonic(), 0.1)):
             raise InputError(f"{options.node} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?")
@@ -104,6 +110,34 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
         return False, taken.reason
     response = _answer(node, acknowledge.call_async(Trigger.Request()), options)
     return response.success, response.message
+
+
+def _simulator_in_namespace(node: "Node", until: float) -> str:
+    """Return the full name of the simulator in the node's namespace.
+
+    until : time (s, monotonic) at which the search ends
+    Raises InputError if there is none; the message names the simulators of other namespaces. None of them is taken
+    instead, because another pit's may be the only one that has been discovered so far.
+    """
+    own = f"{node.get_namespace().rstrip('/')}/{SIMULATOR}"
+    names: list[str] = []
+    while time.monotonic() < until:
+        time.sleep(LOOK)
+        names = simulators_among(name for name, _kinds in node.get_service_names_and_types())
+        if own in names:
+            return own
+    others = f"; name one of those that run with --node: {', '.join(names)}" if names else ""
+    raise InputError(f"{own} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?{others}")
+
+
+def simulators_among(services: Iterable[str]) -> list[str]:
+    """Return the full names of the simulators, in order, from the names of all services.
+
+    >>> simulators_among(["/pit_a/rpf3d_simulator/acknowledge", "/rpf3d_recorder/get_parameters"])
+    ['/pit_a/rpf3d_simulator']
+    """
+    end = f"/{SIMULATOR}/acknowledge"
+    return sorted(name.removesuffix("/acknowledge") for name in services if name.endswith(end))
 
 
 def _answer(node: "Node", asked: "Future", options: argparse.Namespace) -> Any:

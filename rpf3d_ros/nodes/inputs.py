@@ -91,7 +91,7 @@ class Inputs:
         self._subscriptions = {
             **{topic: self._subscribe(PoseArray, topic, self.on_poses) for topic in sensors.poses},
             **{topic: self._subscribe(PointCloud2, topic, self.on_cloud) for topic in sensors.clouds},
-            BY_HAND: self._subscribe(PointStamped, "/clicked_point", self.on_point),
+            BY_HAND: self._subscribe(PointStamped, "clicked_point", self.on_point),
             "areas/polygon": self._subscribe(PolygonStamped, "areas/polygon", self.on_polygon),
             "areas/equipment": self._subscribe(PoseArray, "areas/equipment", self.on_equipment),
         }

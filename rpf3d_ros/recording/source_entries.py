@@ -26,7 +26,7 @@ class SourceEntries:
 
     def makers(self) -> Mapping[str, EntryMaker]:
         """Return for each topic the method that converts its messages."""
-        return {"sources": self.poses, "/clicked_point": self.click, "source_cloud": self.cloud}
+        return {"sources": self.poses, "clicked_point": self.click, "source_cloud": self.cloud}
 
     def poses(self, poses: Any) -> Iterator[RecordingEntry]:
         """Yield the sources of a PoseArray."""

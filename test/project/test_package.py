@@ -129,7 +129,7 @@ def test_a_launch_file_compiles_and_starts_only_what_the_package_installs(path: 
         for keyword in node.keywords
         if keyword.arg == "executable" and isinstance(keyword.value, ast.Constant)
     }
-    assert started - scripts == set()
+    assert started - scripts <= {"rviz2"}, "of another package, and started only if asked"
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "launch").glob("*.launch.py")), ids=lambda path: path.name)

@@ -161,7 +161,7 @@ def messages_in() -> Iterator[tuple[str, Any]]:
     yield "sources", _poses(5)  # nothing is seen
     yield "sources", _poses(10, (6.0, 12.0, 48.0), (8.0, 30.0, 47.0), (10.0, 40.0, 46.0))
     yield "terrain/update", _grid_patch()
-    yield "/clicked_point", PointStamped(header=_header(30), point=Point(x=8.0, y=16.0, z=48.5))
+    yield "clicked_point", PointStamped(header=_header(30), point=Point(x=8.0, y=16.0, z=48.5))
     yield "terrain/update", _scattered_patch()
     yield "source_cloud", _thrown()
     yield "terrain/mesh", _mesh()
@@ -202,7 +202,7 @@ class Session:
                 equipment=rings_of_equipment(m, self._frame, PARAMETERS.equipment_radius)
             ),
             "sources": lambda m: self._answer(topic, sources_of_poses(m, self._frame, PARAMETERS.release_speed)),
-            "/clicked_point": lambda m: self._answer(topic, sources_of_point(m, self._frame)),
+            "clicked_point": lambda m: self._answer(topic, sources_of_point(m, self._frame)),
             "source_cloud": lambda m: self._answer(topic, sources_of_cloud(m, self._frame)),
         }
         ways[topic](message)

@@ -118,7 +118,7 @@ def inputs(second):
         ),
         "areas/equipment": poses(second, (20.0, 32.0, 4.0)),
         "sources": poses(second, (8.0, 2.0, 20.0), (12.0, 2.0, 20.0)),
-        "/clicked_point": PointStamped(header=header(second + 1), point=Point(x=10.0, y=3.0, z=19.0)),
+        "clicked_point": PointStamped(header=header(second + 1), point=Point(x=10.0, y=3.0, z=19.0)),
         "source_cloud": cloud_of_columns(
             header(second + 2),
             {"x": np.full(2, 9.0), "y": np.full(2, 2.0), "z": np.full(2, 20.0)}

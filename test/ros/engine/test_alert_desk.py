@@ -348,7 +348,7 @@ def test_a_topic_that_falls_silent_after_it_told_of_sources_is_a_fault_that_name
 def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_not_silent(desk):
     desk, reports, clock = desk
     desk.decide_on("wall", evidence(), OTHER)
-    desk.decide_on("clicked", evidence(), "/clicked_point")
+    desk.decide_on("clicked", evidence(), "clicked_point")
     clock.now = NOW + 40 * S
     desk.decide_on("nobody", nothing_seen(NOW + 30 * S), OTHER)
     desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)

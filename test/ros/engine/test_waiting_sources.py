@@ -85,5 +85,5 @@ def test_what_is_remembered_of_walls_is_bounded():
 def test_a_click_takes_the_place_of_no_source_of_the_monitoring():
     waiting, none = WaitingSources(SIZE, 10), np.zeros((1, 3))
     waiting.put(trigger_of(none, none, None, 1, "sources"))
-    waiting.put(trigger_of(none, none, None, 2, "/clicked_point"))
+    waiting.put(trigger_of(none, none, None, 2, "clicked_point"))
     assert sorted(taken(waiting)) == [1, 2] and waiting.dropped == 0

@@ -68,7 +68,7 @@ def sound(topic, stamp):
         "terrain/mesh": lambda: cdr_of_mesh(grid_mesh(small(ramp()))),
         "terrain/update": lambda: cloud(ramp()[20:30, 20:30], stamp),
         "sources": lambda: poses(places, stamp),
-        "/clicked_point": lambda: PointStamped(header=header(stamp), point=Point(x=10.0, y=30.0, z=32.0)),
+        "clicked_point": lambda: PointStamped(header=header(stamp), point=Point(x=10.0, y=30.0, z=32.0)),
         "source_cloud": lambda: cloud_of_columns(header(stamp), columns),
         "areas/polygon": lambda: polygon(TOE, stamp),
         "areas/equipment": lambda: poses(places, stamp),

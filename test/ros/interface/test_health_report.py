@@ -27,8 +27,11 @@ class StubNode:
     def publish(self, array):
         self.arrays.append(array)
 
-    def get_name(self):
-        return "node"
+    def get_fully_qualified_name(self):
+        return "/node"
+
+    def get_namespace(self):
+        return "/"
 
     def to_msg(self):
         from builtin_interfaces.msg import Time

@@ -105,6 +105,13 @@ def policy():
         yield profile.get("node"), allowed
 
 
+def test_the_policy_has_no_comment_inside_because_sros2_takes_it_for_an_enclave():
+    builder = ElementTree.TreeBuilder(insert_comments=True)
+    path = ROOT / "config" / "sros2_policy.xml"
+    root = ElementTree.parse(path, parser=ElementTree.XMLParser(target=builder)).getroot()
+    assert {element.tag for element in root.iter() if not isinstance(element.tag, str)} == set()
+
+
 def without_slash(topics):
     return {topic.lstrip("/") for topic in topics}
 

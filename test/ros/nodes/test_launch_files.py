@@ -29,10 +29,14 @@ PARAMETERS = {
     scene_publisher.NAME: ScenePublisherParameters,
 }
 
+IN_ANY_NAMESPACE = "/**/"
+"""What precedes the name of a node in a parameter file, so that the section counts in every namespace."""
+
 
 def known_to(node):
     """Parameter -> a value of its type, of a node or of all of them."""
-    known = {field.name: field.default for field in fields(PARAMETERS[node])}
+    node = node.removeprefix(IN_ANY_NAMESPACE)
+    known = {field.name: field.default for field in fields(PARAMETERS[node])} | {"use_sim_time": False}
     if node == simulator.NAME:
         known |= {field.key: field.kind() for field in live_parameters()} | {SCENE: ""}
     return known
@@ -103,6 +107,8 @@ def launched(described, **given):
     (function,) = described["OpaqueFunction"]
     found = {}
     for node in function.named["function"]({**defaults, **given}):
+        if node.named["package"] == "rviz2":
+            continue
         assert node.named["package"] == "rpf3d"
         file, *own = node.named["parameters"]
         found[node.named["executable"]] = file, {name: value for section in own for name, value in section.items()}
@@ -151,14 +157,16 @@ def test_a_scene_file_takes_the_parameter_file_that_sets_no_key_of_a_scene(descr
 
 @RPF3D
 def test_every_argument_of_the_launch_file_reaches_a_node_as_a_parameter_that_it_has_and_with_its_type(described):
-    every = {each.arguments[0]: "x" for each in described["DeclareLaunchArgument"]} | {"record": "true"}
+    switches = {"record": "true", "respawn": "true", "rviz": "false"}
+    every = {each.arguments[0]: "x" for each in described["DeclareLaunchArgument"]} | switches
     reached = set()
     for program, (_, own) in launched(described, **every).items():
         known = known_to(program) | known_to("/**")
         for name, value in own.items():
             assert value.arguments == ("x",) and value.named["value_type"] is type(known[name]), name
         reached |= set(own)
-    told_otherwise = {"params_file", "record", "record_to", "publish_scene", "discovery_range"}
+    of_launch = {"namespace", "log_level", *switches}
+    told_otherwise = {"params_file", "record_to", "publish_scene", "discovery_range", *of_launch}
     assert reached == set(every) - told_otherwise | {"file"}
 
 
@@ -182,6 +190,40 @@ def test_the_parameter_file_beside_a_scene_differs_from_the_other_by_the_keys_of
     without = {node: {n: v for n, v in given.items() if n not in keys} for node, given in set_by("rpf3d.yaml").items()}
     assert without != set_by("rpf3d.yaml")
     assert set_by("rpf3d_scene.yaml") == without
+
+
+def nodes_of(described, **given):
+    """Return the keywords of each Node that is launched, by its program."""
+    defaults = {each.arguments[0]: each.named["default_value"] for each in described["DeclareLaunchArgument"]}
+    (function,) = described["OpaqueFunction"]
+    return {node.named["executable"]: node.named for node in function.named["function"]({**defaults, **given})}
+
+
+@RPF3D
+def test_all_nodes_run_in_the_namespace_with_the_log_level_and_respawn_unless_told(described):
+    for node in nodes_of(described, namespace="pit_a", log_level="warn", publish_scene="demo.yaml").values():
+        assert (node["namespace"], node["ros_arguments"], node["respawn"]) == ("pit_a", ["--log-level", "warn"], True)
+    assert not any(node["respawn"] for node in nodes_of(described, respawn="false").values())
+
+
+@RPF3D
+def test_rviz_is_launched_with_the_shipped_view_in_the_same_namespace_if_asked(described):
+    assert "rviz2" not in nodes_of(described)
+    view = nodes_of(described, namespace="pit_a", rviz="true")["rviz2"]
+    assert view["namespace"] == "pit_a"
+    assert resolved(view["arguments"][1]).is_file()
+
+
+@RPF3D
+@pytest.mark.parametrize("switch", ["record", "respawn", "rviz"])
+def test_a_switch_that_is_neither_true_nor_false_is_refused_by_name(described, switch):
+    with pytest.raises(ValueError, match=f"{switch} is 'perhaps'"):
+        launched(described, **{switch: "perhaps"})
+
+
+@pytest.mark.parametrize("file", ["rpf3d.yaml", "rpf3d_scene.yaml"])
+def test_a_parameter_file_counts_in_every_namespace(file):
+    assert all(node == "/**" or node.startswith(IN_ANY_NAMESPACE) for node in set_by(file))
 
 
 @RPF3D

@@ -88,7 +88,8 @@ def test_a_topic_is_known_by_its_full_name_with_or_without_a_namespace():
         "terrain/mesh", "terrain/mesh", None,
     ]  # fmt: skip
     assert topic_called("/mine/terrain/mesh", "mine") == "terrain/mesh"
-    assert topic_called("/clicked_point", "/mine/") == "/clicked_point"
+    assert topic_called("/mine/clicked_point", "/mine/") == "clicked_point"
+    assert topic_called("/diagnostics", "/mine/") == "/diagnostics"
 
 
 def test_a_recording_that_cannot_be_created_is_refused_in_a_sentence(tmp_path):

@@ -258,7 +258,7 @@ REFUSED = {
     "times_that_go_back": ("trajectories/points", lambda: points(t=np.array([0.0, 2.0, 1.0] * 2)), "goes back"),
     "times_before_release": ("trajectories/points", lambda: points(t=np.full(6, -1.0)), "negative"),
     "point_that_is_not_finite": (
-        "/clicked_point", lambda: PointStamped(header=header(1), point=Point(x=math.inf)), "not finite",
+        "clicked_point", lambda: PointStamped(header=header(1), point=Point(x=math.inf)), "not finite",
     ),
     "missing_positions": (
         "impacts", lambda: points(x=np.array([math.nan] * 6)), "not finite",
