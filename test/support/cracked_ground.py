@@ -24,8 +24,9 @@ More than 1: survey coordinates round the vertices after the cut.
 def cracked(draw: Draw, whole: Terrain) -> Terrain:
     """Return a terrain with facets cut at an edge that the neighbour does not share, up to 0.8 cracks off this edge."""
     vertices, triangles, cut = whole.vertices.tolist(), [], set()
-    sides = Counter(tuple(sorted(pair)) for t in whole.triangles.tolist() for pair in zip(t, t[1:] + t[:1], strict=True))
-    for t in whole.triangles.tolist():
+    facets = whole.triangles.tolist()
+    sides = Counter((min(pair), max(pair)) for t in facets for pair in zip(t, t[1:] + t[:1], strict=True))
+    for t in facets:
         a, b, c = np.roll(t, draw.integers(3)).tolist()
         side = min(a, b), max(a, b)
         if sides[side] < 2 or side in cut or draw.uniform() < 0.5:
@@ -55,7 +56,7 @@ def junctions_of(terrain: Terrain) -> np.ndarray:
 
 
 def releases_at_cracks(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (R, 3) m and velocities (R, 3) m/s of rocks that start in a crack, or on an arc that leads there.
+    """Return positions (R, 3) m and velocities (R, 3) m/s of rocks that start in a crack or on an arc that leads there.
 
     A fifth of the rocks start in a crack, some of them at rest. A fifth move along the edge. All start on the ground or
     above the ground. (A mesh without T-junctions has its rocks at its vertices.)
