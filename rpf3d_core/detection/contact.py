@@ -47,6 +47,11 @@ A million times the rounding of b / |v|, where b is the speed along the normal a
 """
 NO_CONTACT = Contact(t=math.inf, facet=-1, side=1.0, approach=0.0)
 NOTHING_LEFT = PreviousContact(facet=-1, other=-1, side=1.0, resting=False, before=-1)
+"""The previous contact of a rock at its release: no facet, but the rock is on the free side of the ground."""
+NO_ROCK = -2
+"""Number in place of the facet of the previous contact, if a line of sight and not a rock moves along the arc."""
+LINE_OF_SIGHT = PreviousContact(facet=NO_ROCK, other=-1, side=1.0, resting=False, before=-1)
+"""The previous contact of a line of sight, which may start on either side of the ground."""
 
 
 @model_function

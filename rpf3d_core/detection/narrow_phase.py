@@ -12,9 +12,9 @@ Rounding errors decide no case; fixed rules do (docs/explanation/physics.md):
   The back excludes this band, so a rock that just touches a crest never counts as a rock from inside the ground.
 - A glancing arc may reach the plane of a facet just outside the facet. The arc then meets the facet where it crosses
   the facet's edge (`_entry_time`).
-- If a rock would leave the terrain, or if a sliding rock would meet the back of the ground, the search runs again with
-  slightly wider facets (`contact_or_crack`). In this search a facet also counts as the ground under a rock that moves
-  along its edge, just outside the facet.
+- If a rock would leave the terrain, or would meet the back of the ground, the search runs again with slightly wider
+  facets (`contact_or_crack`). In this search a facet also counts as the ground under a rock that moves along its edge,
+  just outside the facet.
 """
 
 import math
@@ -245,10 +245,10 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if t == best.t and not wins_tie(facets, f, best.facet, arc, t, approach, best.approach):
         return best
     if contains(facets, f, position(arc, t), side < 0.0, _edge_band(facets, arc, n, t, approach)):
-        if side < 0.0 and _glances(arc, approach) and _came_over_edge(facets, f, arc, n, t):
+        if side < 0.0 and _glances(facets, arc, approach) and _came_over_edge(facets, f, arc, n, t):
             return best
         return Contact(t=t, facet=f, side=side, approach=approach)
-    if side < 0.0 or not _glances(arc, approach):
+    if side < 0.0 or not _glances(facets, arc, approach):
         return best
     t = _entry_time(facets, f, arc, n, t)
     if t < best.t or (
@@ -275,11 +275,16 @@ def _edge_band(facets: Facets, arc: Arc, n: Vec, t: float, approach: float) -> f
 
 
 @kernel
-def _glances(arc: Arc, approach: float) -> bool:
+def _glances(facets: Facets, arc: Arc, approach: float) -> bool:
     """True if an arc meets a plane at so small an angle that rounding moves the contact along the plane.
 
     approach : speed (m/s) at which the rock meets the plane
+
+    The search with wider facets counts every angle as small: a crack moves the contact by its width over the sine of
+    the angle, which is wider than the edge band.
     """
+    if facets.tolerance >= facets.crack:
+        return True
     return approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
 
 

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, fall_time
-from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact, first_contact
+from rpf3d_core.detection.contact import LINE_OF_SIGHT, NO_ROCK, Contact, PreviousContact, first_contact
 from rpf3d_core.detection.fallen import answered, inquiry, line_of_sight
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import NEAR
@@ -42,7 +42,7 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
     A rock that goes to and fro between two sheets of ground has not fallen.
     """
     to_and_fro = left.before >= 0 and not left.resting and contact.facet == left.before
-    return left.facet >= 0 and contact.side != left.side and not to_and_fro
+    return left.facet != NO_ROCK and contact.side != left.side and not to_and_fro
 
 
 @model_function
@@ -150,7 +150,7 @@ def contact_or_crack(
             else:
                 return contact
         if asked.open:
-            looked, line, stands, before = facets, line_of_sight(facets, arc, asked), NOTHING_LEFT, 1.0
+            looked, line, stands, before = facets, line_of_sight(facets, arc, asked), LINE_OF_SIGHT, 1.0
         else:
             looked, line, stands, before = _with_tolerance(facets, tolerance), arc, left, until
 

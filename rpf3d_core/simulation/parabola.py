@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.caps import Loss, loss_on
-from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, plain_locator, radius_of
+from rpf3d_core.detection.contact import LINE_OF_SIGHT, Contact, plain_locator, radius_of
 from rpf3d_core.detection.search import contact_or_crack, flight_end
 from rpf3d_core.effects.hooks import Meeting, asks_height, first_obstacle, in_air, longest_flight
 from rpf3d_core.jit.dispatch import kernel
@@ -116,5 +116,5 @@ def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
     The search lets a stone fall from x and finds the first contact of the stone.
     """
     drop = Arc(x=x, v=(0.0, 0.0, 0.0), gravity=1.0)
-    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0), math.inf)
+    contact = contact_or_crack(locator, facets, drop, LINE_OF_SIGHT, flight_end(facets, drop, 0.0), math.inf)
     return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

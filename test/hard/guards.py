@@ -147,6 +147,24 @@ GUARDS = (
         "a rock is released in the ground, without a word",
     ),
     Guard(
+        "test_edges_and_vertices.py::"
+        "test_a_rock_that_flies_into_a_crack_at_a_crest_is_not_sent_into_the_ground[released-5e-10-reference]",
+        SEARCH,
+        "    return left.facet != NO_ROCK and contact.side",
+        "    return left.facet >= 0 and contact.side",
+        "`meets_the_other_side`: a rock without a last facet may also have passed through a crack",
+        "the rock hits the back of the next facet, and is sent into the ground",
+    ),
+    Guard(
+        "test_edges_and_vertices.py::"
+        "test_a_rock_that_meets_a_crack_at_a_small_angle_does_not_pass_below_the_next_facet[0.03-reference]",
+        NARROW,
+        "    if facets.tolerance >= facets.crack:\n        return True\n    return approach",
+        "    return approach",
+        "`_glances`: in a second search a rock at any angle meets a facet at its edge",
+        "the rock passes below the edge of the next facet and falls",
+    ),
+    Guard(
         "test_gullies.py::test_a_slight_ridge_takes_no_speed_from_a_rock_that_slides_over_it[1e-05-9.0-reference]",
         HOLDING,
         "    if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):\n",

@@ -1,5 +1,6 @@
 """Impacts and releases exactly on edges and vertices, and a hair off them."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -19,6 +20,8 @@ from scenes_of_facets import (
     terrain_of,
 )
 
+from rpf3d_core.effects.drag import Drag
+from rpf3d_core.effects.hooks import chain_of
 from rpf3d_core.ensemble.releases import Releases, check_above_ground
 from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.frame import Frame
@@ -238,3 +241,55 @@ def test_a_rock_at_rest_on_a_vertex_of_a_slope_that_nothing_holds_leaves_it(engi
     flights = fly(engine_over(engine, terrain), flight(surface(0.0, 0.0, 0.0, 0.05)), terrain.vertices)
     assert set(flights.deposits.outcome) == {Outcome.LEFT_TERRAIN}
     assert loses_energy(flights)
+
+
+# --- cracks -----------------------------------------------------------------------------------------------------------
+
+
+def crest_with_a_crack(rear, front, off):
+    """Two flanks of slopes dz/dx that meet at x = 0; the front flank is cut at y = 0, its vertex moved by `off` (3,) m.
+
+    At y = 1.25 the crack is 0.75 times as wide as at y = 0.
+    """
+    corners = [(0, -5, 0), (0, 5, 0), (-5, 0, -5 * rear), (5, 0, 5 * front), off]
+    return terrain_of(corners, [(0, 1, 2), (0, 3, 4), (4, 3, 1)])
+
+
+def thrown_through(place, v, t):
+    """Return position (3,) m and velocity (3,) m/s of a rock that passes a place with velocity v after t seconds."""
+    fall = np.array((0.0, 0.0, G))
+    return np.array(place) - np.array(v) * t - 0.5 * t * t * fall, np.array(v) + t * fall
+
+
+@BOTH
+@pytest.mark.parametrize("wide", [1e-10, 5e-10])
+@pytest.mark.parametrize("air", [None, Drag(1e-9, 1.2, 1e-17, G)], ids=["released", "in mid-air"])
+def test_a_rock_that_flies_into_a_crack_at_a_crest_is_not_sent_into_the_ground(engine, wide, air):
+    """Just past the rear flank, the rock is behind the plane of the steep front flank and rises through this plane.
+
+    The air is too thin to move the rock, but cuts its flight into segments that start in mid-air.
+    """
+    over = engine_over(engine, crest_with_a_crack(0.4, -1.7, (wide, 0, 0)))
+    x, v = thrown_through((0.3 * wide, 1.25, 0.0), (3.0, 0.0, -3.0), 0.1)
+    physics = flight(surface(0.5, 0.8))
+    effects = None if air is None else chain_of([air])
+    physics = dataclasses.replace(physics, models=physics.models._replace(effects=effects))
+    flights = fly(over, physics, x, v)
+    assert len(flights.paths.t) > 20 or air is None
+    assert (flights.impacts.normal[:, 2] > 0.0).all(), "no impact on the back of a facet"
+    assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
+    assert flights.deposits.x[0, 0] > 1.0, "down the front flank"
+
+
+@BOTH
+@pytest.mark.parametrize("sine", [0.01, 0.03, 0.3])
+def test_a_rock_that_meets_a_crack_at_a_small_angle_does_not_pass_below_the_next_facet(engine, sine):
+    """One level plane, but the vertex on the edge is 5e-10 m too high: the rock passes the edge just below the vertex.
+
+    It meets the plane of the rear facet 0.25 nm / sine behind this facet, and the plane of the front facet nowhere.
+    """
+    over = engine_over(engine, crest_with_a_crack(0.0, 0.0, (0, 0, 5e-10)))
+    x, v = thrown_through((0.0, 1.25, 2.5e-10), (3.0, 0.0, -3.0 * sine), 1e-3)
+    flights = fly(over, flight(surface(0.5, 0.8)), x, v)
+    assert flights.deposits.outcome[0] == Outcome.STOPPED and lies_on(over, flights)
+    assert flights.impacts.x[0].tolist() == pytest.approx((0.0, 1.25, 0.0), abs=1e-6)

@@ -37,6 +37,9 @@ FALLEN = [
     ("seams", 32, "coulomb_limited", 37),
     ("scattered", 35, "coulomb_limited", 206),  # over a vertex where facets of all sizes meet
     ("ridges", 250, "constant", 136),  # along a sharp gully, at 1e-9 of its speed towards the other side
+    ("crests", 4, "constant", 120),  # after its release into a crack, and off the back of the next facet
+    ("crests", 10, "constant", 93),
+    ("crests", 17, "coulomb_limited", 17),
 ]
 """Family, seed, rebound and row of rocks that fell."""
 

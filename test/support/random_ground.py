@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
+from cracked_ground import cracked, releases_at_cracks
 from cutting_pieces import PIECES, Legs, highest, is_closed, meeting_points, parts_of, passed_through, rim_of, within
 from matplotlib.tri import Triangulation
 from models_by_name import models_called
@@ -200,6 +201,11 @@ def pieces(draw: Draw) -> Terrain:
     return terrain_of(np.concatenate([vertices for vertices, _ in parts]), triangles)
 
 
+def crests(draw: Draw) -> Terrain:
+    """Return a height field with T-junctions, displaced from their edges by a hundredth to 0.8 of a crack's width."""
+    return cracked(draw, (rough, ridges, steps, benches, scattered)[draw.integers(5)](draw))
+
+
 ROUNDINGS: tuple[Callable[[np.ndarray], np.ndarray], ...] = (
     lambda exact: exact,
     lambda exact: np.round(exact, 3),
@@ -211,7 +217,7 @@ FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
     each.__name__: each
     for each in (
         *(rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams, overhangs, pieces),
-        *(wedges, terraces),
+        *(wedges, terraces, crests),
     )
 }
 OVERHANGING = (overhangs.__name__, terraces.__name__)
@@ -219,6 +225,7 @@ OVERHANGING = (overhangs.__name__, terraces.__name__)
 RELEASES: dict[str, Callable[[Draw, Terrain, int], tuple[np.ndarray, np.ndarray]]] = {
     wedges.__name__: releases_thrown,
     terraces.__name__: releases_thrown,
+    crests.__name__: releases_at_cracks,
 }
 """Families whose rocks do not start as `_releases` gives them."""
 
