@@ -52,6 +52,7 @@ setup(
             "dask[distributed]",
             "ezdxf>=1.3",  # writes the DXF files of tests
             "hypothesis",
+            "jsonschema>=4.18",  # validates scenes against `rpf3d schema`
             "mpmath",
             "mypy",
             "omf>=1.0.1,<2",  # writes the OMF 1 files of tests
