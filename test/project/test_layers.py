@@ -30,6 +30,7 @@ LAYERS = (
     {"accuracy"},
     {"calibration"},
     {"sensitivity"},
+    {"report"},
     {"runs"},
     {"imports", "live"},
     {"commands"},
@@ -70,9 +71,11 @@ CONFINED = {
     "matplotlib": ("rpf3d_core/results/plots",),
     "pyarrow": (
         "rpf3d_core/results/tables.py", "rpf3d_core/formats/vtp.py", "rpf3d_core/unknowns/sample_files.py",
-        "rpf3d_core/formats/mine/dxf_pairs.py",
+        "rpf3d_core/formats/mine/dxf_pairs.py", "rpf3d_core/report/run_files.py",
     ),
-    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/"),
+    "plotly": ("rpf3d_core/report/view.py",),
+    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/", "rpf3d_core/report/run_files.py"),
+    "typst": ("rpf3d_core/report/pdf.py",),
     "shapely": (
         "rpf3d_core/formats/",
         "rpf3d_core/scene/",
@@ -91,8 +94,8 @@ CONFINED = {
 }  # fmt: skip
 """Where an outside library may be imported: whole files, or everything whose path begins so."""
 
-LAZY = ("rerun",)
-"""Imported inside functions only: a run that writes no recording does not pay for it."""
+LAZY = ("rerun", "plotly", "typst")
+"""Imported inside functions only: a run that writes no recording or report does not pay for them."""
 
 SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 

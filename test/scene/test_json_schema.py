@@ -105,6 +105,7 @@ def test_a_scene_of_each_model_and_effect_is_valid(entry: Any, tmp_path: Path) -
     assert faults(plain(entry.write(tmp_path))) == []
 
 
+@pytest.mark.long
 def test_what_rpf3d_refuses_for_its_structure_is_refused_by_the_schema(tmp_path: Path) -> None:
     passed, refused, tried = [], 0, set[str]()
     for entry in ENTRIES.values():
