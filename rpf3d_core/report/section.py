@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rpf3d_core.report.heights import height_image, heights_at
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.toe import directions, foot_of_face
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.height_image import height_image, heights_at
 
 POINTS = 600
 """Number of points of the terrain's profile."""

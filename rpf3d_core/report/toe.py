@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.samples import Sample
-from rpf3d_core.report.heights import height_image, heights_at
 from rpf3d_core.report.run_files import Ends, RunFiles
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.predictive import ranked_if_enough
 
 STEEP = 45.0

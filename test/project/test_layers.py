@@ -82,6 +82,7 @@ CONFINED = {
         "rpf3d_core/setup/",
         "rpf3d_core/results/",
         "rpf3d_core/live/areas.py",
+        "rpf3d_core/imports/crests.py",
         *(
             f"rpf3d_core/terrain/{file}.py"
             for file in ("zones", "cloud", "cell_holes", "ring", "gaps", "steep_gaps", "outer_walls")

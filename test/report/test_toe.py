@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
-from rpf3d_core.report.heights import height_image, heights_at
 from rpf3d_core.report.passing import crossings_of, passing, places_beyond, places_for, shares_beyond
 from rpf3d_core.report.run_files import _sets
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, foot_of_face, percentile_of
 from rpf3d_core.report.words import BEYOND_TERRAIN, UNKNOWN, interval, metres
+from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.dealing import set_of_rock
 
 STEP = 0.5

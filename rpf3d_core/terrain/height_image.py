@@ -22,11 +22,14 @@ class HeightImage(NamedTuple):
     view: PlanView
 
 
-def height_image(terrain: Terrain, places: FloatArray, margin: float) -> HeightImage:
-    """Return the heights of the terrain around places (N, 2) m in plan, and up to a margin (m) beyond them."""
+def height_image(terrain: Terrain, places: FloatArray, margin: float, finest: float = FINEST) -> HeightImage:
+    """Return the heights of the terrain around places (N, 2) m in plan, and up to a margin (m) beyond them.
+
+    finest : smallest side (m) of a pixel
+    """
     low, high = places.min(axis=0) - margin, places.max(axis=0) + margin
     window = Window(left=float(low[0]), right=float(high[0]), bottom=float(low[1]), top=float(high[1]))
-    pixels = int(np.clip(max(window.width, window.height) / FINEST, 1, MOST_PIXELS))
+    pixels = int(np.clip(max(window.width, window.height) / finest, 1, MOST_PIXELS))
     return HeightImage(terrain=terrain, view=seen_from_above(terrain, window, pixels))
 
 
