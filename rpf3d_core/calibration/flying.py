@@ -254,7 +254,9 @@ def _in_area(slope: Slope, one: Counted, batch: Batch) -> NDArray[np.bool_]:
     return contained(batch.finals[:, 1:3], outlines) & deposited
 
 
-def _in_section(slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _in_section(
+    slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]
+) -> NDArray[np.bool_]:
     """Return which rocks (R,), in mixed order, stopped in a section of the slope, or went past its lower end."""
     observed = slope.prepared.scene.observed
     low, high = (None, None) if observed is None else observed.sections[one.place]

@@ -251,7 +251,9 @@ def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[Int
     return (rows for group in _dealt(releases, workers, largest) for rows in group)
 
 
-def _dealt(releases: Releases, workers: int, largest: int, smallest: int = SMALLEST_BATCH) -> Iterator[list[IntArray]]:
+def _dealt(
+    releases: Releases, workers: int, largest: int, smallest: int = SMALLEST_BATCH
+) -> Iterator[list[IntArray]]:
     """Yield the batches of each group of rocks, as arrays of rows; each group holds rocks of all sources and places.
 
     The rows of a group are consecutive steps of the golden section: any number of such steps is spread evenly.

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,6 @@ from rpf3d_core.report.passing import Place, crossings_of, places_beyond, shares
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import Section, critical_section
 from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, Figure, beyond_toe, directions, percentile_of
-from rpf3d_core.report.trimming import trimmed
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -153,9 +153,16 @@ def _pictures(run: RunFiles) -> Iterator[Block]:
     for names, words in PICTURES:
         there = [run.folder / name for name in names if (run.folder / name).is_file()]
         if there:
-            yield Picture(trimmed(there[0].read_bytes()), words, 0.9)
+            yield Picture(_trimmed(there[0]), words, 0.9)
     if not (run.folder / "map.png").is_file():
         yield Text("The run wrote no maps (`outputs.pictures` is false).", quiet=True)
+
+
+def _trimmed(path: Path) -> bytes:
+    """Return a picture of the run as PNG without its white margin."""
+    from rpf3d_core.results.plots_trimmed import trimmed  # imports matplotlib
+
+    return trimmed(path)
 
 
 def _section_part(run: RunFiles, beyond: BeyondToe, section: Section | None) -> Iterator[Block]:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.need import needed
 
-NEEDED = "a report as PDF needs typst: pip install 'rpf3d[report]'"
 STYLE = """\
 #set page(paper: "a4", margin: (x: 18mm, y: 20mm), numbering: "1 / 1")
 #set text(size: 9.5pt)
@@ -29,10 +29,7 @@ def write_pdf(path: Path, title: str, blocks: Sequence[Block]) -> None:
     InputError
         typst is not installed, or the file cannot be written.
     """
-    try:
-        import typst
-    except ImportError:
-        raise InputError(NEEDED) from None
+    typst = needed("typst")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         text = [STYLE, f"#set document(title: {quoted(title)})"]

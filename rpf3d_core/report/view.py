@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.decimated import decimated_mesh
-from rpf3d_core.errors import InputError
+from rpf3d_core.report.need import needed
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
 from rpf3d_core.terrain.facets import unit_normals
 from rpf3d_core.terrain.frame import FloatArray
@@ -31,7 +31,6 @@ PARTS, FINEST, MOST_DRAPED = (0.5, 1.0, 2.0), 0.5, 40_000
 this number of triangles, and never below FINEST (m).
 """
 PATH = "#10203a"
-NEEDED = "a report needs plotly for the view to turn: pip install 'rpf3d[report]'"
 MAPS = (
     ("reach_probability_high", None, "reach probability, upper end of the predictive interval", 100.0, "%"),
     ("reach_probability", None, "reach probability", 100.0, "%"),
@@ -58,7 +57,7 @@ def view_html(run: RunFiles, looking: FloatArray) -> str:
     InputError
         plotly is not installed.
     """
-    go = graph_objects()
+    go = needed("plotly.graph_objects")
     seen = terrain_seen(run)
     traces = [_terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), _releases(go, run)]
     figure = go.Figure(data=traces, layout=_layout(run, looking))
@@ -68,20 +67,9 @@ def view_html(run: RunFiles, looking: FloatArray) -> str:
     return html
 
 
-def graph_objects() -> Any:
-    """Return plotly's module of figures; `InputError` if plotly is not installed."""
-    try:
-        import plotly.graph_objects as go
-    except ImportError:
-        raise InputError(NEEDED) from None
-    return go
-
-
 def script() -> str:
-    """Return the script of plotly, from its wheel."""
-    from plotly.offline import get_plotlyjs
-
-    return str(get_plotlyjs())
+    """Return the script of plotly, from its wheel; `InputError` if plotly is not installed."""
+    return str(needed("plotly.offline").get_plotlyjs())
 
 
 def terrain_seen(run: RunFiles) -> Seen:

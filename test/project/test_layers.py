@@ -73,9 +73,7 @@ CONFINED = {
         "rpf3d_core/results/tables.py", "rpf3d_core/formats/vtp.py", "rpf3d_core/unknowns/sample_files.py",
         "rpf3d_core/formats/mine/dxf_pairs.py", "rpf3d_core/report/run_files.py",
     ),
-    "plotly": ("rpf3d_core/report/view.py",),
     "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/", "rpf3d_core/report/run_files.py"),
-    "typst": ("rpf3d_core/report/pdf.py",),
     "shapely": (
         "rpf3d_core/formats/",
         "rpf3d_core/scene/",
@@ -95,8 +93,8 @@ CONFINED = {
 }  # fmt: skip
 """Where an outside library may be imported: whole files, or everything whose path begins so."""
 
-LAZY = ("rerun", "plotly", "typst")
-"""Imported inside functions only: a run that writes no recording or report does not pay for them."""
+LAZY = ("rerun",)
+"""Imported inside functions only: a run that writes no recording does not pay for it."""
 
 SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 

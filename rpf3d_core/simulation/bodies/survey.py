@@ -110,10 +110,8 @@ def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float
     n = vector(plane, NORMAL)
     up, corners = turned_back(motion.q, n), body.shapes.corners
     deep = lowest(corners, body.first, body.last, up)
-    height = (
-        dot(n, motion.x)
-        - plane[OFFSET]
-        + body.size * (up[0] * corners[deep, 0] + up[1] * corners[deep, 1] + up[2] * corners[deep, 2])
+    height = dot(n, motion.x) - plane[OFFSET] + body.size * (
+        up[0] * corners[deep, 0] + up[1] * corners[deep, 1] + up[2] * corners[deep, 2]
     )
     if not height > level:
         return False
