@@ -53,7 +53,7 @@ LIMITS = (
     "No interval holds what the scene takes as known: the form of the models, the terrain, the sources, the sizes.",
     "Terrain changes with every blast and every muck pile; the results hold for the surveyed surface only.",
     "Reach probability of a map cell grows with the cell; compare maps with equal cells only.",
-    "Energies are translational unless a table says otherwise. Heights are those of the centre of the rock: add the "
+    "Energies are translational unless a table states otherwise. Heights are those of the centre of the rock: add the "
     "radius of the rock for a fence.",
 )
 FIELDS = (
@@ -120,7 +120,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
                f"than {STEEP:g} degrees ends below their release.")  # fmt: skip
     rest = float(run.ends.at_rest.mean())
     if rest < 1.0:
-        yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not come to rest on the terrain: they count as "
+        yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
                "stopping farther than every distance.")  # fmt: skip
 
 
@@ -169,7 +169,7 @@ def _section_part(run: RunFiles, beyond: BeyondToe, section: Section | None) -> 
     """Yield the critical section as a picture."""
     yield Heading("Critical section")
     if section is None:
-        yield Text("Not known: no rock came to rest away from its release.")
+        yield Text("Not known: no rock stopped away from its release.")
         return
     east, north = section.start.tolist()
     yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "

@@ -44,7 +44,7 @@ class Section(NamedTuple):
 
 
 def critical_section(run: RunFiles) -> Section | None:
-    """Return the critical section of a run; None if no rock came to rest, or all stopped where they were released."""
+    """Return the critical section of a run; None if no rock stopped, or all stopped where they were released."""
     ends = run.ends
     rested = np.flatnonzero(ends.at_rest & (ends.runout > 0.0))
     if len(rested) == 0:

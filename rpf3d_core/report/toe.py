@@ -31,7 +31,7 @@ LEAST_REACH = 10.0
 SHORTEST = 1.0
 """Runout (m) below which the direction of a rock is not its own, but the mean of all rocks."""
 BEYOND = 1e9
-"""Distance (m) that stands for rocks that did not come to rest: farther than any terrain."""
+"""Distance (m) that stands for rocks that did not stop: farther than any terrain."""
 FAR = 1e6
 """Distance (m) from which a result means beyond the terrain."""
 
@@ -49,7 +49,7 @@ class BeyondToe(NamedTuple):
 
     rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan
     toe : (N,) m from the release to the toe; distance : (N,) m beyond the toe, negative before it, BEYOND if the rock
-        did not come to rest
+        did not stop
     set : (N,) parameter set of each rock; None without unknowns
     """
 

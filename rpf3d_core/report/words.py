@@ -1,4 +1,4 @@
-"""Numbers and intervals of a report as text; what is not known is said."""
+"""Numbers and intervals of a report as text; unknown values are named."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
