@@ -10,15 +10,17 @@ import numpy as np
 from rpf3d_core.hazard.benches import in_percent
 from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.inputs_part import inputs_part
-from rpf3d_core.report.passing import Place, crossings_of, places_beyond, shares_beyond
+from rpf3d_core.report.passing import Place, places_beyond, shares_beyond
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import Section, critical_section
+from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
 from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, Figure, beyond_toe, directions, percentile_of
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
     figure_cells,
     given,
+    height,
     interval,
     kilojoules,
     metres,
@@ -48,6 +50,13 @@ PICTURES = (
     (("hazard/energy_p95.png",), "95th percentile of the energy in each cell."),
 )  # fmt: skip
 """Pictures of the run that a report shows: file names, of which the first that exists is taken, and caption."""
+SLIDES = (
+    "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
+    "not known and counts as larger than all others."
+)
+FROM_PATHS = (
+    "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
+)
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
     "No interval holds what the scene takes as known: the form of the models, the terrain, the sources, the sizes.",
@@ -75,7 +84,8 @@ def report_blocks(run: RunFiles, site: str) -> list[Block]:
         plotly is not installed.
     """
     beyond, section = beyond_toe(run), critical_section(run)
-    measured = places_beyond(run, beyond, crossings_of(run)) if len(beyond.rows) else []
+    segments = segments_of(run)
+    measured = places_beyond(run, beyond, segments) if len(beyond.rows) else []
     return [
         *_head(run, site),
         Warnings("Read first", list(_warnings(run, beyond))),
@@ -84,7 +94,7 @@ def report_blocks(run: RunFiles, site: str) -> list[Block]:
         *_section_part(run, beyond, section),
         *_benches(run),
         *_distances(run, beyond),
-        *_fences(run, measured),
+        *_fences(run, measured, segments),
         *inputs_part(run),
         Heading("Limits of the answer"), Bullets(LIMITS),
         Heading("Sign-off"), SignOff(FIELDS),
@@ -237,44 +247,44 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
                quiet=True)  # fmt: skip
 
 
-def _fences(run: RunFiles, places: list[Place]) -> Iterator[Block]:
+def _fences(run: RunFiles, places: list[Place], segments: Segments) -> Iterator[Block]:
     """Yield the tables of what a fence beyond the toe would meet, and of the barriers of the scene."""
     yield Heading("Where a fence would stand")
     if not places:
         yield Text("Not known: no face lies below the releases.")
     else:
-        yield from _fence_tables(run, places)
+        yield from _fence_tables(run, places, segments)
     if run.summary.get("barriers"):
         yield Heading("Barriers of the scene", 3)
         yield _barriers(run.summary["barriers"])
 
 
-def _fence_tables(run: RunFiles, places: list[Place]) -> Iterator[Block]:
+def _fence_tables(run: RunFiles, places: list[Place], segments: Segments) -> Iterator[Block]:
     yield Table(("beyond the toe", "rocks that pass", *THREE[1:]), [
         [metres(place.distance), share(place.passed.value), share_interval(place.passed.predictive),
          share_interval(place.passed.sampling)] for place in places
     ])  # fmt: skip
-    header = ("beyond the toe", "paths", "p95 energy", *THREE[1:], "p95 height", *THREE[1:])
+    header = ("beyond the toe", "rocks", "p95 energy", *THREE[1:], "p95 height", *THREE[1:])
     yield Table(header, [
         [metres(place.distance), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
-         *figure_cells(place.height, metres)] for place in places
+         *figure_cells(place.height, height)] for place in places
     ])  # fmt: skip
-    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, over the "
-               f"{len(run.paths.key):,} paths that the run kept of {run.summary['rocks']:,} rocks; not known for "
-               "fewer than 20 paths. `outputs.trajectories` keeps more. A barrier of capacity 0 in the scene counts "
-               "all rocks at a place.", quiet=True)  # fmt: skip
+    notes = {IMPACTS: SLIDES, KEPT: FROM_PATHS if segments.rocks < run.summary["rocks"] else ""}
+    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
+               f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
+               f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
 
 
 def _barriers(barriers: dict[str, Any]) -> Table:
     """Return the table of the barriers of the scene."""
     rows = []
     for name, found in barriers.items():
-        energy, height = found["first_energy_j"], found["first_height_over_ground_m"]
+        energy, over = found["first_energy_j"], found["first_height_over_ground_m"]
         rows.append([
             name, f"{given(found['height_m'])} m", kilojoules(found["capacity_j"]), f"{found['came']:,}",
             share(found["caught"]["share"]), share_interval(found["caught"]["interval_95"]),
-            kilojoules(energy["p95"]), interval(energy["p95_interval_95"], kilojoules), metres(height["p95"]),
-            interval(height["p95_interval_95"], metres),
+            kilojoules(energy["p95"]), interval(energy["p95_interval_95"], kilojoules), height(over["p95"]),
+            interval(over["p95_interval_95"], height),
         ])  # fmt: skip
     header = ("barrier", "height", "capacity", "came", "caught", "95 % sampling", "p95 energy", "95 % sampling",
               "p95 height", "95 % sampling")  # fmt: skip

@@ -160,7 +160,34 @@ def _paths(path: Path, frame: Frame) -> Paths:
 
 
 def _columns(table: pa.Table, names: tuple[str, ...]) -> FloatArray:
+    """Return some columns of a table as an array (N, C)."""
     return np.column_stack([table[name].to_numpy().astype(float) for name in names]).reshape(-1, len(names))
+
+
+class Impacts(NamedTuple):
+    """I impacts, ordered by rock and time: row (I,) of the rock in `Ends`, t (I,) s, x (I, 3) m, speeds (I,) m/s."""
+
+    row: IntArray
+    t: FloatArray
+    x: FloatArray
+    speed_in: FloatArray
+    speed_out: FloatArray
+
+
+def read_impacts(run: RunFiles) -> Impacts | None:
+    """Return the impacts of all rocks; None if the run did not write any."""
+    path = run.folder / "impacts.parquet"
+    if not path.is_file():
+        return None
+    table = pyarrow.parquet.read_table(path, columns=[*KEY, "t", "x", "y", "z", "speed_in", "speed_out"])
+    place = {key: row for row, key in enumerate(run.ends.key)}
+    keys = zip(*(table[name].to_pylist() for name in KEY), strict=True)
+    row = np.array([place[key] for key in keys], dtype=np.int64)
+    t, into, out = (table[name].to_numpy().astype(float) for name in ("t", "speed_in", "speed_out"))
+    order = np.lexsort((t, row))
+    x = run.terrain.frame.points_to_local(_columns(table, ("x", "y", "z")))
+    found = Impacts(row=row[order], t=t[order], x=x[order], speed_in=into[order], speed_out=out[order])
+    return found if len(row) else None
 
 
 class HazardGrid(NamedTuple):

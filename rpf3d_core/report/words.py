@@ -32,6 +32,11 @@ def metres(value: float | None) -> str:
     return BEYOND_TERRAIN if value >= FAR else f"{value:.1f} m"
 
 
+def height(value: float | None) -> str:
+    """Return a height (m) over the ground as text."""
+    return UNKNOWN if value is None or value >= FAR else f"{value:.1f} m"
+
+
 def kilojoules(value: float | None) -> str:
     """Return an energy (J) in kJ as text."""
     return UNKNOWN if value is None else f"{three_figures(value / 1000.0)} kJ"
@@ -41,9 +46,15 @@ def interval(ends: Ends, words: Callable[[float | None], str]) -> str:
     """Return an interval as text; an end without a bound is left out."""
     if ends is None or (ends[0] is None and ends[1] is None):
         return UNKNOWN
-    if ends[0] is None or ends[1] is None:
-        return f"at most {words(ends[1])}" if ends[0] is None else f"at least {words(ends[0])}"
+    if UNKNOWN in (words(ends[0]), words(ends[1])):
+        return UNKNOWN if words(ends[0]) == words(ends[1]) else _one_sided(ends, words)
     return f"{words(ends[0])} to {words(ends[1])}"
+
+
+def _one_sided(ends: Sequence[float | None], words: Callable[[float | None], str]) -> str:
+    """Return an interval with one end that is not known."""
+    below = words(ends[0]) == UNKNOWN
+    return f"at most {words(ends[1])}" if below else f"at least {words(ends[0])}"
 
 
 def figure_cells(figure: Figure, words: Callable[[float | None], str]) -> list[str]:

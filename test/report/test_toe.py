@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
-from rpf3d_core.report.passing import crossings_of, passing, places_beyond, places_for, shares_beyond
+from rpf3d_core.report.passing import passing, places_beyond, places_for, shares_beyond
 from rpf3d_core.report.run_files import _sets
 from rpf3d_core.report.section import critical_section
+from rpf3d_core.report.segments import KEPT, segments_of
 from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, foot_of_face, percentile_of
 from rpf3d_core.report.words import BEYOND_TERRAIN, UNKNOWN, interval, metres
 from rpf3d_core.terrain.height_image import height_image, heights_at
@@ -106,17 +107,18 @@ def test_shares_beyond_count_the_rocks() -> None:
 
 def test_energy_and_height_at_a_fence_are_those_of_the_path() -> None:
     run = thrown(fallen(np.full(40, 60.0)), speed=12.0, height=2.5)
-    crossings = crossings_of(run)
-    which, energy, height = passing(run, crossings, 20.0)
-    assert len(which) == 40
+    segments, beyond = segments_of(run), beyond_toe(run)
+    assert (segments.source, segments.rocks) == (KEPT, 40)
+    rows, energy, height = passing(run, beyond, segments, 20.0)
+    assert rows.tolist() == list(range(40))
     assert energy == pytest.approx(np.full(40, 0.5 * 1000.0 * 12.0**2))
     assert height == pytest.approx(np.full(40, 2.5))
-    assert len(passing(run, crossings, 90.0)[0]) == 0, "no rock comes there"
+    assert len(passing(run, beyond, segments, 90.0)[0]) == 0, "no rock comes there"
 
 
-def test_a_fence_that_few_paths_reach_has_no_figures() -> None:
+def test_a_fence_that_few_rocks_reach_has_no_figures() -> None:
     run = thrown(fallen([*[15.0] * 95, *[60.0] * 5]), speed=12.0, height=2.5)
-    places = places_beyond(run, beyond_toe(run), crossings_of(run))
+    places = places_beyond(run, beyond_toe(run), segments_of(run))
     assert places[0].energy.value == pytest.approx(72_000.0) and places[0].crossed == 100
     far = next(place for place in places if place.distance >= 15.0)
     assert far.crossed == 5 and far.energy.value is None and far.height.value is None
