@@ -52,6 +52,9 @@ SOURCES = """\
 Without `rocks`, a source has one rock for each of its points; a line, polygon or zone has one rock. Rocks are
 assigned to points in turn. They start evenly along a line, and evenly over the true surface of a polygon or zone.
 `rpf3d check` prints how much of a polygon is on the terrain.
+
+With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
+(`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
 """
 POINTS = """## Files of points
 | file | content |

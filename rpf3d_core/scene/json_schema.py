@@ -52,6 +52,7 @@ def scene_schema() -> Schema:
     _add_choices(definitions)
     _add_models(definitions)
     _add_effects(definitions)
+    _add_points_in_plan(definitions)
     _add_shapes(definitions)
     _add_materials(definitions)
     _add_pit(definitions)
@@ -149,6 +150,21 @@ def _add_effects(definitions: Schema) -> None:
     section = definitions[EffectsSpec.__name__]
     section["properties"] = _of_models(section, definitions)
     section["patternProperties"] = {OWN_PATH: _own_numbers()}
+
+
+def _add_points_in_plan(definitions: Schema) -> None:
+    """Let points of sources be [x, y] if the source has `above_ground`, and require it for a file of lines."""
+    source = definitions["SourceSpec"]
+    number = {"type": "number"}
+    plan: Schema = {"type": "array", "prefixItems": [number, number], "minItems": 2, "maxItems": 2}
+    points, line = source["properties"]["points"], source["properties"]["line"]
+    space = next(each for each in points["anyOf"] if each.get("type") == "array")["items"]
+    anywhere = {"items": _any_of(space, plan)}
+    points["anyOf"] = [{"type": "array", "minItems": 1, **anywhere}, {"type": "null"}]
+    line["anyOf"] = [{"type": "array", "minItems": 2, **anywhere}, {"type": "string", "minLength": 1}, {"type": "null"}]
+    listed = {"items": space}
+    kept = {"properties": {"points": listed, "line": {"not": {"type": "string"}, **listed}}}
+    source["allOf"] = [*source.get("allOf", []), {"if": _given("above_ground"), "else": kept}]
 
 
 def _add_shapes(definitions: Schema) -> None:

@@ -86,7 +86,9 @@ def is_refused(values: Any, path: Path) -> bool:
     try:
         Scene.model_validate({**values, "path": path}, context={"folder": path.parent})
     except ValidationError as error:
-        return any(detail["type"] != MISSING_FILE for detail in error.errors())
+        details = [detail for detail in error.errors() if detail["type"] != MISSING_FILE]
+        # Pydantic also reports a list as too short if its only item is refused.
+        return any(detail["type"] != "too_short" for detail in details) or len(details) == len(error.errors())
     return False
 
 
@@ -146,6 +148,9 @@ SHORTHANDS: dict[str, dict[str, Any]] = {
     "a material of the library": {"materials": {"default": {"library": "hoek_bedrock"}}},
     "a material of a body": {"materials": {"default": {"restitution": 0.1, "friction": 0.6}}},
     "automatic rocks": {"rocks": "auto"},
+    "points in plan": {"sources": [{"name": "a", "points": [[0, 0], [1, 1, 5]], "above_ground": 1}]},
+    "a line in plan": {"sources": [{"name": "a", "line": [[0, 0], [1, 1]], "above_ground": 1}]},
+    "a line from a file": {"sources": [{"name": "a", "line": "crest.geojson", "above_ground": 1}]},
     "the exact method": {"method": "events"},
 }  # fmt: skip
 BARE: dict[str, Any] = {
@@ -172,6 +177,8 @@ REFUSED: dict[str, dict[str, Any]] = {
     "coefficients of points and bodies": {
         "materials": {"default": {"restitution": 0.1, "friction": 1, "normal_restitution": 1}}
     },
+    "points in plan without a height": {"sources": [{"name": "a", "points": [[0, 0]]}]},
+    "a line from a file without a height": {"sources": [{"name": "a", "line": "crest.geojson"}]},
     "a word for a number": {"stop_speed": "1 m/s"},
     "the path of the scene": {"path": "scene.yaml"},
 }  # fmt: skip
