@@ -99,7 +99,7 @@ def _swapped(name: str, material: Material) -> Iterator[str]:
     tangential = distribution_of(material.tangential_restitution).high
     if normal > SWAPPED * tangential > 0.0:
         yield (
-            f"`materials.{name}`: R_n ({normal:g}) is far above R_t ({tangential:g}), and most ground has a larger R_t; "
+            f"`materials.{name}`: R_n ({normal:g}) is far above R_t ({tangential:g}); most ground has a larger R_t: "
             "are R_n and R_t swapped?"
         )
 
