@@ -33,7 +33,7 @@ class FileChoice(NamedTuple):
     crs: str | None = None
 
 
-class Written(NamedTuple):
+class NewSceneFiles(NamedTuple):
     """The scene that was written, and what it is made from.
 
     path : of the scene file; sentences : what was found, for the screen; warnings : what the user must look at
@@ -44,7 +44,7 @@ class Written(NamedTuple):
     warnings: Sequence[str]
 
 
-def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> Written:
+def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> NewSceneFiles:
     """Write a scene for a terrain file into a new folder, with the JSON Schema next to it.
 
     Raises
@@ -61,7 +61,7 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> Wri
         (part / SCENE).write_text(scene_text(found), encoding="utf-8")
         (part / SCHEMA).write_text(json.dumps(scene_schema(), indent=2) + "\n", encoding="utf-8")
     read_scene(folder / SCENE)
-    return Written(path=folder / SCENE, sentences=_sentences(found), warnings=faults.remarks)
+    return NewSceneFiles(path=folder / SCENE, sentences=_sentences(found), warnings=faults.remarks)
 
 
 def _bare_scene(path: Path, choice: FileChoice) -> Scene:

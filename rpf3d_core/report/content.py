@@ -10,9 +10,9 @@ import numpy as np
 from rpf3d_core.hazard.benches import in_percent
 from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.inputs_part import inputs_part
-from rpf3d_core.report.passing import Place, places_beyond, shares_beyond
+from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
 from rpf3d_core.report.run_files import RunFiles
-from rpf3d_core.report.section import Section, critical_section
+from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
 from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, Figure, beyond_toe, directions, percentile_of
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
@@ -175,7 +175,7 @@ def _trimmed(path: Path) -> bytes:
     return trimmed(path)
 
 
-def _section_part(run: RunFiles, beyond: BeyondToe, section: Section | None) -> Iterator[Block]:
+def _section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Block]:
     """Yield the critical section as a picture."""
     yield Heading("Critical section")
     if section is None:
@@ -191,7 +191,7 @@ def _section_part(run: RunFiles, beyond: BeyondToe, section: Section | None) -> 
                   "with both intervals.")  # fmt: skip
 
 
-def _section_png(run: RunFiles, beyond: BeyondToe, section: Section) -> bytes:
+def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> bytes:
     """Return the picture of the critical section as PNG."""
     from rpf3d_core.results.plots_section import SectionDrawing, section_figure
 
@@ -247,7 +247,7 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
                quiet=True)  # fmt: skip
 
 
-def _fences(run: RunFiles, places: list[Place], segments: Segments) -> Iterator[Block]:
+def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Block]:
     """Yield the tables of what a fence beyond the toe would meet, and of the barriers of the scene."""
     yield Heading("Where a fence would stand")
     if not places:
@@ -259,7 +259,7 @@ def _fences(run: RunFiles, places: list[Place], segments: Segments) -> Iterator[
         yield _barriers(run.summary["barriers"])
 
 
-def _fence_tables(run: RunFiles, places: list[Place], segments: Segments) -> Iterator[Block]:
+def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Block]:
     yield Table(("beyond the toe", "rocks that pass", *THREE[1:]), [
         [metres(place.distance), share(place.passed.value), share_interval(place.passed.predictive),
          share_interval(place.passed.sampling)] for place in places

@@ -20,7 +20,7 @@ MOST_PLACES = 9
 P95 = 95
 
 
-class Place(NamedTuple):
+class FencePlace(NamedTuple):
     """What passes a place beyond the toe.
 
     distance : m beyond the toe; passed : share of rocks that pass
@@ -68,7 +68,7 @@ def places_for(beyond: BeyondToe) -> FloatArray:
     return np.arange(0.0, last + 1e-9, step)[:MOST_PLACES]
 
 
-def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[Place]:
+def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[FencePlace]:
     """Return what passes at round distances beyond the toe."""
     distances = places_for(beyond)
     passed = shares_beyond(beyond, run.sets, distances)
@@ -77,13 +77,13 @@ def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[
     ]
 
 
-def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> Place:
+def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
     """Return what passes a distance (m) beyond the toe; figures of fewer than FEWEST_ROCKS rocks are not known."""
     rows, energy, height = passing(run, beyond, segments, distance)
     sets = None if run.ends.set is None else run.ends.set[rows]
     unknown = Figure(value=None, sampling=None, predictive=None)
     enough = len(rows) >= FEWEST_ROCKS
-    return Place(
+    return FencePlace(
         distance=distance, passed=passed, crossed=len(rows),
         energy=percentile_of(energy, sets, run.sets, P95) if enough else unknown,
         height=percentile_of(height, sets, run.sets, P95) if enough else unknown,

@@ -43,7 +43,7 @@ class Ends(NamedTuple):
     set: IntArray | None
 
 
-class Paths(NamedTuple):
+class KeptPaths(NamedTuple):
     """Points along the K paths that a run kept, in local coordinates with z up.
 
     key : (K,) the rocks; starts : (K + 1,) first point of each path, and the number of points
@@ -67,7 +67,7 @@ class RunFiles(NamedTuple):
     inputs: dict[str, Any]
     terrain: Terrain
     ends: Ends
-    paths: Paths
+    paths: KeptPaths
 
     @property
     def sets(self) -> int:
@@ -146,12 +146,12 @@ def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:
     return found
 
 
-def _paths(path: Path, frame: Frame) -> Paths:
+def _paths(path: Path, frame: Frame) -> KeptPaths:
     """Return the kept paths from trajectories.parquet."""
     table = pyarrow.parquet.read_table(path, columns=[*KEY, "x", "y", "z", "speed"])
     key = list(zip(*(table[name].to_pylist() for name in KEY), strict=True))
     begins = [i for i, one in enumerate(key) if i == 0 or one != key[i - 1]]
-    return Paths(
+    return KeptPaths(
         key=[key[i] for i in begins],
         starts=np.array([*begins, len(key)], dtype=np.int64),
         x=frame.points_to_local(_columns(table, ("x", "y", "z"))),
@@ -164,7 +164,7 @@ def _columns(table: pa.Table, names: tuple[str, ...]) -> FloatArray:
     return np.column_stack([table[name].to_numpy().astype(float) for name in names]).reshape(-1, len(names))
 
 
-class Impacts(NamedTuple):
+class ImpactRows(NamedTuple):
     """I impacts, ordered by rock and time: row (I,) of the rock in `Ends`, t (I,) s, x (I, 3) m, speeds (I,) m/s."""
 
     row: IntArray
@@ -174,7 +174,7 @@ class Impacts(NamedTuple):
     speed_out: FloatArray
 
 
-def read_impacts(run: RunFiles) -> Impacts | None:
+def read_impacts(run: RunFiles) -> ImpactRows | None:
     """Return the impacts of all rocks; None if the run did not write any."""
     path = run.folder / "impacts.parquet"
     if not path.is_file():
@@ -186,7 +186,7 @@ def read_impacts(run: RunFiles) -> Impacts | None:
     t, into, out = (table[name].to_numpy().astype(float) for name in ("t", "speed_in", "speed_out"))
     order = np.lexsort((t, row))
     x = run.terrain.frame.points_to_local(_columns(table, ("x", "y", "z")))
-    found = Impacts(row=row[order], t=t[order], x=x[order], speed_in=into[order], speed_out=out[order])
+    found = ImpactRows(row=row[order], t=t[order], x=x[order], speed_in=into[order], speed_out=out[order])
     return found if len(row) else None
 
 

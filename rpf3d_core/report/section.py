@@ -22,7 +22,7 @@ BEHIND, AHEAD = 0.15, 0.1
 """How far the section goes on behind the release and beyond the end, as shares (-) of its length."""
 
 
-class Section(NamedTuple):
+class CriticalSection(NamedTuple):
     """The critical section; distances (m) are along it in plan, from the release of its rock.
 
     source, rock : the rock that stopped farthest; runout : m; toe : m, NaN without a face below the release
@@ -43,7 +43,7 @@ class Section(NamedTuple):
     azimuth: float
 
 
-def critical_section(run: RunFiles) -> Section | None:
+def critical_section(run: RunFiles) -> CriticalSection | None:
     """Return the critical section of a run; None if no rock stopped, or all stopped where they were released."""
     ends = run.ends
     rested = np.flatnonzero(ends.at_rest & (ends.runout > 0.0))
@@ -61,7 +61,7 @@ def critical_section(run: RunFiles) -> Section | None:
     ground = heights_at(height_image(run.terrain, line, 1.0), line)
     ahead = distance >= 0.0
     east, north, up = run.terrain.frame.origin
-    return Section(
+    return CriticalSection(
         source=ends.key[row][0], rock=ends.key[row][1], runout=runout,
         toe=foot_of_face(distance[ahead], ground[ahead]), distance=distance, ground=ground + up,
         paths=_in_strip(run, start, along, width), width=width, start=start + np.array([east, north]),

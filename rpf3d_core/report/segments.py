@@ -106,7 +106,7 @@ def _from_paths(run: RunFiles) -> Segments:
     )  # fmt: skip
 
 
-class Passage(NamedTuple):
+class FirstPassage(NamedTuple):
     """N rocks where they first pass a place; row : (N,) in `Ends`; speed : (N,) m/s; x : (N, 3) m."""
 
     row: IntArray
@@ -114,7 +114,7 @@ class Passage(NamedTuple):
     x: FloatArray
 
 
-def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray) -> Passage:
+def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray) -> FirstPassage:
     """Return where rocks first pass a distance along their own directions.
 
     origin : (R, 2) m, (R, 2) unit vectors and (R,) m of all R rocks in `Ends`; NaN for a rock that is left out
@@ -126,7 +126,7 @@ def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, di
     _, first = np.unique(row[over], return_index=True)
     some = over[first]
     part = -start[some] / (stop[some] - start[some])
-    return Passage(row=row[some], speed=_speed_at(segments, some, part), x=_place_at(segments, some, part))
+    return FirstPassage(row=row[some], speed=_speed_at(segments, some, part), x=_place_at(segments, some, part))
 
 
 def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:

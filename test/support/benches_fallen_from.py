@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rpf3d_core.report.run_files import Ends, Paths, RunFiles
+from rpf3d_core.report.run_files import Ends, KeptPaths, RunFiles
 from rpf3d_core.terrain.facets import Terrain
 
 HEIGHT, SLOPE_DEG = 15.0, 70.0
@@ -38,7 +38,7 @@ def fallen(runouts, at_rest=None, sets=0, paths=None) -> RunFiles:
         end=np.column_stack([runouts, y, np.zeros(count)]),
         runout=runouts, mass=np.full(count, 1000.0), set=np.arange(count) % sets if sets else None,
     )  # fmt: skip
-    none = Paths(key=[], starts=np.zeros(1, dtype=np.int64), x=np.empty((0, 3)), speed=np.empty(0))
+    none = KeptPaths(key=[], starts=np.zeros(1, dtype=np.int64), x=np.empty((0, 3)), speed=np.empty(0))
     summary = {"rocks": count, "unknowns": {"sets": sets}} if sets else {"rocks": count}
     return RunFiles(
         folder=Path(), summary=summary, inputs={}, terrain=bench(), ends=ends, paths=none if paths is None else paths
@@ -55,5 +55,5 @@ def thrown(run: RunFiles, speed: float, height: float) -> RunFiles:
         x.append(path)
         starts.append(starts[-1] + len(path))
     points = np.concatenate(x)
-    paths = Paths(key=run.ends.key, starts=np.array(starts), x=points, speed=np.full(len(points), speed))
+    paths = KeptPaths(key=run.ends.key, starts=np.array(starts), x=points, speed=np.full(len(points), speed))
     return run._replace(paths=paths)
