@@ -18,6 +18,7 @@ PLACES = ("points", "points_file", "line", "polygon", "zone")
 IDLE = ("draw", "library", "stop_speed")
 """Keys of a material that are no coefficients."""
 STATED = "stated in the scene"
+DEFAULT = "NOT stated: the default of rpf3d"
 CONFIRMED = {
     "C": "read in the primary text", "CC": "read in an independent implementation", "S": "quoted by another text",
     "D": "derived in rpf3d", "UNCONFIRMED": "UNCONFIRMED",
@@ -41,7 +42,7 @@ def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
     scene, facts = run.inputs["scene"], run.summary["terrain"]
     yield "terrain", _terrain(scene["terrain"], facts), STATED
     yield "coordinates", f"reference system {facts['crs'] or UNKNOWN}, {facts['up']} is up", STATED
-    yield "rocks", _rock(scene["rock"]), STATED
+    yield "rocks", _rock(scene["rock"]), "stated in the scene, or 1 m and 2,700 kg/m3 by default"
     for source in scene["sources"]:
         yield f"source {source['name']}", _source(source), STATED
     settings = run.summary["scene"]
@@ -88,7 +89,10 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
             if key not in IDLE and value is not None:
                 path = f"materials.{name}.{key}"
                 shown = _range(run, path) or given(value)
-                yield name, key.replace("_", " "), shown, _source_of(run, path, material["library"])
+                source = _source_of(run, path, material["library"], value)
+                if key == "friction_angle_deg" and name in run.summary["scene"]["materials_with_default_friction"]:
+                    source = DEFAULT
+                yield name, key.replace("_", " "), shown, source
 
 
 def _range(run: RunFiles, path: str) -> str | None:
@@ -99,18 +103,22 @@ def _range(run: RunFiles, path: str) -> str | None:
     return None
 
 
-def _source_of(run: RunFiles, path: str, library: str | None = None) -> str:
-    """Return where the value at a key path comes from."""
+def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:
+    """Return where the value at a key path comes from; library : entry that the material names, or None."""
     parameters = run.summary.get("unknowns", {}).get("parameters", {})
+    entry = {} if library is None else run.inputs["library"][library]
     if not any(_stands_for(key, path) for key in parameters):
-        return STATED
+        of_entry = path.rpartition(".")[2] in entry.get("numbers", {}) and value in entry["numbers"].values()
+        return _published(library, entry) if of_entry else STATED
     if run.inputs["ground"] == CALIBRATED:
         return f"calibration sample {run.summary['unknowns']['sample']}"
-    if library is not None:
-        entry = run.inputs["library"][library]
-        note = f"; {entry['note']}" if entry["note"] else ""
-        return f"library {library}: {entry['source']} ({CONFIRMED[entry['confirmed']]}){note}"
-    return "range stated in the scene"
+    return _published(library, entry) if entry else "range stated in the scene"
+
+
+def _published(library: str | None, entry: dict[str, Any]) -> str:
+    """Return the published source of an entry of the library, and how far it is confirmed."""
+    note = f"; {entry['note']}" if entry["note"] else ""
+    return f"library {library}: {entry['source']} ({CONFIRMED[entry['confirmed']]}){note}"
 
 
 def _stands_for(key: str, path: str) -> bool:

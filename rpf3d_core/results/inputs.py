@@ -42,8 +42,8 @@ def ground_known_by(scene: Scene) -> str:
     return RANGES if scene.unknowns.sample is None else CALIBRATED
 
 
-def _library(scene: Scene) -> dict[str, dict[str, str]]:
-    """Return the published sources of the library entries that a scene names, by name of the entry."""
+def _library(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Return the published sources of the library entries that a scene names, and their numbers without a range."""
     names = {material.library for material in scene.materials.values() if material.library is not None}
     if not names:
         return {}
@@ -51,9 +51,12 @@ def _library(scene: Scene) -> dict[str, dict[str, str]]:
 
     found = {name: ENTRIES[name] for name in sorted(names)}
     return {
-        name: {"ground": entry.ground, "source": entry.source, "confirmed": entry.confirmed, "note": entry.note}
+        name: {
+            "ground": entry.ground, "source": entry.source, "confirmed": entry.confirmed, "note": entry.note,
+            "numbers": {key: value for key, value in entry.ranges.items() if isinstance(value, float)},
+        }
         for name, entry in found.items()
-    }
+    }  # fmt: skip
 
 
 def _names_of_files(value: Any) -> Any:

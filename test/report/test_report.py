@@ -116,6 +116,10 @@ def test_inputs_say_where_they_come_from(unknown_ground, known_ground) -> None:
     assert "library bedrock" in rows["normal restitution"][3] and " to " in rows["normal restitution"][2]
     assert list(rows["friction angle deg"][2:]) == ["30", "stated in the scene"]
     assert any(block.text.startswith("Ground: NOT calibrated") for block in blocks if isinstance(block, Text))
+    run = read_run(unknown_ground)
+    run.summary["scene"]["materials_with_default_friction"] = ["default"]
+    rows = {row[1]: row for row in tables(report_blocks(run, "site"), "material")[0].rows}
+    assert rows["friction angle deg"][3] == "NOT stated: the default of rpf3d"
     known = tables(report_blocks(read_run(known_ground), "site"), "material")[0].rows
     assert {row[3] for row in known} == {"stated in the scene"}
 
