@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import sys
 from html.parser import HTMLParser
 
 import numpy as np
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
+from rpf3d_core.report import view
 from rpf3d_core.report.blocks import Heading, Table, Text, Warnings
 from rpf3d_core.report.content import FIELDS, LIMITS, report_blocks
 from rpf3d_core.report.html import html_document
@@ -206,3 +208,22 @@ def test_the_command_says_where_the_report_is(unknown_ground, tmp_path) -> None:
     assert done.exit_code == 0, done.output
     assert f"report in {tmp_path / 'r.html'}" in done.output
     assert (tmp_path / "r.html").stat().st_size > 4_000_000
+
+
+def test_a_missing_library_is_named_with_how_to_install_it(known_ground, tmp_path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "typst", None)
+    with pytest.raises(InputError, match=r"needs the library typst, .*pip install 'rpf3d\[report\]'"):
+        write_pdf(tmp_path / "r.pdf", "title", [Text("text")])
+    monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
+    with pytest.raises(InputError, match="needs the library plotly"):
+        report_blocks(read_run(known_ground), "site")
+
+
+def test_a_large_terrain_is_reduced_for_the_view_and_lies_where_it_lay(known_ground, monkeypatch) -> None:
+    run = read_run(known_ground)
+    whole = terrain_seen(run)
+    monkeypatch.setattr(view, "MOST_TRIANGLES", len(whole.triangles) // 2)
+    less = terrain_seen(run)
+    assert less.of == len(whole.triangles) and len(less.triangles) <= 1.05 * len(whole.triangles) / 2
+    assert less.vertices.min(axis=0) == pytest.approx(whole.vertices.min(axis=0), abs=3.0)
+    assert less.vertices.max(axis=0) == pytest.approx(whole.vertices.max(axis=0), abs=3.0)
