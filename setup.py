@@ -45,6 +45,11 @@ setup(
             "pyogrio>=0.10",  # GeoPackage and Shapefile
             "pyproj>=3.6",  # coordinate reference systems of LAS files, and transformations
         ],
+        # `rpf3d report` (docs/howto/install.md says why these two).
+        "report": [
+            "plotly>=6",  # the view to turn: its script comes with the wheel, so a report needs no network
+            "typst>=0.13",  # the PDF
+        ],
         # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
@@ -52,8 +57,10 @@ setup(
             "dask[distributed]",
             "ezdxf>=1.3",  # writes the DXF files of tests
             "hypothesis",
+            "jsonschema>=4.18",  # validates scenes against `rpf3d schema`
             "mpmath",
             "mypy",
+            "playwright>=1.45",  # drives a browser of the system; it downloads none here
             "omf>=1.0.1,<2",  # writes the OMF 1 files of tests
             "pytest",
             "pytest-xdist",

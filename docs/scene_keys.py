@@ -20,7 +20,7 @@ from rpf3d_core.scene import releases as scene_releases
 from rpf3d_core.scene import shapes as scene_shapes
 from rpf3d_core.scene import terrain as scene_terrain
 from rpf3d_core.scene import unknowns as scene_unknowns
-from rpf3d_core.terrain.pit.parameters import RANGES, Pit
+from rpf3d_core.terrain.pit.parameters import MEANINGS, RANGES, Pit
 
 HEAD = """# The scene file
 Look up here every key of the scene, the YAML file that describes a run, with its unit, bounds and default.
@@ -52,6 +52,9 @@ SOURCES = """\
 Without `rocks`, a source has one rock for each of its points; a line, polygon or zone has one rock. Rocks are
 assigned to points in turn. They start evenly along a line, and evenly over the true surface of a polygon or zone.
 `rpf3d check` prints how much of a polygon is on the terrain.
+
+With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
+(`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
 """
 POINTS = """## Files of points
 | file | content |
@@ -205,27 +208,6 @@ MODELS = (
     ("effects", "Any number of:", scene_models.EffectsSpec),
 )
 """Keys of the scene that name models or effects; the page of effects has their parameters."""
-PIT_MEANINGS = {
-    "triangles": "number of triangles; the mesh has this number within 3 %, below 5,000 within 5 %",
-    "seed": "seed of roughness, spills and natural relief",
-    "floor_radius": "mean radius of the floor",
-    "elongation": "length over width of the floor",
-    "long_axis_deg": "direction of the floor's long axis, counter-clockwise from east",
-    "waste_benches": "number of upper benches",
-    "ore_benches": "number of lower benches",
-    "waste_bench_height": "height of the upper benches",
-    "ore_bench_height": "height of the lower benches",
-    "bench_widths": "least and greatest width of catch benches; `[0, 0]`: none",
-    "face_angle_deg": "angle of bench faces from the horizontal",
-    "ramp_width": "width of the haul ramp; 0: none",
-    "ramp_grade": "slope of the ramp: rise over run",
-    "ramp_foot_deg": "direction of the place where the ramp leaves the floor, counter-clockwise from east",
-    "spills": "number of cones of loose rock on benches",
-    "repose_deg": "steepest slope of these cones",
-    "roughness": "standard deviation of small-scale relief; floor and ramp have a third",
-    "rim_width": "least width of natural ground outside the crest",
-    "crest_altitude": "altitude of the crest above sea level",
-}
 
 
 def document() -> str:
@@ -316,7 +298,7 @@ def pit_table() -> str:
     for name in Pit.__dataclass_fields__:
         low, high = RANGES.get(name, (None, None))
         bounds = "" if low is None else f"{low:g} to {high:g}"
-        rows.append(f"| `{name}` | {PIT_MEANINGS[name]} | {bounds} | `{plain(getattr(pit, name))}` |")
+        rows.append(f"| `{name}` | {MEANINGS[name]} | {bounds} | `{plain(getattr(pit, name))}` |")
     head = ["## terrain.pit", "Lengths are in m, angles in degrees.", ""]
     return "\n".join([*head, "| key | meaning | bounds | default |", "|---|---|---|---|", *rows, ""])
 

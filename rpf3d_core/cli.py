@@ -18,17 +18,21 @@ from rpf3d_core.commands.cost import cost
 from rpf3d_core.commands.effects import effects
 from rpf3d_core.commands.imports import app as imports
 from rpf3d_core.commands.materials import materials
+from rpf3d_core.commands.new import new
 from rpf3d_core.commands.pit import pit
 from rpf3d_core.commands.recover import recover
 from rpf3d_core.commands.replay import replay
+from rpf3d_core.commands.report import report
 from rpf3d_core.commands.run import run
+from rpf3d_core.commands.schema import schema
 from rpf3d_core.commands.screen import INTERRUPTED, CommandInterrupted, complaints, screen
 from rpf3d_core.commands.sensitivity import sensitivity
 from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
 COMMANDS = (
-    run, check, calibrate, sensitivity, cost, effects, materials, pit, replay, compare, study, audit, recover
+    new, run, check, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare, study,
+    audit, recover,
 )  # fmt: skip
 """The commands in the order of `rpf3d --help`."""
 FURTHER = "rpf3d.commands"

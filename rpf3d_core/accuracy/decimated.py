@@ -25,17 +25,24 @@ def decimated(terrain: Terrain, share: float) -> Terrain:
     -------
     Garland & Heckbert 1997, SIGGRAPH 97:209-216: edges are collapsed in the order of least change of the surface.
     """
+    vertices, triangles = decimated_mesh(terrain.vertices, terrain.triangles, share)
+    zone = terrain.zone[_nearest_facets(terrain, vertices[triangles].mean(axis=1))]
+    return Terrain(vertices, triangles, np.ascontiguousarray(zone), terrain.zones, terrain.frame)
+
+
+def decimated_mesh(
+    vertices: FloatArray, triangles: NDArray[np.integer], share: float
+) -> tuple[FloatArray, NDArray[np.int32]]:
+    """Return vertices (V, 3) m and triangles (F, 3) of a mesh with fewer triangles; `share` as in `decimated`."""
     decimation = vtkQuadricDecimation()
-    decimation.SetInputData(triangle_mesh(terrain.vertices, terrain.triangles))
+    decimation.SetInputData(triangle_mesh(vertices, triangles))
     decimation.SetTargetReduction(1.0 - share)
     decimation.Update()
     mesh: Any = decimation.GetOutput()
-    vertices = np.array(vtk_to_numpy(mesh.GetPoints().GetData()), dtype=float)
-    triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int32)
-    used, triangles = np.unique(triangles, return_inverse=True)
-    vertices, triangles = vertices[used], np.ascontiguousarray(triangles.reshape(-1, 3), dtype=np.int32)
-    zone = terrain.zone[_nearest_facets(terrain, vertices[triangles].mean(axis=1))]
-    return Terrain(vertices, triangles, np.ascontiguousarray(zone), terrain.zones, terrain.frame)
+    points = np.array(vtk_to_numpy(mesh.GetPoints().GetData()), dtype=float)
+    facets = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int32)
+    used, facets = np.unique(facets, return_inverse=True)
+    return points[used], np.ascontiguousarray(facets.reshape(-1, 3), dtype=np.int32)
 
 
 def _nearest_facets(terrain: Terrain, points: FloatArray) -> NDArray[np.int64]:

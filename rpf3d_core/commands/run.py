@@ -72,22 +72,18 @@ def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -
 
 def _print_run(result: "Run", write_s: float) -> None:
     """Print the summary of a run on the screen: results, warnings, and the seconds it took."""
-    from rpf3d_core.ensemble.statistics import words_on_pieces
-    from rpf3d_core.hazard.benches import lost_in_words
-    from rpf3d_core.results.hazard_zones import zones_without_cells
-    from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
+    from rpf3d_core.results.notes import warnings_of_run
 
     prepared, totals, flights = result.prepared, result.totals, result.flights
-    broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
-    lost = [lost_in_words(result.maps.lost, totals.rocks)] if result.maps.lost else []
     _print_outcomes(result)
     _print_benches(result)
     _print_maps(result)
     _print_barriers(result)
     _print_open(result)
-    of_scene = [*prepared.faults.remarks, *warnings_of(result.scene), *warnings_of_speed(totals.max_speed.high)]
-    print_warnings([*lost, *of_scene, *zones_without_cells(result.maps, result.scene.hazard), *broken])
-    rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
+    print_warnings(warnings_of_run(result))
+    rocks = rocks_in_words(totals.rocks - totals.pieces) + (
+        f" and {totals.pieces:,} pieces of them" if totals.pieces else ""
+    )
     screen.print(
         f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: "
         f"read {prepared.read_s:.1f} s, index {prepared.index_s:.1f} s, compile {flights.compile_s:.1f} s, "

@@ -34,6 +34,7 @@ class Source:
 
     points : (P, 3) m; rocks start at the points in turn or, if `line`, spread uniformly along the line through the
         points
+    breaks : with `line`, numbers of points after which another line begins
     rocks : number of rocks; velocity : (3,) m/s
     spread, velocity_spread : (3,) half-widths of a uniform spread about the position (m) and the velocity (m/s)
     above_ground : m; if given, each position's height is replaced by the terrain's height plus this value
@@ -52,6 +53,7 @@ class Source:
     above_ground: float | None = None
     triangles: ReleaseTriangles | None = None
     throw: Throw | None = None
+    breaks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +188,7 @@ def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: 
         places[:, 2] += source.above_ground or 0.0
         return places
     if source.line:
-        x = _along(source.points, uniform(seed, number, rocks, Purpose.ALONG_LINE))
+        x = _along(source.points, source.breaks, uniform(seed, number, rocks, Purpose.ALONG_LINE))
     else:
         x = source.points[rocks % len(source.points)]
     purposes = (Purpose.POSITION_X, Purpose.POSITION_Y, Purpose.POSITION_Z)
@@ -222,9 +224,13 @@ def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rock
     return deviations
 
 
-def _along(points: FloatArray, share: FloatArray) -> FloatArray:
-    """Return points (R, 3) on a line source through points (P, 3), at given shares (R,) of its length."""
+def _along(points: FloatArray, breaks: Sequence[int], share: FloatArray) -> FloatArray:
+    """Return points (R, 3) on a line source through points (P, 3), at given shares (R,) of its length.
+
+    breaks : numbers of points from which no line leads to the next point
+    """
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    steps[list(breaks)] = 0.0
     reached = np.concatenate([[0.0], np.cumsum(steps)])
     return np.stack([np.interp(share * reached[-1], reached, points[:, k]) for k in range(3)], axis=1)
 

@@ -117,7 +117,7 @@ def notes_of(maps: HazardMaps) -> tuple[str, str]:
 def lost_in_words(lost: int, flown: int) -> str:
     """Return a warning that rocks (at least one) were lost to holes of the terrain, and what this means for shares."""
     return (
-        f"{lost:,} of {flown:,} rocks ({_percent(lost / flown, SHORT)} %) were lost to holes in the terrain and are "
+        f"{lost:,} of {flown:,} rocks ({in_percent(lost / flown, SHORT)} %) were lost to holes in the terrain and are "
         "followed no further: each might have come to any zone, cell or area downhill, so a share of 0 there is no "
         f"evidence (column `{AT_MOST}`: the share if all of them had come); close the holes to know"
     )
@@ -225,17 +225,17 @@ def _text(share: dict[str, Any]) -> str:
     if share["share"] is None:
         return "-"
     intervals = [share["interval_95"], *([share["sampling"]] if share.get("predictive") else [])]
-    texts = dict.fromkeys(_interval(*interval) for interval in intervals)  # one text if both intervals are alike
-    return f"{_percent(share['share'], SHORT)} % ({'; '.join(texts)})"
+    texts = dict.fromkeys(interval_in_percent(*interval) for interval in intervals)  # one text if both are alike
+    return f"{in_percent(share['share'], SHORT)} % ({'; '.join(texts)})"
 
 
-def _interval(low: float, high: float) -> str:
+def interval_in_percent(low: float, high: float) -> str:
     """Return an interval of a share in per cent as text, such as `79-89`."""
     decimals = min(_decimals(0.5 * (high - low)), SHORT)
-    return f"{_percent(low, decimals)}-{_percent(high, decimals)}"
+    return f"{in_percent(low, decimals)}-{in_percent(high, decimals)}"
 
 
-def _percent(share: float, decimals: int) -> str:
+def in_percent(share: float, decimals: int) -> str:
     """Return a share in per cent as text with a number of decimals.
 
     A share that would wrongly look like 0 or 1 gets more decimals; a share of exactly 0 or 1 has none.

@@ -15,6 +15,7 @@ from rpf3d_core.results import tables
 from rpf3d_core.results import trace_map as vtp
 from rpf3d_core.results.findings import MapContent, Run
 from rpf3d_core.results.hazard_folder import write_hazard
+from rpf3d_core.results.inputs import INPUTS, write_inputs
 from rpf3d_core.results.orientations import blocks_of, moments_of
 from rpf3d_core.results.summary import summary
 
@@ -29,7 +30,7 @@ LEAST_ROOM = 20 * MEGABYTE
 PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
 """Files of the price list of accuracy, which are kept when a run replaces an earlier result in the same folder."""
 RESULT_NAMES = {
-    SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
+    SUMMARY, INPUTS, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
 }  # fmt: skip
 """Names of files that a result folder may hold; a folder with any other file is never replaced."""
@@ -164,6 +165,7 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None) ->
         _write_pictures(folder, findings, samples, content)
     if findings.maps.sets is not None:
         _write_sets(folder, findings.maps.sets)
+    write_inputs(folder, findings)
     if record is not None:
         record(folder / "run.rrd", facts)
     facts["write_s"] = time.perf_counter() - start

@@ -27,7 +27,7 @@ from rpf3d_core.scene.models import (
     named_effects,
 )
 from rpf3d_core.scene.rebounds import CoulombLimitedSpec
-from rpf3d_core.scene.releases import RockSpec, SourceSpec
+from rpf3d_core.scene.releases import RockSpec, SourceSpec, with_heights
 from rpf3d_core.scene.shapes import SPHERE, ContactSpec, RigidSpec, SlipFrictionSpec, check_effects_on_bodies
 from rpf3d_core.scene.sphere import COULOMB_SPHERE, SPHERE_GROUND, CoulombSphereSpec
 from rpf3d_core.scene.terrain import TerrainSpec, ZoneSpec
@@ -269,6 +269,12 @@ class Scene(StrictModel):
     def _priors_apart(cls, values: Any) -> Any:
         """Take libraries and priors out of materials and models; a plain number replaces each prior."""
         return with_priors_apart(with_libraries(values)) if isinstance(values, Mapping) else values
+
+    @model_validator(mode="before")
+    @classmethod
+    def _points_in_plan(cls, values: Any) -> Any:
+        """Fill in the heights of points in plan, which `above_ground` replaces."""
+        return with_heights(values) if isinstance(values, Mapping) else values
 
     @property
     def has_unknowns(self) -> bool:

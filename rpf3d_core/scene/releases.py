@@ -1,6 +1,7 @@
 """The releases of a scene: the rocks, and the sources that state their places and velocities."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self, cast
 
@@ -18,6 +19,7 @@ from rpf3d_core.scene.values import (
     Outline,
     Rocks,
     StrictModel,
+    Track,
     Vector,
     exactly_one,
     refuse,
@@ -86,7 +88,9 @@ class SourceSpec(StrictModel):
     points_file: InputFile | None = Field(
         None, description="the path of a file of points: x y z (m) on each line, a CSV with a header, or GeoJSON"
     )
-    line: tuple[Vector, ...] | None = Field(None, min_length=2, description="two or more points [x, y, z] (m)")
+    line: Track | None = Field(
+        None, description="two or more points [x, y, z] (m), or the path of a file with lines and `above_ground`"
+    )
     polygon: Outline | None = Field(
         None, description="three or more corners [x, y] (m) in plan, or the path of a GeoJSON file with polygons"
     )
@@ -121,6 +125,8 @@ class SourceSpec(StrictModel):
     @model_validator(mode="after")
     def _one_place(self) -> Self:
         exactly_one(self, *PLACES)
+        if isinstance(self.line, Path) and self.above_ground is None:
+            raise refuse("is a file of lines in plan, so it needs `above_ground`, a height (m) over ground", "line")
         if self.steeper_than_deg is not None and self.zone is None:
             raise refuse("is for the facets of a `zone`, and there is none", "steeper_than_deg")
         if (self.zone or self.polygon) and any(self.spread):
@@ -146,6 +152,31 @@ class SourceSpec(StrictModel):
             if self.speed is None and getattr(self, name) is not None:
                 raise refuse("is the direction of a `speed`, and there is none", name)
         return self
+
+
+def with_heights(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the values of a scene in which points [x, y] of sources with `above_ground` have a height of 0.
+
+    The height is not used. With `up: y`, such a point is [x, z].
+    """
+    sources, terrain = values.get("sources"), values.get("terrain")
+    if not isinstance(sources, list | tuple):
+        return values
+    height = 1 if isinstance(terrain, Mapping) and terrain.get("up") == "y" else 2
+    return {**values, "sources": tuple(_with_heights(source, height) for source in sources)}
+
+
+def _with_heights(source: Any, axis: int) -> Any:
+    """Return the values of a source with a 0 in each of its points in plan; axis : where the height stands."""
+    if not isinstance(source, Mapping) or source.get("above_ground") is None:
+        return source
+    points = {key: source[key] for key in ("points", "line") if isinstance(source.get(key), list | tuple)}
+    return {**source, **{key: tuple(_with_height(point, axis) for point in written) for key, written in points.items()}}
+
+
+def _with_height(point: Any, axis: int) -> Any:
+    is_plan = isinstance(point, list | tuple) and len(point) == 2
+    return (*point[:axis], 0.0, *point[axis:]) if is_plan else point
 
 
 def source_points(spec: SourceSpec, up: Up) -> FloatArray:

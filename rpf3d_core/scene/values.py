@@ -107,6 +107,15 @@ else:
     ]
 """A line in plan, as written in a scene: its corners, or the path of a GeoJSON file with lines."""
 
+if TYPE_CHECKING:
+    Track = Path | tuple[Vector, ...]
+else:
+    Track = Annotated[
+        Annotated[InputFile, Tag("[file]")] | Annotated[tuple[Vector, ...], Field(min_length=2), Tag("[corners]")],
+        Discriminator(lambda value: "[file]" if isinstance(value, str | Path) else "[corners]"),
+    ]
+"""A line in space, as written in a scene: its points, or the path of a file with lines in plan."""
+
 
 class StrictModel(BaseModel):
     """Base class of the sections of a scene: frozen, and without unknown keys."""

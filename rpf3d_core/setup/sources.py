@@ -2,6 +2,7 @@
 
 import math
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,14 @@ from rpf3d_core.ensemble.sizes import DrawnRock
 from rpf3d_core.ensemble.throws import Throw
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan, plan_triangles, polygon_of, read_polygons
+from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import RockSpec, SourceSpec, source_points
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import FloatArray, Frame
+from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 from rpf3d_core.values import Rock, Vec
 
 NO_POINTS = np.empty((0, 3))
@@ -51,6 +53,8 @@ def read_source_files(scene: Scene) -> None:
             source_points(spec, scene.terrain.up)
         elif spec.polygon:
             source_outline(scene, number)
+        elif isinstance(spec.line, Path):
+            read_lines(spec.line)
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
@@ -72,6 +76,7 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
     return Source(
         name=spec.name,
         points=_points(spec, frame),
+        breaks=line_breaks(spec),
         rocks=spec.rocks,
         velocity=_vector(frame.directions_to_local(spec.velocity)),
         line=spec.line is not None,
@@ -87,8 +92,29 @@ def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
     """Return the release points (P, 3) m of a source in the local frame; none for a source with an area."""
     if spec.points_file:
         return frame.points_to_local(source_points(spec, frame.up))
+    if isinstance(spec.line, Path):
+        return frame.points_to_local(line_points(spec.line, frame.up))
     written = spec.points or spec.line
     return frame.points_to_local(np.array(written, dtype=float)) if written else NO_POINTS
+
+
+def line_points(path: Path, up: Up) -> FloatArray:
+    """Return the points (P, 3) m of all lines of a file one after another, with a height of 0, in the input's axes.
+
+    Raises
+    ------
+    InputError
+        As `read_lines`.
+    """
+    plan = np.concatenate(read_lines(path))
+    return np.insert(plan, 1 if up == "y" else 2, 0.0, axis=1)
+
+
+def line_breaks(spec: SourceSpec) -> tuple[int, ...]:
+    """Return the numbers of the last points of all lines but the last, of a source along the lines of a file."""
+    if not isinstance(spec.line, Path):
+        return ()
+    return tuple((np.cumsum([len(line) for line in read_lines(spec.line)])[:-1] - 1).tolist())
 
 
 def _throw(spec: SourceSpec) -> Throw | None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.scene.draws import distribution_of
-from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.model import Material, Scene
 from rpf3d_core.scene.sphere import SPHERE_GROUND
 from rpf3d_core.setup.shapes import rock_of_scene
 
@@ -28,6 +28,8 @@ LEAST_DENSITY = 100.0
 
 Pumice has 250 kg/m^3.
 """
+SWAPPED = 1.5
+"""Ratio R_n / R_t (-) from which both are probably swapped; sheets of plywood have 1.2, rock below 1."""
 LEAST_TERMINAL_SPEED = 1.0
 """Smallest plausible sink speed (m/s) of rocks in a drag layer.
 
@@ -44,6 +46,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
     for name, material in scene.materials.items():
         if material.is_of_a_body:
             continue
+        yield from _swapped(name, material)
         friction = distribution_of(material.friction_angle_deg).high
         if scene.ground_model.name != "none" and friction < LEAST_FRICTION:
             yield f"`materials.{name}.friction_angle_deg` is {friction:g} degrees; is it in radians, or a tangent?"
@@ -86,6 +89,19 @@ def _sizes(scene: Scene) -> Iterator[str]:
         )
     elif smallest < SMALLEST_ROCK:
         yield f"`rock` has {three_figures(smallest)} m in diameter, less than gravel; is its mass in t?"
+
+
+def _swapped(name: str, material: Material) -> Iterator[str]:
+    """Yield a warning if R_n of a material is far above R_t for every rock; entries of the library are as published."""
+    if material.library is not None:
+        return
+    normal = distribution_of(material.normal_restitution).low
+    tangential = distribution_of(material.tangential_restitution).high
+    if normal > SWAPPED * tangential > 0.0:
+        yield (
+            f"`materials.{name}`: R_n ({normal:g}) is far above R_t ({tangential:g}); most ground has a larger R_t: "
+            "are R_n and R_t swapped?"
+        )
 
 
 def _rolling(scene: Scene) -> Iterator[str]:

@@ -21,7 +21,7 @@ rebound: constant
 """
 RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "hazard", "run.rrd",
+    "profiles", "map.png", "hazard", "run.rrd", "inputs.json",
 }  # fmt: skip
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 

@@ -18,7 +18,7 @@ from terrain_files import SLOPE, grid, write_binary_stl
 
 RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "hazard", "run.rrd",
+    "profiles", "map.png", "hazard", "run.rrd", "inputs.json",
 }  # fmt: skip
 SCENE = f"""\
 {SLOPE}  - {{name: top, points: [[8.3, 7.2, 9]], rocks: 3, spread: [0.5, 0.5, 0.5]}}

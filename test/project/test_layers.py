@@ -30,6 +30,7 @@ LAYERS = (
     {"accuracy"},
     {"calibration"},
     {"sensitivity"},
+    {"report"},
     {"runs"},
     {"imports", "live"},
     {"commands"},
@@ -70,15 +71,16 @@ CONFINED = {
     "matplotlib": ("rpf3d_core/results/plots",),
     "pyarrow": (
         "rpf3d_core/results/tables.py", "rpf3d_core/formats/vtp.py", "rpf3d_core/unknowns/sample_files.py",
-        "rpf3d_core/formats/mine/dxf_pairs.py",
+        "rpf3d_core/formats/mine/dxf_pairs.py", "rpf3d_core/report/run_files.py",
     ),
-    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/"),
+    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/", "rpf3d_core/report/run_files.py"),
     "shapely": (
         "rpf3d_core/formats/",
         "rpf3d_core/scene/",
         "rpf3d_core/setup/",
         "rpf3d_core/results/",
         "rpf3d_core/live/areas.py",
+        "rpf3d_core/imports/crests.py",
         *(
             f"rpf3d_core/terrain/{file}.py"
             for file in ("zones", "cloud", "cell_holes", "ring", "gaps", "steep_gaps", "outer_walls")

@@ -13,7 +13,7 @@ from rpf3d_core.results.folder import check_folder, result_folder, write_all_tab
 
 FILES = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "hazard", "run.rrd",
+    "profiles", "map.png", "hazard", "run.rrd", "inputs.json",
 }  # fmt: skip
 PROFILES = {"overview.png", "overview.csv", "sections.png", "sections.csv"}
 

@@ -1,7 +1,7 @@
 """Digest the files of a results folder: all numbers, all names and their order.
 
-Not digested: pictures and run.rrd, which show the same numbers; versions, engine and wall times in summary.json; and
-all sentences for users, that is, all strings with a blank.
+Not digested: pictures and run.rrd, which show the same numbers; inputs.json, which repeats the scene; versions, engine
+and wall times in summary.json; and all sentences for users, that is, all strings with a blank.
 """
 
 import hashlib
@@ -22,6 +22,8 @@ DIGITS = 16
 SUMMARY = "summary.json"
 DRAWN = (".png", ".rrd")
 """Suffixes of the files that are left out."""
+INPUTS = "inputs.json"
+"""The file that repeats the scene and the warnings, which is left out as well: it has no result of its own."""
 LEFT_OUT = (
     "versions", "engine", "read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s", "write_s", "total_s",
 )  # fmt: skip
@@ -81,7 +83,8 @@ def digests_of(folder: Path) -> dict[str, str]:
 
     Raises KeyError for a suffix without an entry in READERS.
     """
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix not in DRAWN)
+    there = (path for path in folder.rglob("*") if path.is_file() and path.name != INPUTS)
+    files = sorted(path for path in there if path.suffix not in DRAWN)
     return {path.relative_to(folder).as_posix(): digest_of(READERS[path.suffix](path)) for path in files}
 
 

@@ -31,6 +31,28 @@ RANGES: dict[str, tuple[float, float]] = {
     "crest_altitude": (-500.0, 9000.0),
 }
 """Least and greatest valid value of each parameter, in its own unit."""
+MEANINGS = {
+    "triangles": "number of triangles; the mesh has this number within 3 %, below 5,000 within 5 %",
+    "seed": "seed of roughness, spills and natural relief",
+    "floor_radius": "mean radius of the floor",
+    "elongation": "length over width of the floor",
+    "long_axis_deg": "direction of the floor's long axis, counter-clockwise from east",
+    "waste_benches": "number of upper benches",
+    "ore_benches": "number of lower benches",
+    "waste_bench_height": "height of the upper benches",
+    "ore_bench_height": "height of the lower benches",
+    "bench_widths": "least and greatest width of catch benches; `[0, 0]`: none",
+    "face_angle_deg": "angle of bench faces from the horizontal",
+    "ramp_width": "width of the haul ramp; 0: none",
+    "ramp_grade": "slope of the ramp: rise over run",
+    "ramp_foot_deg": "direction of the place where the ramp leaves the floor, counter-clockwise from east",
+    "spills": "number of cones of loose rock on benches",
+    "repose_deg": "steepest slope of these cones",
+    "roughness": "standard deviation of small-scale relief; floor and ramp have a third",
+    "rim_width": "least width of natural ground outside the crest",
+    "crest_altitude": "altitude of the crest above sea level",
+}
+"""Meaning of each parameter, for the reference of scene keys and the JSON Schema; lengths in m, angles in degrees."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,120 @@
+"""Write a commented scene for a terrain file: what was found in the file, and what the user must decide."""
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.formats.units import METRE
+from rpf3d_core.imports.crests import Crest, crests_of
+from rpf3d_core.imports.folder import new_folder
+from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text
+from rpf3d_core.scene.json_schema import scene_schema
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene, scene_of_values
+from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.terrain.facets import Terrain, area_vectors
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.faults import FaultReport
+
+SCENE = "scene.yaml"
+MOST_CRESTS = 8
+"""Largest number of crests that a new scene lists."""
+
+
+class FileChoice(NamedTuple):
+    """How a terrain file is read; up : axis that points up; unit : of its coordinates; crs : or None if unknown."""
+
+    up: str = "z"
+    unit: str = METRE
+    crs: str | None = None
+
+
+class NewSceneFiles(NamedTuple):
+    """The scene that was written, and what it is made from.
+
+    path : of the scene file; sentences : what was found, for the screen; warnings : what the user must look at
+    """
+
+    path: Path
+    sentences: Sequence[str]
+    warnings: Sequence[str]
+
+
+def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> NewSceneFiles:
+    """Write a scene for a terrain file into a new folder, with the JSON Schema next to it.
+
+    Raises
+    ------
+    InputError
+        The folder is not empty or cannot be written, or the terrain file is refused.
+    """
+    scene = _bare_scene(terrain_file.resolve(), choice)
+    terrain, faults = read_terrain(scene)
+    found = _found(scene, terrain, faults, choice)
+    with new_folder(folder) as part:
+        target = folder.resolve()
+        found = found._replace(path=Path(os.path.relpath(terrain_file.resolve(), target)).as_posix())
+        (part / SCENE).write_text(scene_text(found), encoding="utf-8")
+        (part / SCHEMA).write_text(json.dumps(scene_schema(), indent=2) + "\n", encoding="utf-8")
+    read_scene(folder / SCENE)
+    return NewSceneFiles(path=folder / SCENE, sentences=_sentences(found), warnings=faults.remarks)
+
+
+def _bare_scene(path: Path, choice: FileChoice) -> Scene:
+    """Return a scene with which the terrain can be read; its material and source are not used."""
+    file: dict[str, Any] = {"path": path} if choice.unit == METRE else {"path": path, "unit": choice.unit}
+    terrain = {"files": (file,), "up": choice.up} | ({} if choice.crs is None else {"crs": choice.crs})
+    return scene_of_values({
+        "terrain": terrain, "materials": {"default": {"normal_restitution": 0.5, "tangential_restitution": 0.5}},
+        "sources": ({"name": "none", "points": ((0.0, 0.0, 0.0),)},),
+    }, path)  # fmt: skip
+
+
+def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoice) -> NewScene:
+    """Return what was found in the terrain file, for the text of the scene."""
+    points = terrain.frame.points_to_input(terrain.vertices)
+    crs = choice.crs or next(iter(scene.terrain.crs_of_files().values()), None)
+    return NewScene(
+        path="", choice_up=choice.up, unit=choice.unit, crs=crs, crs_is_stated=choice.crs is None,
+        triangles=len(terrain.triangles), holes=faults.holes, low=points.min(axis=0).tolist(),
+        high=points.max(axis=0).tolist(), zones=_zones(terrain),
+        crests=[_in_input(terrain, crest) for crest in crests_of(terrain)[:MOST_CRESTS]],
+        highest=points[int(np.argmax(terrain.vertices[:, 2]))].tolist(),
+    )  # fmt: skip
+
+
+def _zones(terrain: Terrain) -> list[ZoneFound]:
+    """Return area and mean slope of each zone, weighted by area."""
+    areas = area_vectors(terrain.vertices, terrain.triangles)
+    size = np.linalg.norm(areas, axis=1)
+    flatness = np.clip(np.divide(areas[:, 2], size, out=np.ones_like(size), where=size > 0.0), -1.0, 1.0)
+    slope = np.degrees(np.arccos(flatness))
+    found = []
+    for number, name in enumerate(terrain.zones):
+        mine = terrain.zone == number
+        weight = float(size[mine].sum())
+        mean = float((slope[mine] * size[mine]).sum() / weight) if weight else 0.0
+        found.append(ZoneFound(name=name, area=0.5 * weight, slope=mean))
+    return found
+
+
+def _in_input(terrain: Terrain, crest: Crest) -> Crest:
+    """Return a crest with its points in the coordinates of the input."""
+    points: FloatArray = terrain.frame.points_to_input(crest.points)
+    return crest._replace(points=points)
+
+
+def _sentences(found: NewScene) -> list[str]:
+    """Return what was found in words, for the screen."""
+    zones = ", ".join(zone.name for zone in found.zones[:12]) + (", ..." if len(found.zones) > 12 else "")
+    if not found.crests:
+        crests = "no crest found: the source is a guess, so place it yourself"
+    else:
+        first = found.crests[0]
+        crests = (f"{len(found.crests)} crest candidates; the source is the first, {first.length:.0f} m long above a "
+                  f"face of {first.height:.0f} m")  # fmt: skip
+    return [f"{found.triangles:,} triangles, {found.holes:,} holes", f"zones: {zones}", crests]

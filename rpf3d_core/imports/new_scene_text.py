@@ -1,0 +1,147 @@
+"""The text of a new scene: keys with comments on what was found in the terrain file and what the user must check."""
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from rpf3d_core.formats.units import METRE
+from rpf3d_core.imports.crests import LOWEST, OVER, Crest
+from rpf3d_core.imports.scene_text import comment
+from rpf3d_core.report.toe import STEEP
+from rpf3d_core.setup.coverage import plain
+
+SCHEMA = "scene.schema.json"
+"""Name of the JSON Schema next to a new scene, which its first line names for editors."""
+SETS, EACH = 64, 40
+"""Parameter sets of a run with ranges, and rocks of each that a new scene flies."""
+LIBRARY = "bedrock"
+"""Entry of the library for all zones of a new scene: the widest range for hard ground."""
+
+
+class ZoneFound(NamedTuple):
+    """A zone of the terrain: area in m2, and mean slope in degrees."""
+
+    name: str
+    area: float
+    slope: float
+
+
+class NewScene(NamedTuple):
+    """What was found in a terrain file.
+
+    path : of the file, from the scene; choice_up : axis that points up; unit : of the coordinates
+    crs : reference system, or None; crs_is_stated : True if the file states it
+    low, high : (3,) m, extents of the input; highest : (3,) m, the highest point; crests : in the input's coordinates
+    """
+
+    path: str
+    choice_up: str
+    unit: str
+    crs: str | None
+    crs_is_stated: bool
+    triangles: int
+    holes: int
+    low: Sequence[float]
+    high: Sequence[float]
+    zones: Sequence[ZoneFound]
+    crests: Sequence[Crest]
+    highest: Sequence[float]
+
+
+def scene_text(found: NewScene) -> str:
+    """Return the text of a scene file that runs as it is."""
+    return "\n".join([
+        f"# yaml-language-server: $schema={SCHEMA}",
+        *comment("Written by `rpf3d new`. The scene runs as it is: rpf3d run scene.yaml --out out. It is not your site "
+                 "yet: check every line marked CHECK."),
+        "", *_terrain(found), "", *_materials(found), "", *_rock(), "", *_sources(found), "", *_end(), "",
+    ])  # fmt: skip
+
+
+def _terrain(found: NewScene) -> Iterator[str]:
+    """Yield the lines on the terrain, with extents and reference system as comments."""
+    ends = zip("xyz", found.low, found.high, strict=True)
+    spans = ", ".join(f"{axis} {plain(low)} to {plain(high)}" for axis, low, high in ends)
+    yield from comment(
+        f"Found: {found.triangles:,} triangles, {found.holes:,} holes. Extents (m): {spans}.",
+        "CHECK: compare the extents with your survey. They show a wrong unit or swapped axes.",
+    )
+    yield "terrain:"
+    unit = "" if found.unit == METRE else f", unit: {found.unit}"
+    yield f"  files: [{{path: {_quoted(found.path)}{unit}}}]"
+    if found.choice_up != "z":
+        yield f"  up: {found.choice_up}"
+    if found.crs is None:
+        yield "  # crs: EPSG:32719   # CHECK: the file states no coordinate reference system; name yours"
+    else:
+        yield f"  crs: {_quoted(found.crs)}   # {'as the file states' if found.crs_is_stated else 'as you stated'}"
+
+
+def _materials(found: NewScene) -> Iterator[str]:
+    """Yield the lines on materials: one range for everything, and a comment for each zone."""
+    yield from comment(
+        "CHECK: nothing in the file says what the ground is. Everything is bedrock from the library, with the range "
+        "over all its sources, so intervals of the results are wide (predictive). `rpf3d materials` lists other "
+        "ground. A calibration on observed rocks makes them narrower: `rpf3d calibrate`.")  # fmt: skip
+    yield "materials:"
+    yield f"  default: {{library: {LIBRARY}, friction_angle_deg: 30}}   # CHECK: 30 degrees are assumed"
+    yield from comment("Zones of the file; remove the # and name the ground of a zone:")
+    for zone in found.zones:
+        area = f"{zone.area:,.0f} m2, mean slope {zone.slope:.0f} degrees"
+        yield f"  # {_quoted(zone.name)}: {{library: {LIBRARY}, friction_angle_deg: 30}}   # {area}"
+
+
+def _rock() -> Iterator[str]:
+    yield from comment("CHECK: density and size are assumed. Measure blocks at the foot of the face: a distribution "
+                       "such as {mean: 0.8, sd: 0.3, min: 0.3, max: 2} can replace the diameter (m).")  # fmt: skip
+    yield "rock: {density: 2700, diameter: 1.0}"
+
+
+def _sources(found: NewScene) -> Iterator[str]:
+    """Yield the lines on sources: the largest crest, the others as comments; or the highest point without a crest."""
+    if not found.crests:
+        yield from comment(
+            f"CHECK: no crest was found, that is, no face steeper than {STEEP:g} degrees and {LOWEST:g} m high. The "
+            "source is the highest point of the terrain. Place it where rocks are released."
+        )
+        yield "sources:"
+        yield f"  - {{name: highest, points: [{_point(found.highest)}], above_ground: 0.5, rocks: {SETS * EACH}}}"
+        return
+    yield from comment(
+        f"CHECK: {len(found.crests)} crest candidates, where flat ground ends above a face steeper than {STEEP:g} "
+        f"degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The largest is "
+        "the source. A mesh does not show where rocks are released: choose yours; remove the # of others.")  # fmt: skip
+    yield "sources:"
+    for number, crest in enumerate(found.crests, start=1):
+        yield from _crest(number, crest, "" if number == 1 else "# ")
+
+
+def _crest(number: int, crest: Crest, mark: str) -> Iterator[str]:
+    """Yield the lines on a source along a crest; mark : what comments the source out."""
+    points = crest.points.tolist()
+    yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, above a face of {crest.height:.0f} m"
+    yield f"  {mark}  line:"
+    yield from (f"  {mark}    - {_point(point)}" for point in points)
+    yield f"  {mark}  above_ground: 0.5"
+    yield f"  {mark}  rocks: {SETS * EACH}   # {EACH} for each of the {SETS} parameter sets"
+
+
+def _end() -> Iterator[str]:
+    """Yield the lines on areas, models and the seed."""
+    yield from comment("Areas of interest, such as a ramp (polygons in the coordinates of the terrain):")
+    yield "# areas_of_interest:"
+    yield "#   - {name: ramp, polygons: ramp.geojson}"
+    yield from comment("Small-scale relief that the survey does not show lets rocks spread. CHECK: a range that fits "
+                       "your face; it is not part of the answer as long as it is commented out.")  # fmt: skip
+    yield "# effects: {roughness: {angle_sd_deg: {prior: {min: 1, max: 10}}}}"
+    yield "seed: 1"
+
+
+def _point(point: Sequence[float]) -> str:
+    """Return a point as a list in YAML, with plain decimals to the centimetre."""
+    return f"[{', '.join(f'{value:.2f}' for value in point)}]"
+
+
+def _quoted(text: str) -> str:
+    """Return a name in double quotes, as YAML and JSON write it."""
+    return json.dumps(text, ensure_ascii=False)

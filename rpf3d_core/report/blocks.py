@@ -1,0 +1,64 @@
+"""The parts of a report, which the HTML and the PDF renderer lay out: headings, text, tables, pictures, the 3D view."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class Heading(NamedTuple):
+    """A heading; level : 1 for the title, 2 for a section, 3 for a part of a section."""
+
+    text: str
+    level: int = 2
+
+
+class Text(NamedTuple):
+    """A paragraph; quiet : True for a note in small print."""
+
+    text: str
+    quiet: bool = False
+
+
+class Bullets(NamedTuple):
+    """A list of sentences."""
+
+    sentences: Sequence[str]
+
+
+class Warnings(NamedTuple):
+    """Sentences that the reader must know first."""
+
+    title: str
+    sentences: Sequence[str]
+
+
+class Table(NamedTuple):
+    """A table; rows have as many cells as the header; right : True if all columns but the first hold numbers."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    right: bool = True
+
+
+class Picture(NamedTuple):
+    """A picture as PNG, with a caption; width : share (-) of the page."""
+
+    png: bytes
+    caption: str
+    width: float = 1.0
+
+
+class View(NamedTuple):
+    """The 3D view to turn, as an HTML fragment; instead : what documents without scripts show in its place."""
+
+    html: str
+    caption: str
+    instead: str
+
+
+class SignOff(NamedTuple):
+    """Empty fields to fill in by hand."""
+
+    fields: Sequence[str]
+
+
+Block = Heading | Text | Bullets | Warnings | Table | Picture | View | SignOff

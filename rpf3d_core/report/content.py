@@ -1,0 +1,291 @@
+"""Assemble the content of a report from the result folder of a run: warnings first, limits and sign-off last."""
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.hazard.benches import in_percent
+from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.inputs_part import inputs_part
+from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
+from rpf3d_core.report.run_files import RunFiles
+from rpf3d_core.report.section import CriticalSection, critical_section
+from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
+from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, Figure, beyond_toe, directions, percentile_of
+from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
+from rpf3d_core.report.words import (
+    UNKNOWN,
+    figure_cells,
+    given,
+    height,
+    interval,
+    kilojoules,
+    metres,
+    share,
+    share_cells,
+    share_interval,
+)
+from rpf3d_core.results.inputs import ASSUMED
+
+HELD = (50, 75, 90, 95)
+"""Percentiles of the distance beyond the toe that a report states."""
+DESIGN = 90
+"""The percentile that the summary of a report states: the distance that holds 90 % of the rocks."""
+THREE = ("value", "95 % predictive", "95 % sampling")
+NO_PREDICTIVE = (
+    "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
+    "intervals show the number of rocks only, and are narrower than what is known of the site."
+)
+BOTH = (
+    "The predictive interval holds what the scene does not know about the ground. The sampling interval holds the "
+    "number of rocks only. Design with the wider one."
+)
+PICTURES = (
+    (("map.png",), "Map: paths, releases and ends of rocks."),
+    (("hazard/reach_probability_high.png", "hazard/reach_probability.png"), "Reach probability of the cells; with "
+     "unknowns the upper end of its 95 % interval."),
+    (("hazard/energy_p95.png",), "95th percentile of the energy in each cell."),
+)  # fmt: skip
+"""Pictures of the run that a report shows: file names, of which the first that exists is taken, and caption."""
+SLIDES = (
+    "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
+    "not known and counts as larger than all others."
+)
+FROM_PATHS = (
+    "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
+)
+LIMITS = (
+    "The results describe rocks after a release. They say nothing about how often rocks are released.",
+    "No interval holds what the scene takes as known: the form of the models, the terrain, the sources, the sizes.",
+    "Terrain changes with every blast and every muck pile; the results hold for the surveyed surface only.",
+    "Reach probability of a map cell grows with the cell; compare maps with equal cells only.",
+    "Energies are translational unless a table states otherwise. Heights are those of the centre of the rock: add the "
+    "radius of the rock for a fence.",
+)
+FIELDS = (
+    "Prepared by, date",
+    "Checked by, date",
+    "Approved by, date",
+    "Valid until, or until these changes of the pit",
+)
+
+
+def report_blocks(run: RunFiles, site: str) -> list[Block]:
+    """Return the parts of the report in their order.
+
+    site : name of the site, as the report shows it
+
+    Raises
+    ------
+    InputError
+        plotly is not installed.
+    """
+    beyond, section = beyond_toe(run), critical_section(run)
+    segments = segments_of(run)
+    measured = places_beyond(run, beyond, segments) if len(beyond.rows) else []
+    return [
+        *_head(run, site),
+        Warnings("Read first", list(_warnings(run, beyond))),
+        *_answer(run, beyond),
+        *_pictures(run),
+        *_section_part(run, beyond, section),
+        *_benches(run),
+        *_distances(run, beyond),
+        *_fences(run, measured, segments),
+        *inputs_part(run),
+        Heading("Limits of the answer"), Bullets(LIMITS),
+        Heading("Sign-off"), SignOff(FIELDS),
+    ]  # fmt: skip
+
+
+def _head(run: RunFiles, site: str) -> list[Block]:
+    """Return title and identification of the run."""
+    facts, scene = run.summary, run.summary["scene"]
+    rows = [
+        ("site", site), ("scene file", scene["file"]), ("scene digest (SHA-256)", scene["digest"]),
+        ("rpf3d version", facts["versions"]["rpf3d"] or UNKNOWN), ("seed", str(scene["seed"])),
+        ("rocks flown", f"{facts['rocks']:,} of {facts['rocks_planned']:,}"),
+        ("parameter sets", f"{run.sets:,}" if run.sets else "none: nothing counts as unknown"),
+    ]  # fmt: skip
+    return [Heading(f"Rockfall report: {site}", 1), Table(("this run", ""), rows, right=False)]
+
+
+def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
+    """Yield what the reader must know first."""
+    if run.summary["partial"]:
+        yield f"The run was interrupted: {run.summary['rocks']:,} of {run.summary['rocks_planned']:,} rocks have flown."
+    for sentence in run.inputs["surer_than_it_may_be"]:
+        yield f"Surer than it may be: {sentence}."
+    yield from (f"{sentence[:1].upper()}{sentence[1:]}." for sentence in run.inputs["warnings"])
+    of = min(len(run.ends.key), MOST_ROCKS)
+    missing = of - len(beyond.rows)
+    if len(beyond.rows) == 0:
+        yield (f"No face steeper than {STEEP:g} degrees lies below the releases: there is no toe, so distances beyond "
+               "a toe and figures of fences are not known.")  # fmt: skip
+    elif missing:
+        yield (f"{missing:,} of {of:,} rocks are in no figure of distances beyond the toe, because no face steeper "
+               f"than {STEEP:g} degrees ends below their release.")  # fmt: skip
+    rest = float(run.ends.at_rest.mean())
+    if rest < 1.0:
+        yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
+               "stopping farther than every distance.")  # fmt: skip
+
+
+def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
+    """Return the main figures of the report."""
+    rows = [["distance beyond the toe that holds 90 % of the rocks",
+             *figure_cells(_held(run, beyond, DESIGN), metres)]]  # fmt: skip
+    for name, area in run.summary["areas_of_interest"].items():
+        rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
+    for name, bench in run.summary["benches"].items():
+        if bench["retained"]["share"] not in (None, 0.0):
+            rows.append([f"retained by {name}, of the rocks that came", *share_cells(bench["retained"])])
+    note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
+    return [Heading("The answer"), Table(("", *THREE), rows[:12]), Text(note, quiet=True)]
+
+
+def _held(run: RunFiles, beyond: BeyondToe, wanted: int) -> Figure:
+    return percentile_of(beyond.distance, beyond.set, run.sets, wanted)
+
+
+def _pictures(run: RunFiles) -> Iterator[Block]:
+    """Yield the 3D view, the map and the hazard map."""
+    seen, along = terrain_seen(run), directions(run.ends).mean(axis=0)
+    looking = along / max(float(np.linalg.norm(along)), 1e-9)
+    small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
+    caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
+               "maps and paths.")  # fmt: skip
+    yield Heading("Terrain, paths and hazard")
+    yield View(view_html(run, looking), caption, "The view to turn is in the HTML file of this report.")
+    for names, words in PICTURES:
+        there = [run.folder / name for name in names if (run.folder / name).is_file()]
+        if there:
+            yield Picture(_trimmed(there[0]), words, 0.9)
+    if not (run.folder / "map.png").is_file():
+        yield Text("The run wrote no maps (`outputs.pictures` is false).", quiet=True)
+
+
+def _trimmed(path: Path) -> bytes:
+    """Return a picture of the run as PNG without its white margin."""
+    from rpf3d_core.results.plots_trimmed import trimmed  # imports matplotlib
+
+    return trimmed(path)
+
+
+def _section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Block]:
+    """Yield the critical section as a picture."""
+    yield Heading("Critical section")
+    if section is None:
+        yield Text("Not known: no rock stopped away from its release.")
+        return
+    east, north = section.start.tolist()
+    yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "
+               f"from its release (rock {section.rock} of source {section.source}, runout {section.runout:.1f} m). Its "
+               f"azimuth, {section.azimuth:.0f} degrees, is the mean of the rocks that start there. It shows the paths "
+               f"in a strip of {section.width:.0f} m.")  # fmt: skip
+    yield Picture(_section_png(run, beyond, section),
+                  "Above: the ground and the paths in the section. Below: rocks of all sections that pass a distance, "
+                  "with both intervals.")  # fmt: skip
+
+
+def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> bytes:
+    """Return the picture of the critical section as PNG."""
+    from rpf3d_core.results.plots_section import SectionDrawing, section_figure
+
+    zero = section.toe if np.isfinite(section.toe) else 0.0
+    at = np.linspace(0.0, max(float(section.distance[-1] - zero), 1.0), 120)
+    shares = shares_beyond(beyond, run.sets, at) if len(beyond.rows) else []
+    predictive = [figure.predictive for figure in shares]
+    held = _held(run, beyond, DESIGN).value
+    figure = section_figure(SectionDrawing(
+        distance=section.distance - zero, ground=section.ground, paths=[path - (zero, 0.0) for path in section.paths],
+        held=held if held is not None and held < FAR else None, at=at if shares else np.empty(0),
+        passed=np.array([figure.value for figure in shares], dtype=float),
+        sampling=np.array([figure.sampling for figure in shares], dtype=float).reshape(-1, 2).T,
+        predictive=None if not shares or None in predictive else np.array(predictive, dtype=float).T,
+        origin="the toe" if np.isfinite(section.toe) else "the release",
+    ))  # fmt: skip
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=150)
+    return content.getvalue()
+
+
+def _benches(run: RunFiles) -> Iterator[Block]:
+    """Yield the tables of what each zone and area retains, and of the energies there."""
+    places = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
+    places |= {f"{name} (area)": area for name, area in run.summary["areas_of_interest"].items()}
+    yield Heading("Retention of each bench")
+    yield Table(("zone", "reached", "retained", *THREE[1:]), [
+        [name, share(place["reached"]["share"]), *share_cells(place["retained"])] for name, place in places.items()
+    ])  # fmt: skip
+    yield Text("Reached: share of all rocks. Retained: share of the rocks that came to the zone and stopped there. "
+               "Zones that no rock reached are left out.", quiet=True)  # fmt: skip
+    yield Table(("zone", "p95 energy", *THREE[1:]), [
+        [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
+         interval(place.get("energy_p95_sampling_j"), kilojoules)]
+        for name, place in places.items()
+    ])  # fmt: skip
+    yield Text("p95 energy: 95th percentile of the largest energy of each rock in the zone; not known for fewer than "
+               f"20 rocks.{'' if run.sets else ' Its intervals are known only for runs with unknowns.'}",
+               quiet=True)  # fmt: skip
+
+
+def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
+    """Yield the table of distances beyond the toe that hold a share of the rocks."""
+    yield Heading("Distance from the toe")
+    if len(beyond.rows) == 0:
+        yield Text("Not known: no face lies below the releases.")
+        return
+    yield Table(
+        ("holds", *THREE), [[f"{p} % of the rocks", *figure_cells(_held(run, beyond, p), metres)] for p in HELD]
+    )
+    yield Text("Horizontal distance from the foot of the first face below the release to the end of the rock, along "
+               f"the rock's way in plan. A face is steeper than {STEEP:g} degrees. Of {len(beyond.rows):,} rocks.",
+               quiet=True)  # fmt: skip
+
+
+def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Block]:
+    """Yield the tables of what a fence beyond the toe would meet, and of the barriers of the scene."""
+    yield Heading("Where a fence would stand")
+    if not places:
+        yield Text("Not known: no face lies below the releases.")
+    else:
+        yield from _fence_tables(run, places, segments)
+    if run.summary.get("barriers"):
+        yield Heading("Barriers of the scene", 3)
+        yield _barriers(run.summary["barriers"])
+
+
+def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Block]:
+    yield Table(("beyond the toe", "rocks that pass", *THREE[1:]), [
+        [metres(place.distance), share(place.passed.value), share_interval(place.passed.predictive),
+         share_interval(place.passed.sampling)] for place in places
+    ])  # fmt: skip
+    header = ("beyond the toe", "rocks", "p95 energy", *THREE[1:], "p95 height", *THREE[1:])
+    yield Table(header, [
+        [metres(place.distance), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
+         *figure_cells(place.height, height)] for place in places
+    ])  # fmt: skip
+    notes = {IMPACTS: SLIDES, KEPT: FROM_PATHS if segments.rocks < run.summary["rocks"] else ""}
+    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
+               f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
+               f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
+
+
+def _barriers(barriers: dict[str, Any]) -> Table:
+    """Return the table of the barriers of the scene."""
+    rows = []
+    for name, found in barriers.items():
+        energy, over = found["first_energy_j"], found["first_height_over_ground_m"]
+        rows.append([
+            name, f"{given(found['height_m'])} m", kilojoules(found["capacity_j"]), f"{found['came']:,}",
+            share(found["caught"]["share"]), share_interval(found["caught"]["interval_95"]),
+            kilojoules(energy["p95"]), interval(energy["p95_interval_95"], kilojoules), height(over["p95"]),
+            interval(over["p95_interval_95"], height),
+        ])  # fmt: skip
+    header = ("barrier", "height", "capacity", "came", "caught", "95 % sampling", "p95 energy", "95 % sampling",
+              "p95 height", "95 % sampling")  # fmt: skip
+    return Table(header, rows)

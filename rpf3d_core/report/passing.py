@@ -1,0 +1,108 @@
+"""How many rocks pass places beyond the toe, and with which energy and height: what a fence there would meet."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.report.run_files import RunFiles
+from rpf3d_core.report.segments import Segments, first_passages
+from rpf3d_core.report.toe import BEYOND, FAR, BeyondToe, Figure, percentile_of
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.height_image import height_image, heights_at
+from rpf3d_core.unknowns.predictive import predictive_shares
+
+STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+"""Distances (m) between places, of which the first that gives at most MOST_PLACES is taken."""
+MOST_PLACES = 9
+P95 = 95
+
+
+class FencePlace(NamedTuple):
+    """What passes a place beyond the toe.
+
+    distance : m beyond the toe; passed : share of rocks that pass
+    energy, height : 95th percentiles (J, m) over the rocks that pass; crossed : number of these rocks
+    """
+
+    distance: float
+    passed: Figure
+    energy: Figure
+    height: Figure
+    crossed: int
+
+
+def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
+    """Return the share of rocks that pass distances (D,) m beyond the toe, with both intervals."""
+    over = beyond.distance[:, None] > distance
+    counts, total = over.sum(axis=0), len(beyond.distance)
+    figures = []
+    low, high = _predictive(over, beyond.set, sets)
+    for i, count in enumerate(counts.tolist()):
+        known = beyond.set is not None and np.isfinite(low[i])
+        figures.append(Figure(
+            value=count / total, sampling=wilson_interval(count, total),
+            predictive=(float(low[i]), float(high[i])) if known else None,
+        ))  # fmt: skip
+    return figures
+
+
+def _predictive(over: NDArray[np.bool_], set_of: NDArray[np.int64] | None, sets: int) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (D,) of the predictive intervals of shares; over : (N, D) True if the rock counts."""
+    if set_of is None:
+        return np.full(over.shape[1], np.nan), np.full(over.shape[1], np.nan)
+    counts = np.zeros((sets, over.shape[1]))
+    np.add.at(counts, set_of, over)
+    totals = np.bincount(set_of, minlength=sets).astype(float)[:, None] * np.ones(over.shape[1])
+    found = predictive_shares(counts, totals)
+    return found.low, found.high
+
+
+def places_for(beyond: BeyondToe) -> FloatArray:
+    """Return distances (m) beyond the toe for the table of fences: round numbers up to where hardly a rock comes."""
+    stopped = beyond.distance[beyond.distance < FAR]
+    last = max(float(np.percentile(stopped, 99)), 1.0) if len(stopped) else 10.0
+    step = next((step for step in STEPS if last / step <= MOST_PLACES - 1), STEPS[-1])
+    return np.arange(0.0, last + 1e-9, step)[:MOST_PLACES]
+
+
+def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[FencePlace]:
+    """Return what passes at round distances beyond the toe."""
+    distances = places_for(beyond)
+    passed = shares_beyond(beyond, run.sets, distances)
+    return [
+        _place(run, beyond, segments, float(distance), share) for distance, share in zip(distances, passed, strict=True)
+    ]
+
+
+def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
+    """Return what passes a distance (m) beyond the toe; figures of fewer than FEWEST_ROCKS rocks are not known."""
+    rows, energy, height = passing(run, beyond, segments, distance)
+    sets = None if run.ends.set is None else run.ends.set[rows]
+    unknown = Figure(value=None, sampling=None, predictive=None)
+    enough = len(rows) >= FEWEST_ROCKS
+    return FencePlace(
+        distance=distance, passed=passed, crossed=len(rows),
+        energy=percentile_of(energy, sets, run.sets, P95) if enough else unknown,
+        height=percentile_of(height, sets, run.sets, P95) if enough else unknown,
+    )  # fmt: skip
+
+
+def passing(
+    run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Return which rocks (N,) pass a distance (m) beyond the toe, with energy (N,) J and height (N,) m there.
+
+    Energy is translational. Height is that of the point or the centre above the ground. Each rock counts at its first
+    passage. A height that is not known is BEYOND, so that percentiles do not leave it out.
+    """
+    reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
+    reach[beyond.rows], along[beyond.rows] = beyond.toe + distance, beyond.along
+    found = first_passages(segments, run.ends.release[:, :2], along, reach)
+    if len(found.row) == 0:
+        return found.row, np.empty(0), np.empty(0)
+    ground = heights_at(height_image(run.terrain, found.x[:, :2], 1.0), found.x[:, :2])
+    height = np.nan_to_num(np.maximum(found.x[:, 2] - ground, 0.0), nan=BEYOND)
+    return found.row, 0.5 * run.ends.mass[found.row] * found.speed**2, height

@@ -1,0 +1,32 @@
+"""Write the report of a run: one HTML file with a 3D view to turn, and a PDF."""
+
+from pathlib import Path
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.report.content import report_blocks
+from rpf3d_core.report.html import html_document
+from rpf3d_core.report.pdf import write_pdf
+from rpf3d_core.report.run_files import read_run
+from rpf3d_core.report.view import script
+
+
+def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "") -> None:
+    """Write the report of a result folder as HTML and, if wanted, as PDF.
+
+    site : name of the site; empty for the name of the scene
+
+    Raises
+    ------
+    InputError
+        The folder holds no result or one of another version, plotly or typst is not installed, or a file cannot be
+        written.
+    """
+    run = read_run(folder)
+    name = site or Path(run.summary["scene"]["file"]).stem
+    title, blocks = f"Rockfall report: {name}", report_blocks(run, name)
+    try:
+        out.write_text(html_document(title, blocks, script()), encoding="utf-8")
+    except OSError as fault:
+        raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
+    if pdf is not None:
+        write_pdf(pdf, title, blocks)

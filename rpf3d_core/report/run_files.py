@@ -1,0 +1,240 @@
+"""Read the result folder of a run for a report: summary, inputs, ends of rocks, kept paths, terrain and hazard maps."""
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+import rasterio
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.meshes import MESH_READERS
+from rpf3d_core.results.earlier_results import DEPOSITS, read_summary
+from rpf3d_core.results.inputs import INPUTS
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray, Frame
+from rpf3d_core.unknowns.dealing import turns
+from rpf3d_core.values import DEPOSITED
+
+IntArray = NDArray[np.int64]
+AT_REST = [outcome.name.lower() for outcome in DEPOSITED]
+KEY = ("source", "rock", "piece")
+"""Columns that identify a rock in all tables."""
+
+
+class Ends(NamedTuple):
+    """Where N rocks started and ended, in local coordinates with z up (m).
+
+    key : (N,) the rock as (source, rock, piece); at_rest : (N,) True for a rock that stopped or was caught
+    release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
+    set : (N,) number of the rock's parameter set; None without unknowns
+    """
+
+    key: list[tuple[str, int, int]]
+    at_rest: NDArray[np.bool_]
+    release: FloatArray
+    end: FloatArray
+    runout: FloatArray
+    mass: FloatArray
+    set: IntArray | None
+
+
+class KeptPaths(NamedTuple):
+    """Points along the K paths that a run kept, in local coordinates with z up.
+
+    key : (K,) the rocks; starts : (K + 1,) first point of each path, and the number of points
+    x : (P, 3) m; speed : (P,) m/s
+    """
+
+    key: list[tuple[str, int, int]]
+    starts: IntArray
+    x: FloatArray
+    speed: FloatArray
+
+
+class RunFiles(NamedTuple):
+    """The content of a result folder, for a report.
+
+    summary, inputs : content of summary.json and inputs.json; terrain : without zones, in the local frame
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+    inputs: dict[str, Any]
+    terrain: Terrain
+    ends: Ends
+    paths: KeptPaths
+
+    @property
+    def sets(self) -> int:
+        """The number of parameter sets of the run; 0 without unknowns."""
+        return int(self.summary.get("unknowns", {}).get("sets", 0))
+
+
+def read_run(folder: Path) -> RunFiles:
+    """Return the content of a result folder.
+
+    Raises
+    ------
+    InputError
+        The folder holds no result, a damaged one, or one of a version without inputs.json; or no rock has flown.
+    """
+    summary = read_summary(folder)
+    inputs = _inputs(folder)
+    if not summary["rocks"]:
+        raise InputError(f"{folder}: has flown no rock, so there is nothing to report")
+    terrain = summary["terrain"]
+    frame = Frame(origin=tuple(terrain["local_origin_z_up"]), up=terrain["up"])
+    sets = int(summary.get("unknowns", {}).get("sets", 0))
+    sources = [source["name"] for source in inputs["scene"]["sources"]]
+    try:
+        ground = _terrain(folder / "terrain.vtp", frame)
+        ends = _ends(folder / DEPOSITS, frame, sources, sets)
+        paths = _paths(folder / "trajectories.parquet", frame)
+    except (OSError, KeyError, pa.ArrowInvalid) as fault:
+        raise InputError(f"{folder}: is damaged ({fault}); run its scene again") from fault
+    return RunFiles(folder=folder, summary=summary, inputs=inputs, terrain=ground, ends=ends, paths=paths)
+
+
+def _terrain(path: Path, frame: Frame) -> Terrain:
+    """Return the terrain of a result, without its zones."""
+    mesh = MESH_READERS[".vtp"](path)
+    points, every = len(mesh.points), mesh.triangles
+    triangles = np.arange(points, dtype=np.int32).reshape(-1, 3) if every is None else every
+    zone = np.zeros(len(triangles), dtype=np.int32)
+    return Terrain(frame.points_to_local(mesh.points), triangles, zone, ("terrain",), frame)
+
+
+def _inputs(folder: Path) -> dict[str, Any]:
+    """Return the content of inputs.json."""
+    path = folder / INPUTS
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise InputError(f"{folder}: has no {INPUTS}; another version wrote it, so run its scene again") from None
+    except (OSError, ValueError) as fault:
+        raise InputError(f"{path}: is damaged ({fault})") from fault
+
+
+def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
+    """Return the ends of rocks from deposits.csv; sets : number of parameter sets, 0 without."""
+    table = pyarrow.csv.read_csv(path)
+    names = table["source"].to_pylist()
+    rocks = table["rock"].to_numpy().astype(np.int64)
+    key = list(zip(names, rocks.tolist(), table["piece"].to_pylist(), strict=True))
+    return Ends(
+        key=key,
+        at_rest=np.isin(np.array(table["outcome"].to_pylist(), dtype=object), np.array(AT_REST, dtype=object)),
+        release=frame.points_to_local(_columns(table, ("release_x", "release_y", "release_z"))),
+        end=frame.points_to_local(_columns(table, ("x", "y", "z"))),
+        runout=table["runout_m"].to_numpy().astype(float),
+        mass=table["mass_kg"].to_numpy().astype(float),
+        set=_sets(np.array([sources.index(name) for name in names]), rocks, sets) if sets else None,
+    )
+
+
+def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:
+    """Return the parameter set (N,) of each rock, as the run dealt its rocks to the sets."""
+    found = np.empty(len(rocks), dtype=np.int64)
+    for number in np.unique(source):
+        mine = source == number
+        found[mine] = (rocks[mine] - turns(rocks[mine] // sets, sets, int(number))) % sets
+    return found
+
+
+def _paths(path: Path, frame: Frame) -> KeptPaths:
+    """Return the kept paths from trajectories.parquet."""
+    table = pyarrow.parquet.read_table(path, columns=[*KEY, "x", "y", "z", "speed"])
+    key = list(zip(*(table[name].to_pylist() for name in KEY), strict=True))
+    begins = [i for i, one in enumerate(key) if i == 0 or one != key[i - 1]]
+    return KeptPaths(
+        key=[key[i] for i in begins],
+        starts=np.array([*begins, len(key)], dtype=np.int64),
+        x=frame.points_to_local(_columns(table, ("x", "y", "z"))),
+        speed=table["speed"].to_numpy().astype(float),
+    )
+
+
+def _columns(table: pa.Table, names: tuple[str, ...]) -> FloatArray:
+    """Return some columns of a table as an array (N, C)."""
+    return np.column_stack([table[name].to_numpy().astype(float) for name in names]).reshape(-1, len(names))
+
+
+class ImpactRows(NamedTuple):
+    """I impacts, ordered by rock and time: row (I,) of the rock in `Ends`, t (I,) s, x (I, 3) m, speeds (I,) m/s."""
+
+    row: IntArray
+    t: FloatArray
+    x: FloatArray
+    speed_in: FloatArray
+    speed_out: FloatArray
+
+
+def read_impacts(run: RunFiles) -> ImpactRows | None:
+    """Return the impacts of all rocks; None if the run did not write any."""
+    path = run.folder / "impacts.parquet"
+    if not path.is_file():
+        return None
+    table = pyarrow.parquet.read_table(path, columns=[*KEY, "t", "x", "y", "z", "speed_in", "speed_out"])
+    place = {key: row for row, key in enumerate(run.ends.key)}
+    keys = zip(*(table[name].to_pylist() for name in KEY), strict=True)
+    row = np.array([place[key] for key in keys], dtype=np.int64)
+    t, into, out = (table[name].to_numpy().astype(float) for name in ("t", "speed_in", "speed_out"))
+    order = np.lexsort((t, row))
+    x = run.terrain.frame.points_to_local(_columns(table, ("x", "y", "z")))
+    found = ImpactRows(row=row[order], t=t[order], x=x[order], speed_in=into[order], speed_out=out[order])
+    return found if len(row) else None
+
+
+class HazardGrid(NamedTuple):
+    """A hazard map: values (ny, nx), NaN in cells without a value; x, y, dx, dy : corner and steps (m) in plan.
+
+    The plan coordinates are those of the input turned z up, without the origin of the local frame.
+    """
+
+    values: FloatArray
+    x: float
+    y: float
+    dx: float
+    dy: float
+
+    @property
+    def cell(self) -> float:
+        """The side of a cell (m)."""
+        return abs(self.dx)
+
+    def at(self, plan: FloatArray) -> FloatArray:
+        """Return the values (N,) of the cells at points (N, 2) m in plan, local frame; NaN without a value."""
+        column = np.floor((plan[:, 0] - self.x) / self.dx).astype(np.int64)
+        row = np.floor((plan[:, 1] - self.y) / self.dy).astype(np.int64)
+        rows, columns = self.values.shape
+        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        found = np.full(len(plan), np.nan)
+        found[inside] = self.values[row[inside], column[inside]]
+        return found
+
+
+def read_hazard(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
+    """Return a hazard map of a result; None if the result has no such map or band, or no cell has a value above 0.
+
+    name : of the file in hazard/, without suffix; band : description of the band, such as "p95"
+    """
+    path = run.folder / "hazard" / f"{name}.tif"
+    if not path.is_file():
+        return None
+    with rasterio.open(path) as file:
+        bands = [text or "" for text in file.descriptions]
+        number = 0 if band is None else next((i for i, text in enumerate(bands) if band in text.split()), None)
+        if number is None:
+            return None
+        values, transform = file.read(number + 1).astype(float), file.transform
+    values[~(values > 0.0)] = np.nan
+    east, north, _ = run.terrain.frame.origin
+    turned = 1.0 if run.terrain.frame.up == "z" else -1.0  # with y up, the second axis of a map points south
+    return None if np.isnan(values).all() else HazardGrid(
+        values=values, x=transform.c - east, y=turned * transform.f - north, dx=transform.a, dy=turned * transform.e,
+    )  # fmt: skip

@@ -1,0 +1,81 @@
+"""The critical section of a run: through the release of the rock that stopped farthest away.
+
+The section has the mean direction of the rocks that start there.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.report.run_files import RunFiles
+from rpf3d_core.report.toe import directions, foot_of_face
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.height_image import height_image, heights_at
+
+POINTS = 600
+"""Number of points of the terrain's profile."""
+WIDTH = 0.2
+"""Width of the strip whose paths are drawn, as a share (-) of the runout of the farthest rock."""
+NARROWEST = 10.0
+"""Least width (m) of the strip."""
+BEHIND, AHEAD = 0.15, 0.1
+"""How far the section goes on behind the release and beyond the end, as shares (-) of its length."""
+
+
+class CriticalSection(NamedTuple):
+    """The critical section; distances (m) are along it in plan, from the release of its rock.
+
+    source, rock : the rock that stopped farthest; runout : m; toe : m, NaN without a face below the release
+    distance, ground : (S,) m, the terrain's profile, elevations in the input's vertical coordinate
+    paths : for each kept path in the strip, (P, 2) distance and elevation, NaN outside; width : m, of the strip
+    start : (2,) m in plan of the input's coordinates turned z up; azimuth : degrees, clockwise from north
+    """
+
+    source: str
+    rock: int
+    runout: float
+    toe: float
+    distance: FloatArray
+    ground: FloatArray
+    paths: list[FloatArray]
+    width: float
+    start: FloatArray
+    azimuth: float
+
+
+def critical_section(run: RunFiles) -> CriticalSection | None:
+    """Return the critical section of a run; None if no rock stopped, or all stopped where they were released."""
+    ends = run.ends
+    rested = np.flatnonzero(ends.at_rest & (ends.runout > 0.0))
+    if len(rested) == 0:
+        return None
+    row = int(rested[np.argmax(ends.runout[rested])])
+    start, runout = ends.release[row, :2], float(ends.runout[row])
+    width = max(WIDTH * runout, NARROWEST)
+    near = np.linalg.norm(ends.release[:, :2] - start, axis=1) <= 0.5 * width
+    along = directions(ends)[near].mean(axis=0)
+    along = along / np.linalg.norm(along) if np.any(along) else directions(ends)[row]
+    length = max(float(((ends.end[near & ends.at_rest, :2] - start) @ along).max()), 1.0)
+    distance = np.linspace(-BEHIND * length, (1.0 + AHEAD) * length, POINTS)
+    line = start + distance[:, None] * along
+    ground = heights_at(height_image(run.terrain, line, 1.0), line)
+    ahead = distance >= 0.0
+    east, north, up = run.terrain.frame.origin
+    return CriticalSection(
+        source=ends.key[row][0], rock=ends.key[row][1], runout=runout,
+        toe=foot_of_face(distance[ahead], ground[ahead]), distance=distance, ground=ground + up,
+        paths=_in_strip(run, start, along, width), width=width, start=start + np.array([east, north]),
+        azimuth=float(np.degrees(np.arctan2(along[0], along[1])) % 360.0),
+    )  # fmt: skip
+
+
+def _in_strip(run: RunFiles, start: FloatArray, along: FloatArray, width: float) -> list[FloatArray]:
+    """Return the kept paths in a strip around a line, as distance and elevation (P, 2) m; NaN outside the strip."""
+    across, found = np.array([-along[1], along[0]]), []
+    for begin, end in zip(run.paths.starts[:-1], run.paths.starts[1:], strict=True):
+        away = run.paths.x[begin:end, :2] - start
+        outside = np.abs(away @ across) > 0.5 * width
+        heights = run.paths.x[begin:end, 2] + run.terrain.frame.origin[2]
+        if not outside.all():
+            found.append(np.where(outside[:, None], np.nan, np.column_stack([away @ along, heights])))
+    return found

@@ -1,0 +1,146 @@
+"""The ways of rocks in straight pieces in plan: flights between impacts of all rocks, or points of the kept paths.
+
+Impacts are known of every rock, and between two impacts a rock flies on a parabola that follows from both. Where speeds
+show that a piece is no such flight, because the rock slid or rolled first, the larger speed of both ends counts, and
+the height is not known: the rock may have left the ground over an edge. After its last impact a rock is on the ground.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.report.run_files import RunFiles, read_impacts
+from rpf3d_core.terrain.frame import FloatArray
+
+IntArray = NDArray[np.int64]
+AGREES = 0.01
+"""Relative difference of speeds (-) up to which a piece between two impacts is a flight."""
+SLOW = 0.05
+"""Difference of speeds (m/s) that counts as agreement, too."""
+MOSTLY = 0.9
+"""Share of pieces (-) that are flights from which impacts describe the ways of rocks; with less, kept paths do."""
+IMPACTS, KEPT = "impacts of all rocks", "kept paths"
+
+
+class Segments(NamedTuple):
+    """M pieces of the ways of rocks, in local coordinates with z up, ordered by rock and time.
+
+    row : (M,) row of the rock in `Ends`; begin, end : (M, 3) m; time : (M,) s of a flight, 0 on the ground and
+        between points of paths, NaN for other motion
+    speed : (M, 2) m/s at both ends; gravity : m/s^2; rocks : number of rocks that have pieces
+    source : IMPACTS or KEPT
+    """
+
+    row: IntArray
+    begin: FloatArray
+    end: FloatArray
+    time: FloatArray
+    speed: FloatArray
+    gravity: float
+    rocks: int
+    source: str
+
+
+def segments_of(run: RunFiles) -> Segments:
+    """Return the ways of the kept paths if all rocks have one, else of all rocks from their impacts.
+
+    Kept paths also count where impacts do not describe the ways, because of air, or because they were not written.
+    """
+    found = _from_impacts(run) if len(run.paths.key) < len(run.ends.key) else None
+    return _from_paths(run) if found is None else found
+
+
+def _from_impacts(run: RunFiles) -> Segments | None:
+    """Return the pieces between release, impacts and end of each rock; None if too few of them are flights."""
+    found = read_impacts(run)
+    if found is None:
+        return None
+    row, t, x, into, out = found
+    first = np.append(True, row[1:] != row[:-1])
+    last = np.append(first[1:], True)
+    begin = np.where(first[:, None], run.ends.release[row], np.roll(x, 1, axis=0))
+    time = t - np.where(first, 0.0, np.roll(t, 1))
+    launched = np.where(first, np.nan, np.roll(out, 1))
+    gravity = float(run.summary["scene"]["gravity"])
+    time, speed = _flights(begin, x, time, launched, into, gravity)
+    if not first.all() and (time[~first] > 0.0).mean() < MOSTLY:
+        return None
+    # After the last impact a rock slides, rolls or rests: a piece from there to the end follows.
+    at = np.flatnonzero(last) + 1
+    return Segments(
+        row=np.insert(row, at, row[last]), begin=np.insert(begin, at, x[last], axis=0),
+        end=np.insert(x, at, run.ends.end[row[last]], axis=0), time=np.insert(time, at, 0.0),
+        speed=np.insert(speed, at, out[last, None], axis=0), gravity=gravity, rocks=int(last.sum()), source=IMPACTS,
+    )  # fmt: skip
+
+
+def _flights(
+    begin: FloatArray, end: FloatArray, time: FloatArray, launched: FloatArray, landed: FloatArray, gravity: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the times (M,) s of pieces that are flights, NaN for others, and the speeds (M, 2) m/s at both ends.
+
+    begin, end : (M, 3) m; time : (M,) s; launched, landed : (M,) m/s at the ends, NaN if unknown; gravity : m/s^2
+    """
+    safe = np.maximum(time, 1e-9)
+    mean = (end - begin) / safe[:, None]
+    fall = np.zeros_like(mean)
+    fall[:, 2] = 0.5 * gravity * time
+    speeds = np.stack([np.linalg.norm(mean + fall, axis=1), np.linalg.norm(mean - fall, axis=1)], axis=1)
+    known = np.stack([np.where(np.isnan(launched), speeds[:, 0], launched), landed], axis=1)
+    agrees = (np.abs(speeds - known) <= AGREES * known + SLOW).all(axis=1) & (time > 0.0)
+    slid = np.repeat(known.max(axis=1)[:, None], 2, axis=1)
+    return np.where(agrees, time, np.nan), np.where(agrees[:, None], speeds, slid)
+
+
+def _from_paths(run: RunFiles) -> Segments:
+    """Return the pieces between the points of the kept paths."""
+    place = {key: row for row, key in enumerate(run.ends.key)}
+    rows, starts = np.array([place[key] for key in run.paths.key], dtype=np.int64), run.paths.starts
+    inner = np.setdiff1d(np.arange(len(run.paths.x)), starts[1:] - 1)
+    lengths = np.maximum(np.diff(starts) - 1, 0)
+    return Segments(
+        row=np.repeat(rows, lengths), begin=run.paths.x[inner], end=run.paths.x[inner + 1],
+        time=np.zeros(len(inner)), speed=np.stack([run.paths.speed[inner], run.paths.speed[inner + 1]], axis=1),
+        gravity=0.0, rocks=len(rows), source=KEPT,
+    )  # fmt: skip
+
+
+class FirstPassage(NamedTuple):
+    """N rocks where they first pass a place; row : (N,) in `Ends`; speed : (N,) m/s; x : (N, 3) m."""
+
+    row: IntArray
+    speed: FloatArray
+    x: FloatArray
+
+
+def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray) -> FirstPassage:
+    """Return where rocks first pass a distance along their own directions.
+
+    origin : (R, 2) m, (R, 2) unit vectors and (R,) m of all R rocks in `Ends`; NaN for a rock that is left out
+    """
+    row = segments.row
+    start = ((segments.begin[:, :2] - origin[row]) * along[row]).sum(axis=1) - distance[row]
+    stop = ((segments.end[:, :2] - origin[row]) * along[row]).sum(axis=1) - distance[row]
+    over = np.flatnonzero((start < 0.0) & (stop >= 0.0))
+    _, first = np.unique(row[over], return_index=True)
+    some = over[first]
+    part = -start[some] / (stop[some] - start[some])
+    return FirstPassage(row=row[some], speed=_speed_at(segments, some, part), x=_place_at(segments, some, part))
+
+
+def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
+    """Return the place (N, 3) m at a part (N,) of the way in plan of some pieces (N,); z is NaN if it is not known."""
+    x = segments.begin[some] + part[:, None] * (segments.end[some] - segments.begin[some])
+    x[:, 2] += 0.5 * segments.gravity * segments.time[some] ** 2 * part * (1.0 - part)
+    return x
+
+
+def _speed_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
+    """Return the speed (N,) m/s at a part (N,) of the way in plan of some pieces (N,)."""
+    time = segments.time[some]
+    flies = time > 0.0
+    velocity = (segments.end[some] - segments.begin[some]) / np.where(flies, time, 1.0)[:, None]
+    velocity[:, 2] += segments.gravity * time * (0.5 - part)
+    v0, v1 = segments.speed[some].T
+    return np.asarray(np.where(flies, np.linalg.norm(velocity, axis=1), (1.0 - part) * v0 + part * v1))

@@ -1,0 +1,151 @@
+"""Find how far beyond the toe of the face rocks stop, and how fast and high they pass there.
+
+The toe of a rock is the foot of the first face below its release, along the straight line in plan from its release to
+its end: where the ground is less steep than STEEP for FLAT metres after a stretch that is steeper.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.report.run_files import Ends, RunFiles
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.height_image import height_image, heights_at
+from rpf3d_core.unknowns.predictive import ranked_if_enough
+
+STEEP = 45.0
+"""Slope (degrees) from which the ground counts as a face; bench faces have 55 to 85, catch benches below 15."""
+FLAT = 1.0
+"""Length (m) of less steep ground that ends a face."""
+MOST_ROCKS = 100_000
+"""Largest number of rocks whose toe is searched; more are represented by an even selection."""
+AT_ONCE = 2000
+"""Number of rocks whose lines are processed together, which limits the memory."""
+POINTS = 200
+"""Number of points along the line of a rock."""
+LEAST_REACH = 10.0
+"""Least length (m) of the line on which the toe of a rock is searched."""
+SHORTEST = 1.0
+"""Runout (m) below which the direction of a rock is not its own, but the mean of all rocks."""
+BEYOND = 1e9
+"""Distance (m) that stands for rocks that did not stop: farther than any terrain."""
+FAR = 1e6
+"""Distance (m) from which a result means beyond the terrain."""
+
+
+class Figure(NamedTuple):
+    """A result with both 95 % intervals; an end or interval that is not known is None."""
+
+    value: float | None
+    sampling: tuple[float | None, float | None] | None
+    predictive: tuple[float | None, float | None] | None
+
+
+class BeyondToe(NamedTuple):
+    """How far N rocks, an even selection of all, stop beyond the toe.
+
+    rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan
+    toe : (N,) m from the release to the toe; distance : (N,) m beyond the toe, negative before it, BEYOND if the rock
+        did not stop
+    set : (N,) parameter set of each rock; None without unknowns
+    """
+
+    rows: NDArray[np.int64]
+    along: FloatArray
+    toe: FloatArray
+    distance: FloatArray
+    set: NDArray[np.int64] | None
+
+
+def beyond_toe(run: RunFiles) -> BeyondToe:
+    """Return how far rocks stop beyond the toe; rocks that have no face below them are left out."""
+    rows = np.unique(np.linspace(0, len(run.ends.runout) - 1, MOST_ROCKS).astype(np.int64))
+    along = directions(run.ends)[rows]
+    toe = toes(run, run.ends.release[rows], along, run.ends.runout[rows])
+    distance = np.where(run.ends.at_rest[rows], run.ends.runout[rows] - toe, BEYOND)
+    known = np.isfinite(toe)
+    return BeyondToe(
+        rows=rows[known], along=along[known], toe=toe[known], distance=distance[known],
+        set=None if run.ends.set is None else run.ends.set[rows[known]],
+    )  # fmt: skip
+
+
+def directions(ends: Ends) -> FloatArray:
+    """Return the direction (N, 2) in plan from the release to the end of each rock; the mean of all for short ones."""
+    way = ends.end[:, :2] - ends.release[:, :2]
+    length = np.linalg.norm(way, axis=1)
+    mean = way.sum(axis=0)
+    mean = mean / np.linalg.norm(mean) if np.any(mean) else np.array([1.0, 0.0])
+    long = length >= SHORTEST
+    return np.where(long[:, None], way / np.where(long, length, 1.0)[:, None], mean)
+
+
+def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArray) -> FloatArray:
+    """Return the distance (N,) m in plan from each release to the foot of the first face; NaN where there is none.
+
+    release : (N, 3) m; along : (N, 2) unit vectors; runout : (N,) m, by which the search is limited
+    """
+    if len(runout) == 0:
+        return np.empty(0)
+    length = np.maximum(runout, max(float(np.percentile(runout, 95)), LEAST_REACH))
+    ends = release[:, :2] + length[:, None] * along
+    image = height_image(run.terrain, np.concatenate([release[:, :2], ends]), LEAST_REACH)
+    found = []
+    for begin in range(0, len(runout), AT_ONCE):
+        some = slice(begin, begin + AT_ONCE)
+        distance = length[some, None] * np.linspace(0.0, 1.0, POINTS)
+        ground = heights_at(image, release[some, None, :2] + distance[..., None] * along[some, None, :])
+        found += [foot_of_face(s, z) for s, z in zip(distance, ground, strict=True)]
+    return np.array(found)
+
+
+def foot_of_face(distance: FloatArray, ground: FloatArray) -> float:
+    """Return the distance (m) of the foot of the first face along a line; NaN without a face, or if the line leaves it.
+
+    distance, ground : (S,) m
+    """
+    step = np.diff(distance)
+    with np.errstate(invalid="ignore"):
+        steep = np.diff(ground) < -step * math.tan(math.radians(STEEP))
+    first = np.flatnonzero(steep)
+    if len(first) == 0:
+        return math.nan
+    last = first[0]
+    for i in first[1:]:
+        if distance[i] - distance[last + 1] > FLAT:
+            break
+        last = i
+    return float(distance[last + 1]) if last + 1 < len(step) else math.nan
+
+
+def percentile_of(values: FloatArray, sets: NDArray[np.int64] | None, count: int, wanted: int) -> Figure:
+    """Return a percentile of values (N,) of rocks, with its sampling interval and its interval over parameter sets.
+
+    sets : (N,) parameter set of each value, None without unknowns; count : number of sets; wanted : such as 90
+    """
+    if len(values) == 0:
+        return Figure(value=None, sampling=None, predictive=None)
+    sample = Sample(values)
+    return Figure(
+        value=sample.percentiles((wanted,))[0],
+        sampling=sample.interval(wanted),
+        predictive=None if sets is None else _over_sets(values, sets, count, wanted),
+    )
+
+
+def _over_sets(values: FloatArray, sets: NDArray[np.int64], count: int, wanted: int) -> tuple[float, float] | None:
+    """Return the predictive interval of a percentile; None if fewer than 39 sets have rocks enough for it.
+
+    A set has rocks enough if at least one is expected beyond the percentile.
+    """
+    fewest = math.ceil(100.0 / (100.0 - wanted))
+    each = np.full((count, 1), np.nan)
+    for number in range(count):
+        mine = values[sets == number]
+        if len(mine) >= fewest:
+            each[number, 0] = np.percentile(mine, wanted, method="inverted_cdf")
+    low, high = ranked_if_enough(each)
+    return None if math.isnan(low[0]) else (float(low[0]), float(high[0]))

@@ -1,0 +1,209 @@
+"""The 3D view of a report: terrain, kept paths and hazard maps as plotly figures, whose script is part of the file.
+
+plotly is the library because its script comes with its wheel, so that a report needs no network; the script is 4.8 MB.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.accuracy.decimated import decimated_mesh
+from rpf3d_core.report.need import needed
+from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
+from rpf3d_core.terrain.facets import unit_normals
+from rpf3d_core.terrain.frame import FloatArray
+
+MOST_TRIANGLES = 300_000
+"""Largest number of triangles of the terrain in a report; browsers turn more only with a jerk."""
+MARGIN = 0.5
+"""How much terrain around the rocks is shown, as a share (-) of the larger extent of the rocks in plan."""
+LEAST_MARGIN = 25.0
+"""Least width (m) of terrain around the rocks."""
+RAISED, LEAST_RAISED = 0.003, 0.25
+"""Distance of the hazard map from the ground, so that the terrain does not hide it: share (-) of the view, and m."""
+GROUND_SCALE = [[0.0, "#4c4437"], [0.5, "#9c8f76"], [1.0, "#e6dfd0"]]
+LIGHT = np.array([-0.5, 0.5, 0.7071])
+"""Direction to the light, unit vector, local frame."""
+UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
+PARTS, FINEST, MOST_DRAPED = (0.5, 1.0, 2.0), 0.5, 40_000
+"""Triangles of a draped map are cut until their edges are below the first of these parts of a cell that gives at most
+this number of triangles, and never below FINEST (m).
+"""
+PATH = "#10203a"
+MAPS = (
+    ("reach_probability_high", None, "reach probability, upper end of the predictive interval", 100.0, "%"),
+    ("reach_probability", None, "reach probability", 100.0, "%"),
+    ("energy_j", "p95", "p95 energy", 1e-3, "kJ"),
+)
+"""Hazard maps of the view: file, band, title, factor to the unit shown, and that unit."""
+
+
+class Seen(NamedTuple):
+    """The part of the terrain in the view; vertices (V, 3) m, local, and triangles (F, 3); of : triangles before."""
+
+    vertices: FloatArray
+    triangles: NDArray[np.int32]
+    of: int
+
+
+def view_html(run: RunFiles, looking: FloatArray) -> str:
+    """Return the view as an HTML fragment without the script of plotly.
+
+    looking : (2,) unit vector in plan, from the face outwards; the view looks against it
+
+    Raises
+    ------
+    InputError
+        plotly is not installed.
+    """
+    go = needed("plotly.graph_objects")
+    seen = terrain_seen(run)
+    traces = [_terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), _releases(go, run)]
+    figure = go.Figure(data=traces, layout=_layout(run, looking))
+    html: str = figure.to_html(full_html=False, include_plotlyjs=False, default_height="640px", config={
+        "displaylogo": False, "responsive": True,
+    })  # fmt: skip
+    return html
+
+
+def script() -> str:
+    """Return the script of plotly, from its wheel; `InputError` if plotly is not installed."""
+    return str(needed("plotly.offline").get_plotlyjs())
+
+
+def terrain_seen(run: RunFiles) -> Seen:
+    """Return the terrain around the rocks, with at most about MOST_TRIANGLES triangles."""
+    vertices, triangles = run.terrain.vertices, run.terrain.triangles
+    places = np.concatenate([run.ends.release[:, :2], run.ends.end[:, :2], run.paths.x[:, :2]])
+    low, high = places.min(axis=0), places.max(axis=0)
+    margin = max(MARGIN * float((high - low).max()), LEAST_MARGIN)
+    corners = vertices[triangles][:, :, :2]
+    near = ((corners.max(axis=1) >= low - margin) & (corners.min(axis=1) <= high + margin)).all(axis=1)
+    used, inverse = np.unique(triangles[near], return_inverse=True)
+    points, facets = vertices[used], inverse.reshape(-1, 3).astype(np.int32)
+    if len(facets) > MOST_TRIANGLES:
+        points, small = decimated_mesh(points, facets, MOST_TRIANGLES / len(facets))
+        return Seen(vertices=points, triangles=small, of=len(facets))
+    return Seen(vertices=points, triangles=facets, of=len(facets))
+
+
+def _terrain(go: Any, seen: Seen) -> Any:
+    """Return the terrain, with shade from a light in the north-west, as on maps."""
+    points = seen.vertices.astype(np.float32)
+    i, j, k = seen.triangles.T
+    shade = (unit_normals(seen.vertices, seen.triangles) @ LIGHT).astype(np.float32)
+    return go.Mesh3d(
+        x=points[:, 0], y=points[:, 1], z=points[:, 2], i=i, j=j, k=k, intensity=shade, intensitymode="cell",
+        colorscale=GROUND_SCALE, cmin=-0.6, cmax=1.0, showscale=False, name="terrain", showlegend=True,
+        hoverinfo="skip", lighting=UNLIT,
+    )  # fmt: skip
+
+
+def _hazard(go: Any, run: RunFiles, seen: Seen) -> list[Any]:
+    """Return the hazard maps draped over the terrain; only the first is shown until the reader chooses another."""
+    found = [(each, grid) for each in MAPS if (grid := read_hazard(run, each[0], each[1])) is not None]
+    return [_map(go, seen, grid, each, shown=i == 0) for i, (each, grid) in enumerate(found)]
+
+
+def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Any:
+    """Return a hazard map as triangles just above those of the terrain."""
+    _, _, title, factor, unit = what
+    corners, values = draped(seen, grid)
+    points = corners.reshape(-1, 3).astype(np.float32)
+    first = 3 * np.arange(len(corners), dtype=np.int32)
+    return go.Mesh3d(
+        x=points[:, 0], y=points[:, 1], z=points[:, 2], i=first, j=first + 1, k=first + 2,
+        intensity=(factor * values).astype(np.float32), intensitymode="cell", colorscale="YlOrRd", cmin=0.0,
+        name=f"{title} ({unit})", showlegend=True, visible=True if shown else "legendonly", hoverinfo="skip",
+        lighting=UNLIT, opacity=0.8, colorbar={"title": {"text": unit}, "len": 0.6, "thickness": 14},
+    )  # fmt: skip
+
+
+def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
+    """Return the part of the terrain with values of a hazard map: corners (N, 3, 3) m, raised, and values (N,).
+
+    Triangles are cut until they are finer than a part of a cell, so that each has the value of one cell. With very
+    many cells, the triangles of the terrain stay whole, and each has the value of the cell below its middle.
+    """
+    corners = seen.vertices[seen.triangles]
+    corners = corners[_near_values(grid, corners)]
+    tries = (_cut(grid, corners, part, MOST_DRAPED) for part in PARTS)
+    fine = next((each for each in tries if each is not None), corners)
+    values = grid.at(fine.mean(axis=1)[:, :2])
+    known = ~np.isnan(values)
+    normal = np.cross(fine[:, 1] - fine[:, 0], fine[:, 2] - fine[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    raised = max(LEAST_RAISED, RAISED * float(np.ptp(seen.vertices[:, :2], axis=0).max()))
+    return (fine + raised * normal[:, None, :])[known], values[known]
+
+
+def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = None) -> FloatArray | None:
+    """Return triangles (N, 3, 3) m cut to edges below a part of a cell, without those that meet no value.
+
+    None if there are more than `most`.
+    """
+    longest = max(part * grid.cell, FINEST)
+    while (coarse := _longest_edge(corners) > longest).any():
+        if most is not None and len(corners) > most:
+            return None
+        smaller = _quartered(corners[coarse])
+        corners = np.concatenate([corners[~coarse], smaller[_near_values(grid, smaller)]])
+    return corners
+
+
+def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
+    """Return True (N,) for triangles (N, 3, 3) whose boxes in plan meet a cell with a value."""
+    known = np.pad(np.cumsum(np.cumsum(~np.isnan(grid.values), axis=0), axis=1), ((1, 0), (1, 0)))
+    rows, columns = grid.values.shape
+    column = np.floor((corners[:, :, 0] - grid.x) / grid.dx)
+    row = np.floor((corners[:, :, 1] - grid.y) / grid.dy)
+    left, right = (np.clip(end, 0, columns).astype(np.int64) for end in (column.min(axis=1), column.max(axis=1) + 1))
+    first, last = (np.clip(end, 0, rows).astype(np.int64) for end in (row.min(axis=1), row.max(axis=1) + 1))
+    count = known[last, right] - known[first, right] - known[last, left] + known[first, left]
+    return np.asarray(count > 0)
+
+
+def _longest_edge(corners: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1))
+
+
+def _quartered(corners: FloatArray) -> FloatArray:
+    """Return four triangles (4 N, 3, 3) for each triangle (N, 3, 3), cut at the middles of its edges."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+    parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+    return np.concatenate([np.stack(part, axis=1) for part in parts])
+
+
+def _paths(go: Any, run: RunFiles) -> Any:
+    """Return the kept paths as one line with gaps."""
+    parts = [run.paths.x[a:b] for a, b in zip(run.paths.starts[:-1], run.paths.starts[1:], strict=True)]
+    gap = np.full((1, 3), np.nan)
+    points = np.concatenate([part for path in parts for part in (path, gap)] or [gap]).astype(np.float32)
+    return go.Scatter3d(
+        x=points[:, 0], y=points[:, 1], z=points[:, 2], mode="lines", line={"color": PATH, "width": 1.5},
+        name=f"paths ({len(parts):,} of {run.summary['rocks']:,} rocks)", connectgaps=False, hoverinfo="skip",
+    )  # fmt: skip
+
+
+def _releases(go: Any, run: RunFiles) -> Any:
+    some = np.unique(np.linspace(0, len(run.ends.release) - 1, 500).astype(np.int64))
+    x, y, z = run.ends.release[some].T.astype(np.float32)
+    marker = {"size": 2.5, "color": "#b3007a"}
+    return go.Scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, name="releases", hoverinfo="skip")
+
+
+def _layout(run: RunFiles, looking: FloatArray) -> dict[str, Any]:
+    """Return the layout: equal scales on all axes, coordinates relative to an origin that the axes name."""
+    titles = [
+        f"{axis} - {origin:,.0f} (m)" for axis, origin in zip(("E", "N", "z"), run.terrain.frame.origin, strict=True)
+    ]
+    axes = {f"{name}axis": {"title": {"text": title}, "backgroundcolor": "#f4f4f2", "gridcolor": "#dddddd"}
+            for name, title in zip("xyz", titles, strict=True)}  # fmt: skip
+    eye = {"x": 1.2 * float(looking[0]) + 0.35, "y": 1.2 * float(looking[1]) + 0.35, "z": 0.7}
+    return {
+        "scene": {**axes, "aspectmode": "data", "camera": {"eye": eye}, "dragmode": "turntable"},
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "legend": {"x": 0.0, "y": 1.0, "bgcolor": "rgba(255,255,255,0.8)"}, "paper_bgcolor": "white",
+    }  # fmt: skip

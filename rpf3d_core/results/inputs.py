@@ -1,0 +1,68 @@
+"""Write inputs.json of a result: the scene as it was run, where its values come from, and the run's warnings.
+
+`rpf3d report` reads this file, so that a report needs the result folder only. Files of the scene are given by name.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.results.certainty import surer_than_it_may_be
+from rpf3d_core.results.findings import Run
+from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.scene.model import Scene
+
+INPUTS = "inputs.json"
+ASSUMED, RANGES, CALIBRATED = "assumed", "ranges", "calibrated"
+"""How a scene knows its ground: single values, ranges of books or estimates, or a sample of a calibration."""
+
+
+def write_inputs(folder: Path, run: Run) -> None:
+    """Write inputs.json into the result folder of a run."""
+    text = json.dumps(inputs_section(run), indent=2, allow_nan=False)
+    (folder / INPUTS).write_text(text + "\n", encoding="utf-8")
+
+
+def inputs_section(run: Run) -> dict[str, Any]:
+    """Return the scene of a run, the sources of its values, and its warnings, as plain values for JSON."""
+    return {
+        "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
+        "ground": ground_known_by(run.scene),
+        "library": _library(run.scene),
+        "warnings": warnings_of_run(run),
+        "surer_than_it_may_be": surer_than_it_may_be(run),
+    }
+
+
+def ground_known_by(scene: Scene) -> str:
+    """Return how a scene knows its ground: ASSUMED, RANGES or CALIBRATED."""
+    if not scene.has_unknowns or scene.unknowns is None:
+        return ASSUMED
+    return RANGES if scene.unknowns.sample is None else CALIBRATED
+
+
+def _library(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Return the published sources of the library entries that a scene names, and their numbers without a range."""
+    names = {material.library for material in scene.materials.values() if material.library is not None}
+    if not names:
+        return {}
+    from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
+
+    found = {name: ENTRIES[name] for name in sorted(names)}
+    return {
+        name: {
+            "ground": entry.ground, "source": entry.source, "confirmed": entry.confirmed, "note": entry.note,
+            "numbers": {key: value for key, value in entry.ranges.items() if isinstance(value, float)},
+        }
+        for name, entry in found.items()
+    }  # fmt: skip
+
+
+def _names_of_files(value: Any) -> Any:
+    """Return a value of a scene with file names in place of paths, lists in place of tuples."""
+    if isinstance(value, Path):
+        return value.name
+    if isinstance(value, Mapping):
+        return {str(key): _names_of_files(item) for key, item in value.items()}
+    return [_names_of_files(item) for item in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,20 @@
+"""Sentences for a reader of a run's results: warnings, and where the answer is surer than it can be."""
+
+from rpf3d_core.ensemble.statistics import words_on_pieces
+from rpf3d_core.hazard.benches import lost_in_words
+from rpf3d_core.results.findings import Run
+from rpf3d_core.results.hazard_zones import zones_without_cells
+from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
+
+
+def warnings_of_run(run: Run) -> list[str]:
+    """Return the warnings about a run: rocks lost to holes, terrain, suspicious values, empty zones, fragments."""
+    totals = run.totals
+    return [
+        *([lost_in_words(run.maps.lost, totals.rocks)] if run.maps.lost else []),
+        *run.faults.remarks,
+        *warnings_of(run.scene),
+        *warnings_of_speed(totals.max_speed.high),
+        *zones_without_cells(run.maps, run.scene.hazard),
+        *([words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []),
+    ]

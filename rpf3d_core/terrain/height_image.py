@@ -1,0 +1,61 @@
+"""Heights of the ground at many points, from an image of the terrain seen from above."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.plan_view import PlanView, Window, seen_from_above
+
+FINEST = 0.25
+"""Smallest side (m) of a pixel."""
+MOST_PIXELS = 3000
+"""Largest number of pixels along the longer side of the image."""
+
+
+class HeightImage(NamedTuple):
+    """The uppermost facet of the terrain at each pixel, from which heights are computed on the facet's plane."""
+
+    terrain: Terrain
+    view: PlanView
+
+
+def height_image(terrain: Terrain, places: FloatArray, margin: float, finest: float = FINEST) -> HeightImage:
+    """Return the heights of the terrain around places (N, 2) m in plan, and up to a margin (m) beyond them.
+
+    finest : smallest side (m) of a pixel
+    """
+    low, high = places.min(axis=0) - margin, places.max(axis=0) + margin
+    window = Window(left=float(low[0]), right=float(high[0]), bottom=float(low[1]), top=float(high[1]))
+    pixels = int(np.clip(max(window.width, window.height) / finest, 1, MOST_PIXELS))
+    return HeightImage(terrain=terrain, view=seen_from_above(terrain, window, pixels))
+
+
+def heights_at(image: HeightImage, plan: FloatArray) -> FloatArray:
+    """Return the height (...,) m of the ground at points (..., 2) m in plan; NaN outside and on holes.
+
+    Near the edge of a facet, the plane of the neighbour may count, up to half a pixel beyond the edge.
+    """
+    points = plan.reshape(-1, 2)
+    facet = _facets_at(image.view, points)
+    height = np.full(len(points), np.nan)
+    on = np.flatnonzero(facet >= 0)
+    corners = image.terrain.vertices[image.terrain.triangles[facet[on]]]
+    a, normal = corners[:, 0], np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    away = points[on] - a[:, :2]
+    height[on] = a[:, 2] - (normal[:, 0] * away[:, 0] + normal[:, 1] * away[:, 1]) / normal[:, 2]
+    return height.reshape(plan.shape[:-1])
+
+
+def _facets_at(view: PlanView, points: FloatArray) -> NDArray[np.integer]:
+    """Return the uppermost facet (N,) at points (N, 2) m; -1 for none."""
+    rows, columns = view.facet.shape
+    window = view.window
+    column = np.floor((points[:, 0] - window.left) / window.width * columns).astype(np.int64)
+    row = np.floor((points[:, 1] - window.bottom) / window.height * rows).astype(np.int64)
+    inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    found = np.full(len(points), -1, dtype=np.int64)
+    found[inside] = view.facet[row[inside], column[inside]]
+    return found

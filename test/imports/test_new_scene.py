@@ -1,0 +1,225 @@
+"""A new scene runs unedited for every format of terrain, states what was found, and places its source over a crest."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from benches_fallen_from import HEIGHT, TOE, bench
+from jsonschema import Draft202012Validator
+from mine_files import EAST, NORTH, at_site, write_dxf, write_landxml, write_las, write_omf, write_surpac
+from terrain_files import ascii_stl
+from typer.testing import CliRunner
+
+from rpf3d_core import simulate
+from rpf3d_core.cli import app
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.yaml import read_yaml
+from rpf3d_core.imports.crests import OVER, crests_of
+from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
+from rpf3d_core.scene.json_schema import scene_schema
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.terrain.facets import Terrain
+
+FALLEN = 5.0
+"""Drop (m) that shows that a rock left the crest and fell down the face of 15 m."""
+
+
+def surveyed() -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) m and triangles of the bench as a survey has it: points every metre."""
+    x, y = np.arange(-20.0, 61.0), np.arange(-20.0, 21.0)
+    z = np.interp(x, [-20.0, 0.0, TOE, 60.0], [HEIGHT, HEIGHT, 0.0, 0.0])
+    vertices = np.array([(a, b, c) for b in y for a, c in zip(x, z, strict=True)])
+    first = np.array([i + len(x) * j for j in range(len(y) - 1) for i in range(len(x) - 1)])
+    squares = first[:, None] + np.array([0, 1, len(x) + 1, len(x)])
+    halves = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]]])
+    return vertices, np.ascontiguousarray(halves, dtype=np.int32)
+
+
+def write_obj(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    path.write_text("\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles.tolist())]) + "\n")
+    return path
+
+
+def write_stl(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
+    path.write_text(ascii_stl(vertices[triangles]))
+    return path
+
+
+def write_asc(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
+    """Write the bench as an elevation grid of 1 m."""
+    rows = [" ".join(f"{z:.3f}" for z in vertices[vertices[:, 1] == y][:, 2]) for y in np.unique(vertices[:, 1])[::-1]]
+    left, low = vertices[:, 0].min() - 0.5, vertices[:, 1].min() - 0.5
+    head = f"ncols {len(rows[0].split())}\nnrows {len(rows)}\nxllcorner {left}\nyllcorner {low}\ncellsize 1\n"
+    path.write_text(head + "\n".join(rows) + "\n")
+    return path
+
+
+def write_cloud(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
+    return write_las(path, vertices, crs=32719)
+
+
+FORMATS = {
+    "pit.obj": (write_obj, ()), "pit.stl": (write_stl, ()), "pit.asc": (write_asc, ()),
+    "pit.dxf": (write_dxf, ("ezdxf",)), "pit.xml": (write_landxml, ()), "pit.dtm": (write_surpac, ()),
+    "pit.omf": (write_omf, ("omf",)), "pit.las": (write_cloud, ("laspy", "pyproj")),
+}  # fmt: skip
+
+
+def drops(scene: Path) -> np.ndarray:
+    """Fly 64 rocks of a scene, one for each parameter set; return how deep (N,) m they fell."""
+    deposits = simulate(read_scene(scene), engine="reference", rocks=64).flights.deposits
+    return deposits.release[:, 2] - deposits.x[:, 2]
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_new_scene_of_each_format_runs_unedited_and_its_rocks_fall(name: str, tmp_path: Path) -> None:
+    write, libraries = FORMATS[name]
+    for library in libraries:
+        pytest.importorskip(library)
+    vertices, triangles = surveyed()
+    write(tmp_path / name, at_site(vertices), triangles)
+    written = write_new_scene(tmp_path / "site", tmp_path / name, FileChoice())
+    fallen = drops(written.path)
+    assert len(fallen) == 64
+    assert (fallen > FALLEN).mean() > 0.9
+
+
+def test_a_new_scene_keeps_survey_coordinates_layers_and_reference_system(tmp_path: Path) -> None:
+    pytest.importorskip("ezdxf")
+    vertices, triangles = surveyed()
+    write_dxf(tmp_path / "pit.dxf", at_site(vertices), triangles)
+    text = write_new_scene(tmp_path / "site", tmp_path / "pit.dxf", FileChoice(crs="EPSG:32719")).path.read_text()
+    assert '"wall": {library: bedrock' in text and '"floor": {library: bedrock' in text
+    assert 'crs: "EPSG:32719"   # as you stated' in text
+    assert f"x {EAST - 20:.0f} to {EAST + 60:.0f}, y {NORTH - 20:.0f} to {NORTH + 20:.0f}, z 800 to 815" in text
+    (source,) = read_scene(tmp_path / "site" / "scene.yaml").sources
+    x, y, _ = np.array(source.line).T
+    assert x == pytest.approx(np.full(len(x), EAST + OVER), abs=0.3)
+    assert y.min() >= NORTH - 20 and y.max() <= NORTH + 20
+
+
+def test_a_reference_system_that_the_file_states_is_kept(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    mesh = write_asc(tmp_path / "pit.asc", at_site(vertices), triangles)
+    with rasterio.open(mesh) as grid:
+        facts = {**grid.profile, "driver": "GTiff", "crs": "EPSG:32719"}
+        with rasterio.open(tmp_path / "pit.tif", "w", **facts) as file:
+            file.write(grid.read())
+    written = write_new_scene(tmp_path / "site", tmp_path / "pit.tif", FileChoice())
+    assert 'crs: "EPSG:32719"   # as the file states' in written.path.read_text()
+    assert read_scene(written.path).terrain.crs == "EPSG:32719"
+
+
+def test_millimetres_and_y_up_are_read_as_told(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    turned = 1000.0 * np.column_stack([vertices[:, 0], vertices[:, 2], -vertices[:, 1]])
+    write_obj(tmp_path / "pit.obj", turned, triangles)
+    written = write_new_scene(tmp_path / "site", tmp_path / "pit.obj", FileChoice(up="y", unit="mm"))
+    assert (drops(written.path) > FALLEN).mean() > 0.9
+
+
+def test_a_crest_lies_just_over_the_brow() -> None:
+    (crest,) = crests_of(bench())
+    assert crest.height == pytest.approx(HEIGHT, abs=0.2)
+    assert crest.length == pytest.approx(100.0, abs=6.0)
+    assert crest.points[:, 0] == pytest.approx(np.full(len(crest.points), OVER), abs=0.15)
+    assert (crest.points[:, 2] < HEIGHT).all(), "over the brow, on the face"
+
+
+@pytest.mark.parametrize("turn_deg", [37.0, 90.0, 180.0, 270.0])
+def test_crests_are_found_in_every_direction(turn_deg: float) -> None:
+    flat = bench()
+    cosine, sine = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    crests = crests_of(Terrain(flat.vertices @ turn.T, flat.triangles, flat.zone, flat.zones))
+    back = np.concatenate([crest.points for crest in crests]) @ turn
+    assert back[:, 0] == pytest.approx(np.full(len(back), OVER), abs=0.4)
+    assert sum(crest.length for crest in crests) > 75.0
+
+
+def test_no_crest_lies_at_the_toe_or_on_low_steps() -> None:
+    flat = bench()
+    low = Terrain(flat.vertices * (1.0, 1.0, 0.1), flat.triangles, flat.zone, flat.zones)
+    assert crests_of(low) == []
+    assert all((crest.points[:, 2] > 0.5 * HEIGHT).all() for crest in crests_of(flat))
+
+
+def test_without_a_crest_the_scene_says_so_and_still_runs(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    write_obj(tmp_path / "hill.obj", vertices * (1.0, 1.0, 0.2), triangles)
+    written = write_new_scene(tmp_path / "site", tmp_path / "hill.obj", FileChoice())
+    assert any("no crest found" in sentence for sentence in written.sentences)
+    assert "CHECK: no crest was found" in written.path.read_text()
+    assert len(drops(written.path)) == 64
+
+
+def test_a_new_scene_is_valid_by_the_schema_that_its_first_line_names(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    write_obj(tmp_path / 'north "wall" #2.obj', vertices, triangles)
+    written = write_new_scene(tmp_path / "site", tmp_path / 'north "wall" #2.obj', FileChoice())
+    first = written.path.read_text().splitlines()[0]
+    assert first == "# yaml-language-server: $schema=scene.schema.json"
+    schema = json.loads((tmp_path / "site" / "scene.schema.json").read_text())
+    assert schema == json.loads(json.dumps(scene_schema()))
+    values = json.loads(json.dumps(read_yaml(written.path).values))
+    assert list(Draft202012Validator(schema).iter_errors(values)) == []
+
+
+def test_intervals_of_a_new_scene_are_predictive(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    write_obj(tmp_path / "pit.obj", vertices, triangles)
+    scene = read_scene(write_new_scene(tmp_path / "site", tmp_path / "pit.obj", FileChoice()).path)
+    assert scene.has_unknowns and scene.unknowns is not None and scene.unknowns.sets == 64
+
+
+def test_commented_crests_are_valid_sources(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    two = np.concatenate([vertices, vertices * (-1.0, -1.0, 1.0) - (60.0, 0.0, 0.0)])
+    write_obj(tmp_path / "pit.obj", two, np.concatenate([triangles, triangles + len(vertices)]))
+    path = write_new_scene(tmp_path / "site", tmp_path / "pit.obj", FileChoice()).path
+    lines = path.read_text().splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("  # - name: crest_2"))
+    last = next(i for i, line in enumerate(lines) if i > first and "rocks:" in line)
+    lines[first : last + 1] = [line.replace("# ", "", 1) for line in lines[first : last + 1]]
+    path.write_text("\n".join(lines) + "\n")
+    assert [source.name for source in read_scene(path).sources] == ["crest_1", "crest_2"]
+
+
+def test_a_folder_with_files_is_not_touched(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    write_obj(tmp_path / "pit.obj", vertices, triangles)
+    with pytest.raises(InputError, match="is not empty"):
+        write_new_scene(tmp_path, tmp_path / "pit.obj", FileChoice())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--terrain", "no.obj"], "no.obj"),
+        (["--terrain", "pit.00t"], "export the triangulation from Vulcan as DXF"),
+        (["--terrain", "pit.obj", "--up", "x"], "--up is 'x'; it must be y or z"),
+        (["--terrain", "pit.obj", "--unit", "feet"], "--unit is 'feet'; it must be one of mm, "),
+    ],
+)
+def test_wrong_input_is_refused_and_leaves_nothing(
+    options: list[str], message: str, tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    vertices, triangles = surveyed()
+    write_obj(tmp_path / "pit.obj", vertices, triangles)
+    (tmp_path / "pit.00t").write_bytes(b"\0")
+    done = CliRunner().invoke(app, ["new", "site", *options])
+    assert isinstance(done.exception, InputError) and message in str(done.exception)
+    assert not (tmp_path / "site").exists()
+
+
+def test_the_command_says_what_was_found_and_what_comes_next(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    write_obj(tmp_path / "pit.obj", vertices, triangles)
+    done = CliRunner().invoke(app, ["new", str(tmp_path / "site"), "--terrain", str(tmp_path / "pit.obj")])
+    assert done.exit_code == 0, done.output
+    assert "1 crest candidate" in done.output and "above a face of 15 m" in done.output
+    assert f"next: rpf3d run {tmp_path / 'site' / 'scene.yaml'} --out OUT" in done.output

@@ -1,0 +1,229 @@
+"""A report is complete, says first what weakens it, and needs nothing but its one file."""
+
+import json
+import re
+import shutil
+import sys
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from benches_fallen_from import bench
+from typer.testing import CliRunner
+
+from rpf3d_core.cli import app
+from rpf3d_core.errors import InputError
+from rpf3d_core.report import view
+from rpf3d_core.report.blocks import Heading, Table, Text, Warnings
+from rpf3d_core.report.content import FIELDS, LIMITS, report_blocks
+from rpf3d_core.report.html import html_document
+from rpf3d_core.report.pdf import quoted, write_pdf
+from rpf3d_core.report.report import write_report
+from rpf3d_core.report.run_files import read_hazard, read_run
+from rpf3d_core.report.view import draped, terrain_seen
+from rpf3d_core.report.words import UNKNOWN
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.reading import read_scene
+
+SECTIONS = [
+    "The answer", "Terrain, paths and hazard", "Critical section", "Retention of each bench", "Distance from the toe",
+    "Where a fence would stand", "Inputs and where they come from", "Limits of the answer", "Sign-off",
+]  # fmt: skip
+
+
+class Page(HTMLParser):
+    """The text of a page outside scripts, and everything that it would fetch."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.words, self.fetched, self._within = [], [], ""
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        self._within = tag
+        self.fetched += [value for name, value in attrs if name in ("src", "href", "data", "srcset", "action")]
+
+    def handle_data(self, data):
+        if self._within not in ("script", "style"):
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+def tables(blocks, header):
+    return [block for block in blocks if isinstance(block, Table) and block.header[0] == header]
+
+
+def test_a_report_has_every_section_in_order_and_warnings_first(report) -> None:
+    text = Page(report[0].read_text(encoding="utf-8")).text
+    places = [text.index(section) for section in SECTIONS]
+    assert places == sorted(places)
+    assert text.index("Read first") < places[0]
+    assert all(sentence in text for sentence in (*LIMITS, *FIELDS))
+
+
+def test_a_report_identifies_its_run(report, unknown_ground) -> None:
+    text = Page(report[0].read_text(encoding="utf-8")).text
+    summary = json.loads((unknown_ground / "summary.json").read_text())
+    assert "North wall <stage 3> & #[ramp]_*" in text
+    for fact in (summary["scene"]["digest"], summary["versions"]["rpf3d"], "bench_15m.yaml", "128 of 128", "64"):
+        assert fact in text
+
+
+def test_what_makes_the_answer_too_sure_stands_first(unknown_ground, known_ground) -> None:
+    for folder, expected in ((unknown_ground, "not from a calibration"), (known_ground, "every coefficient counts as")):
+        blocks = report_blocks(read_run(folder), "site")
+        first = next(i for i, block in enumerate(blocks) if isinstance(block, Warnings))
+        assert first == 2, "title, facts of the run, then warnings"
+        assert any(expected in sentence for sentence in blocks[first].sentences)
+
+
+def test_warnings_of_the_run_are_in_the_report(unknown_ground, tmp_path) -> None:
+    folder = shutil.copytree(unknown_ground, tmp_path / "run")
+    inputs = json.loads((folder / "inputs.json").read_text())
+    (folder / "inputs.json").write_text(json.dumps(inputs | {"warnings": ["a rock reaches 900 m/s"]}))
+    blocks = report_blocks(read_run(folder), "site")
+    assert any("A rock reaches 900 m/s." in block.sentences for block in blocks if isinstance(block, Warnings))
+
+
+def test_an_interrupted_run_says_so_first(unknown_ground, tmp_path) -> None:
+    folder = shutil.copytree(unknown_ground, tmp_path / "run")
+    summary = json.loads((folder / "summary.json").read_text())
+    (folder / "summary.json").write_text(json.dumps(summary | {"partial": True, "rocks_planned": 6400}))
+    warnings = next(block for block in report_blocks(read_run(folder), "site") if isinstance(block, Warnings))
+    assert warnings.sentences[0] == "The run was interrupted: 128 of 6,400 rocks have flown."
+
+
+def test_every_share_has_both_intervals_the_predictive_first(unknown_ground) -> None:
+    blocks = report_blocks(read_run(unknown_ground), "site")
+    retained = tables(blocks, "zone")[0]
+    assert list(retained.header[-2:]) == ["95 % predictive", "95 % sampling"]
+    berm = next(row for row in retained.rows if row[0] == "berm")
+    assert re.fullmatch(r"[\d.]+ %", berm[2]) and berm[3] == "0-100 %"
+    assert berm[4] != berm[3] and UNKNOWN not in berm[3:]
+
+
+def test_without_unknowns_no_predictive_interval_is_claimed(known_ground) -> None:
+    blocks = report_blocks(read_run(known_ground), "site")
+    answer = next(block for block in blocks if isinstance(block, Table) and block.header[0] == "")
+    assert answer.rows and {row[2] for row in answer.rows} == {UNKNOWN}
+    assert any("Predictive intervals are not known" in block.text for block in blocks if isinstance(block, Text))
+
+
+def test_inputs_say_where_they_come_from(unknown_ground, known_ground) -> None:
+    blocks = report_blocks(read_run(unknown_ground), "site")
+    rows = {row[1]: row for row in tables(blocks, "material")[0].rows}
+    assert "library bedrock" in rows["normal restitution"][3] and " to " in rows["normal restitution"][2]
+    assert list(rows["friction angle deg"][2:]) == ["30", "stated in the scene"]
+    assert any(block.text.startswith("Ground: NOT calibrated") for block in blocks if isinstance(block, Text))
+    run = read_run(unknown_ground)
+    run.summary["scene"]["materials_with_default_friction"] = ["default"]
+    rows = {row[1]: row for row in tables(report_blocks(run, "site"), "material")[0].rows}
+    assert rows["friction angle deg"][3] == "NOT stated: the default of rpf3d"
+    known = tables(report_blocks(read_run(known_ground), "site"), "material")[0].rows
+    assert {row[3] for row in known} == {"stated in the scene"}
+
+
+def test_a_report_fetches_nothing(report) -> None:
+    html = report[0].read_text(encoding="utf-8")
+    assert [value[:40] for value in Page(html).fetched if not value.startswith("data:")] == []
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', html)
+    assert policy is not None and "default-src 'none'" in policy[1]
+    assert not re.search(r"https?:|\*", policy[1])
+
+
+def test_names_of_the_user_are_text_and_not_markup(tmp_path) -> None:
+    bad = '</title><script>alert(1)</script> "#eval(1)" \\ $x$ @ref'
+    blocks = [Heading(bad, 1), Text(bad), Warnings(bad, [bad]), Table((bad, "b"), [(bad, "1")])]
+    html = html_document(bad, blocks, "")
+    assert "<script>alert" not in html and html.count("&lt;script&gt;alert") == 7
+    assert quoted('a"\\\n') == '"a\\"\\\\\\n"'
+    write_pdf(tmp_path / "r.pdf", bad, blocks)
+    assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_pdf_is_a_pdf_of_some_pages(report) -> None:
+    content = report[1].read_bytes()
+    assert content.startswith(b"%PDF") and len(content) > 50_000
+
+
+def test_the_draped_map_has_the_values_of_its_cells(known_ground) -> None:
+    run = read_run(known_ground)
+    grid = read_hazard(run, "reach_probability")
+    assert grid is not None
+    seen = terrain_seen(run)
+    corners, values = draped(seen, grid)
+    middle = corners.mean(axis=1)
+    summary = run.summary["hazard"]["reach_probability"]
+    assert values.max() == pytest.approx(summary["max"])
+    same = np.isclose(grid.at(middle[:, :2]), values)
+    assert same.mean() > 0.9, "raising a map moves few triangles into the next cell"
+    releases = grid.at(run.ends.release[:, :2])
+    assert np.isfinite(releases).all() and releases.min() > 0.0, "rocks reach the cells where they start"
+
+
+SCENE = """\
+terrain: {files: [{path: bench.obj}], up: y}
+materials: {default: {normal_restitution: 0.3, tangential_restitution: 0.7}}
+sources: [{name: crest, points: [[-0.5, 15.5, 30], [-0.5, 15.5, 34]], rocks: 12, velocity: [2, 0, 0]}]
+hazard: {cell: 2}
+outputs: {pictures: false, recording: false}
+"""
+
+
+def test_a_map_with_y_up_lies_where_its_rocks_start(tmp_path) -> None:
+    terrain = bench()
+    lines = [f"v {x!r} {z!r} {-y!r}" for x, y, z in terrain.vertices.tolist()]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in terrain.triangles.tolist()]
+    (tmp_path / "bench.obj").write_text("\n".join(lines) + "\n")
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    run_scene(read_scene(tmp_path / "scene.yaml"), tmp_path / "out", None, "reference")
+    run = read_run(tmp_path / "out")
+    grid = read_hazard(run, "reach_probability")
+    assert grid is not None
+    assert (grid.at(run.ends.release[:, :2]) > 0.0).all()
+    assert np.isnan(grid.at(run.ends.release[:, :2] * (1.0, -1.0) + (0.0, 7.0))).all(), "elsewhere no rock comes"
+
+
+def test_a_result_of_another_version_is_refused(unknown_ground, tmp_path) -> None:
+    folder = shutil.copytree(unknown_ground, tmp_path / "run")
+    (folder / "inputs.json").unlink()
+    with pytest.raises(InputError, match=r"has no inputs\.json; another version wrote it, so run its scene again"):
+        write_report(folder, tmp_path / "r.html")
+    with pytest.raises(InputError, match=r"has no summary\.json"):
+        write_report(tmp_path, tmp_path / "r.html")
+
+
+def test_a_damaged_result_is_refused(unknown_ground, tmp_path) -> None:
+    folder = shutil.copytree(unknown_ground, tmp_path / "run")
+    (folder / "trajectories.parquet").write_bytes(b"PAR1 and no more")
+    with pytest.raises(InputError, match="is damaged"):
+        write_report(folder, tmp_path / "r.html")
+
+
+def test_the_command_says_where_the_report_is(unknown_ground, tmp_path) -> None:
+    done = CliRunner().invoke(app, ["report", str(unknown_ground), "--out", str(tmp_path / "r.html")])
+    assert done.exit_code == 0, done.output
+    assert f"report in {tmp_path / 'r.html'}" in done.output
+    assert (tmp_path / "r.html").stat().st_size > 4_000_000
+
+
+def test_a_missing_library_is_named_with_how_to_install_it(known_ground, tmp_path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "typst", None)
+    with pytest.raises(InputError, match=r"needs the library typst, .*pip install 'rpf3d\[report\]'"):
+        write_pdf(tmp_path / "r.pdf", "title", [Text("text")])
+    monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
+    with pytest.raises(InputError, match="needs the library plotly"):
+        report_blocks(read_run(known_ground), "site")
+
+
+def test_a_large_terrain_is_reduced_for_the_view_and_lies_where_it_lay(known_ground, monkeypatch) -> None:
+    run = read_run(known_ground)
+    whole = terrain_seen(run)
+    monkeypatch.setattr(view, "MOST_TRIANGLES", len(whole.triangles) // 2)
+    less = terrain_seen(run)
+    assert less.of == len(whole.triangles) and len(less.triangles) <= 1.05 * len(whole.triangles) / 2
+    assert less.vertices.min(axis=0) == pytest.approx(whole.vertices.min(axis=0), abs=3.0)
+    assert less.vertices.max(axis=0) == pytest.approx(whole.vertices.max(axis=0), abs=3.0)

@@ -1,0 +1,80 @@
+"""Energy and height at a place, from impacts: as on the kept paths of the same rocks, and exact for one parabola."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rpf3d_core.report.passing import passing
+from rpf3d_core.report.run_files import read_run
+from rpf3d_core.report.segments import (
+    IMPACTS,
+    Segments,
+    _flights,
+    _from_impacts,
+    _from_paths,
+    first_passages,
+    segments_of,
+)
+from rpf3d_core.report.toe import FAR, beyond_toe
+from rpf3d_core.report.words import UNKNOWN, height, interval, metres
+
+
+def test_impacts_of_all_rocks_give_what_their_paths_give(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    impacts, paths = _from_impacts(run), _from_paths(run)
+    assert impacts is not None and impacts.source == IMPACTS and impacts.rocks == paths.rocks == 128
+    beyond, compared = beyond_toe(run), 0
+    for distance in (0.0, 5.0, 10.0, 20.0):
+        rows, energy, over = passing(run, beyond, impacts, distance)
+        same, on_path, over_path = passing(run, beyond, paths, distance)
+        assert rows.tolist() == same.tolist()
+        flies = over < FAR
+        slides = np.isclose(over, 0.0, atol=0.01)
+        # Speeds between points of a path are linear, which is coarse in bounces of a few centimetres (0.5 kJ).
+        assert energy[flies & ~slides] == pytest.approx(on_path[flies & ~slides], rel=0.01, abs=500.0)
+        assert over[flies] == pytest.approx(over_path[flies], abs=0.03)
+        assert (energy >= 0.98 * on_path - 500.0).all(), "a slide is never slower than it was"
+        compared += int((flies & ~slides).sum())
+    assert compared > 100
+
+
+def test_all_kept_paths_are_preferred_and_impacts_stand_in_for_missing_ones(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    assert segments_of(run).source != IMPACTS
+    few = run.paths._replace(key=run.paths.key[:10], starts=run.paths.starts[:11])
+    assert segments_of(run._replace(paths=few)).source == IMPACTS
+
+
+def test_a_flight_is_exact_between_its_ends() -> None:
+    g, v0, time = 9.81, np.array([6.0, 0.0, 4.0]), 1.5
+    end = v0 * time - [0.0, 0.0, 0.5 * g * time**2]
+    landed = v0 - [0.0, 0.0, g * time]
+    times, speeds = _flights(np.zeros((1, 3)), end[None], np.array([time]), np.array([np.linalg.norm(v0)]),
+                             np.array([np.linalg.norm(landed)]), g)  # fmt: skip
+    assert times.tolist() == [time]
+    piece = Segments(row=np.zeros(1, dtype=int), begin=np.zeros((1, 3)), end=end[None], time=times, speed=speeds,
+                     gravity=g, rocks=1, source=IMPACTS)  # fmt: skip
+    for t in (0.3, 0.9, 1.4):
+        found = first_passages(piece, np.zeros((1, 2)), np.array([[1.0, 0.0]]), np.array([6.0 * t]))
+        assert found.x[0] == pytest.approx(v0 * t - [0.0, 0.0, 0.5 * g * t**2])
+        assert found.speed[0] == pytest.approx(np.linalg.norm(v0 - [0.0, 0.0, g * t]))
+
+
+def test_a_slide_is_no_flight_and_its_height_is_not_known() -> None:
+    times, speeds = _flights(np.zeros((1, 3)), np.array([[10.0, 0.0, -3.0]]), np.array([4.0]), np.array([2.0]),
+                             np.array([5.0]), 9.81)  # fmt: skip
+    assert math.isnan(times[0]) and speeds.tolist() == [[5.0, 5.0]]
+    piece = Segments(row=np.zeros(1, dtype=int), begin=np.zeros((1, 3)), end=np.array([[10.0, 0.0, -3.0]]), time=times,
+                     speed=speeds, gravity=9.81, rocks=1, source=IMPACTS)  # fmt: skip
+    found = first_passages(piece, np.zeros((1, 2)), np.array([[1.0, 0.0]]), np.array([5.0]))
+    assert math.isnan(found.x[0, 2]) and found.speed.tolist() == [5.0]
+
+
+def test_unknown_ends_are_named() -> None:
+    assert height(1e9) == UNKNOWN and metres(1e9) == "beyond the terrain"
+    assert interval((1.2, None), height) == "at least 1.2 m"
+    assert interval((1.2, 1e9), height) == "at least 1.2 m"
+    assert interval((None, 3.0), height) == "at most 3.0 m"
+    assert interval((None, None), height) == UNKNOWN
+    assert interval((1.0, 2.0), height) == "1.0 m to 2.0 m"

@@ -1,0 +1,155 @@
+"""Distances beyond the toe, and what passes there: rocks that stop at known places, on a bench of known shape."""
+
+import math
+
+import numpy as np
+import pytest
+from benches_fallen_from import HEIGHT, TOE, fallen, thrown
+
+from rpf3d_core.report.passing import passing, places_beyond, places_for, shares_beyond
+from rpf3d_core.report.run_files import _sets
+from rpf3d_core.report.section import critical_section
+from rpf3d_core.report.segments import KEPT, segments_of
+from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, foot_of_face, percentile_of
+from rpf3d_core.report.words import BEYOND_TERRAIN, UNKNOWN, interval, metres
+from rpf3d_core.terrain.height_image import height_image, heights_at
+from rpf3d_core.unknowns.dealing import set_of_rock
+
+STEP = 0.5
+"""How near (m) the toe is found: a step of the line on which it is searched."""
+
+
+def test_heights_are_those_of_the_planes_of_the_bench() -> None:
+    run = fallen([20.0])
+    plan = np.array([(-5.0, 1.0), (0.5 * TOE, 2.0), (30.0, -3.0), (1e4, 0.0)])
+    image = height_image(run.terrain, plan[:3], 5.0)
+    assert heights_at(image, plan[:3]) == pytest.approx([HEIGHT, 0.5 * HEIGHT, 0.0], abs=1e-9)
+    assert math.isnan(heights_at(image, plan)[3])
+
+
+def test_the_toe_is_the_foot_of_the_face() -> None:
+    beyond = beyond_toe(fallen(np.linspace(10.0, 60.0, 101)))
+    assert beyond.toe == pytest.approx(np.full(101, TOE), abs=STEP)
+    assert beyond.distance == pytest.approx(np.linspace(10.0, 60.0, 101) - TOE, abs=STEP)
+
+
+def test_a_rock_that_stays_on_the_face_is_before_the_toe() -> None:
+    beyond = beyond_toe(fallen([2.0, *[30.0] * 20]))
+    assert beyond.distance[0] == pytest.approx(2.0 - TOE, abs=STEP)
+
+
+@pytest.mark.parametrize(
+    ("ground", "foot"),
+    [
+        ([10, 10, 5, 0, 0, 0, 0], 3.0),  # one face
+        ([10, 10, 5, 4.9, 0, 0, 0], 4.0),  # a ledge of a metre is part of the face
+        ([10, 10, 5, 4.9, 4.8, 4.7, 0], 2.0),  # a wider one ends it
+        ([10, 10, 10, 10, 10, 10, 10], math.nan),
+        ([10, 10, 10, 10, 10, 5, 0], math.nan),  # the line ends on the face
+        ([10, 10, math.nan, 0, 0, 0, 0], math.nan),  # a hole hides it
+    ],
+)
+def test_the_foot_of_a_face_is_where_flat_ground_begins(ground: list[float], foot: float) -> None:
+    found = foot_of_face(np.arange(7.0), np.array(ground, dtype=float))
+    assert math.isnan(found) if math.isnan(foot) else found == foot
+
+
+def test_ninety_percent_stop_within_the_ninetieth_percentile() -> None:
+    runouts = np.linspace(10.0, 110.0, 1001)
+    beyond = beyond_toe(fallen(runouts))
+    figure = percentile_of(beyond.distance, None, 0, 90)
+    assert figure.value == pytest.approx(100.0 - TOE, abs=STEP)
+    assert figure.sampling is not None and figure.predictive is None
+    low, high = figure.sampling
+    assert low < figure.value < high and high - low == pytest.approx(2 * 1.96 * math.sqrt(0.09 / 1001) * 100.0, rel=0.1)
+
+
+def test_rocks_that_did_not_stop_are_farther_than_all_others() -> None:
+    at_rest = np.arange(1000) >= 150  # 15 % left the terrain
+    beyond = beyond_toe(fallen(np.full(1000, 20.0), at_rest))
+    assert np.count_nonzero(beyond.distance == BEYOND) == 150
+    figure = percentile_of(beyond.distance, None, 0, 90)
+    assert figure.value is not None and figure.value > FAR
+    assert metres(figure.value) == BEYOND_TERRAIN
+    inner = percentile_of(beyond.distance, None, 0, 75).value
+    assert inner == pytest.approx(20.0 - TOE, abs=STEP)
+
+
+def test_the_predictive_interval_holds_the_differences_between_sets() -> None:
+    sets, each = 64, 50
+    reach = np.linspace(10.0, 100.0, sets)  # each set stops its rocks elsewhere
+    run = fallen(np.tile(reach, each), sets=sets)
+    beyond = beyond_toe(run)
+    figure = percentile_of(beyond.distance, beyond.set, sets, 90)
+    assert figure.sampling is not None and figure.predictive is not None
+    assert figure.predictive[0] < 13.0 and figure.predictive[1] > 90.0 - TOE
+    assert figure.predictive[1] - figure.predictive[0] > 5 * (figure.sampling[1] - figure.sampling[0])
+    share = shares_beyond(beyond, sets, np.array([40.0]))[0]
+    assert share.predictive is not None and share.sampling is not None
+    assert share.predictive[0] <= share.sampling[0] and share.predictive[1] >= share.sampling[1]
+    assert share.predictive == pytest.approx((0.0, 1.0), abs=0.05)
+
+
+def test_too_few_rocks_in_each_set_give_no_predictive_interval() -> None:
+    run = fallen(np.linspace(10.0, 60.0, 128), sets=64)
+    beyond = beyond_toe(run)
+    assert percentile_of(beyond.distance, beyond.set, 64, 90).predictive is None
+    assert interval(None, metres) == UNKNOWN
+
+
+def test_shares_beyond_count_the_rocks() -> None:
+    beyond = beyond_toe(fallen(TOE + np.linspace(0.5, 99.5, 100)))
+    shares = shares_beyond(beyond, 0, np.array([-1.0, 30.0, 80.0, 300.0]))
+    assert [share.value for share in shares] == pytest.approx([1.0, 0.7, 0.2, 0.0], abs=0.011)
+    for share in shares:
+        assert share.sampling is not None and share.sampling[0] <= share.value <= share.sampling[1]
+
+
+def test_energy_and_height_at_a_fence_are_those_of_the_path() -> None:
+    run = thrown(fallen(np.full(40, 60.0)), speed=12.0, height=2.5)
+    segments, beyond = segments_of(run), beyond_toe(run)
+    assert (segments.source, segments.rocks) == (KEPT, 40)
+    rows, energy, height = passing(run, beyond, segments, 20.0)
+    assert rows.tolist() == list(range(40))
+    assert energy == pytest.approx(np.full(40, 0.5 * 1000.0 * 12.0**2))
+    assert height == pytest.approx(np.full(40, 2.5))
+    assert len(passing(run, beyond, segments, 90.0)[0]) == 0, "no rock comes there"
+
+
+def test_a_fence_that_few_rocks_reach_has_no_figures() -> None:
+    run = thrown(fallen([*[15.0] * 95, *[60.0] * 5]), speed=12.0, height=2.5)
+    places = places_beyond(run, beyond_toe(run), segments_of(run))
+    assert places[0].energy.value == pytest.approx(72_000.0) and places[0].crossed == 100
+    far = next(place for place in places if place.distance >= 15.0)
+    assert far.crossed == 5 and far.energy.value is None and far.height.value is None
+    assert far.passed.value == pytest.approx(0.05)
+
+
+def test_places_of_fences_are_round_and_few() -> None:
+    distances = places_for(beyond_toe(fallen(np.linspace(10.0, 150.0, 500))))
+    assert distances[0] == 0.0 and len(distances) <= 9
+    assert np.unique(np.diff(distances)) == pytest.approx([20.0])
+
+
+def test_without_a_face_there_is_no_toe() -> None:
+    run = fallen(np.full(10, 15.0))
+    floor = run.ends._replace(
+        release=run.ends.release + np.array([50.0, 0.0, 0.0]), end=run.ends.end + np.array([50.0, 0.0, 0.0])
+    )
+    assert len(beyond_toe(run._replace(ends=floor)).rows) == 0
+
+
+def test_the_critical_section_has_the_profile_of_the_bench() -> None:
+    section = critical_section(thrown(fallen(np.linspace(10.0, 80.0, 50)), speed=5.0, height=1.0))
+    assert section is not None
+    assert section.runout == 80.0 and section.azimuth == pytest.approx(90.0)
+    assert section.toe == pytest.approx(TOE, abs=STEP)
+    assert np.nanmax(section.ground) == pytest.approx(HEIGHT) and np.nanmin(section.ground) == pytest.approx(0.0)
+    assert section.paths and max(np.nanmax(path[:, 0]) for path in section.paths) == pytest.approx(80.0)
+
+
+def test_rocks_belong_to_the_sets_that_the_run_dealt() -> None:
+    rocks = np.arange(500)
+    source = rocks % 3
+    found = _sets(source, rocks, 64)
+    assert found.tolist() == [set_of_rock(int(rock), 64, int(s)) for rock, s in zip(rocks, source, strict=True)]
