@@ -35,6 +35,15 @@ PACKAGES = ("rpf3d", "numpy", "numba", "vtk", "pyarrow", "matplotlib", "shapely"
 """Packages whose versions summary.json records."""
 
 
+MISFIT = (
+    "predictive intervals of shares of zones and areas, of their p95 energies, of the runout and of reach probability "
+    "hold the misfit of the model: the paths of each parameter set are displaced by a draw of it"
+)
+"""What summary.json says of a misfit that intervals hold."""
+LEFT_OUT = "the misfit of the model, a distance that says nothing about this number"
+"""What summary.json says at a predictive interval that does not hold the misfit."""
+
+
 def summary(findings: Run) -> dict[str, Any]:
     """Return the summary of a run as plain values, ready for JSON.
 
@@ -166,7 +175,14 @@ def _counts(findings: Run) -> dict[str, Any]:
 def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
     """Return the share of rocks with an outcome, with both intervals in a run over parameter sets."""
     share = share_of(count, findings.totals.rocks)
-    return share if findings.maps.sets is None else with_predictive(share, *findings.maps.sets.outcome(outcome))
+    figures = findings.maps.sets
+    return share if figures is None else {**with_predictive(share, *figures.outcome(outcome)),
+                                           **_left_out(figures, "outcome")}  # fmt: skip
+
+
+def _left_out(figures: Any, name: str) -> dict[str, str]:
+    """Return what the predictive interval of a figure leaves out; empty if it holds the misfit or none is stated."""
+    return {} if figures.displaced is None or figures.is_displaced(name) else {"leaves_out": LEFT_OUT}
 
 
 def _unknowns(findings: Run) -> dict[str, Any]:
@@ -184,6 +200,7 @@ def _unknowns(findings: Run) -> dict[str, Any]:
             "sets": len(figures.sets),
             "sets_flown": figures.flown,
             "sample": None if spec.sample is None else spec.sample.name,
+            **({} if figures.displaced is None else {"misfit_m": spec.misfit, "misfit": MISFIT}),
             "parameters": parameters,
             "sampling": "95 % interval of the number of rocks, for these parameter sets",
             "predictive": "95 % interval of the result at the site, whose parameters are drawn as the sets are",
@@ -197,7 +214,7 @@ def _with_intervals(name: str, sample: Sample, figures: Any) -> dict[str, Any]:
     if figures is None:
         return facts
     sampling = {f"p{p}": list(sample.interval(p)) for p in PERCENTILES}
-    return {**facts, "sampling": sampling, "predictive": figures.percentile(name)}
+    return {**facts, "sampling": sampling, "predictive": figures.percentile(name), **_left_out(figures, name)}
 
 
 def _lost(findings: Run) -> dict[str, Any]:
