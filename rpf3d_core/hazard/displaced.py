@@ -52,7 +52,7 @@ class DisplacedTally:
     def __init__(self, moves: FloatArray, tallies: Tallies, engine: Engine) -> None:
         """Begin without rocks; moves : (S, 2) m; tallies : those of the run, which stay unchanged."""
         self._moves, self._engine = moves, engine
-        self._tallies = _of_places(tallies)
+        self._tallies = tallies_of_places(tallies)
         self._zones = PlaceTally(self._tallies.zones, len(moves))
         self._areas = PlaceTally(self._tallies.inside, len(moves))
         self._runout = [Sample() for _ in moves]
@@ -61,7 +61,7 @@ class DisplacedTally:
         """Return a function that counts each batch of a set with displaced paths, and passes it on to `watch`."""
 
         def both(batch: Batch, releases: Releases) -> FloatArray:
-            self._tallies(self._displaced(batch, self._moves[number]), releases)
+            self._tallies(displaced_batch(batch, self._moves[number], self._engine), releases)
             return watch(batch, releases)
 
         return both
@@ -90,21 +90,23 @@ class DisplacedTally:
             runout=percentiles_of(self._runout),
         )
 
-    def _displaced(self, batch: Batch, move: FloatArray) -> Batch:
-        """Return a batch whose paths and stops have moved in plan by (2,) m, and lie above all ground."""
-        facets = self._engine.facets
-        shift = np.array([*move, facets.high[2] - facets.low[2] + ABOVE_EVERYTHING])
-        impacts, pieces, finals = (_moved(rows, shift) for rows in (batch.impacts, batch.pieces, batch.finals))
-        counts = batch.counts.copy()
-        at_rest = np.isin(counts[:, 0], DEPOSITED)
-        counts[at_rest, 1] = self._facets_below(finals[at_rest, 1:3])
-        nowhere = np.full_like(batch.facets, NO_FACET)
-        return replace(batch, impacts=impacts, pieces=pieces, finals=finals, counts=counts, facets=nowhere)
 
-    def _facets_below(self, places: FloatArray) -> IntArray:
-        """Return the topmost facet (N,) at places in plan (N, 2) m, NO_FACET where there is no ground."""
-        top = np.column_stack([places, np.full(len(places), self._engine.facets.high[2] + ABOVE_EVERYTHING)])
-        return np.asarray(self._engine.ground_below(top)[:, 1].astype(np.int64))
+def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
+    """Return a batch whose paths and stops have moved in plan by (2,) m, and lie above all ground."""
+    facets = engine.facets
+    shift = np.array([*move, facets.high[2] - facets.low[2] + ABOVE_EVERYTHING])
+    impacts, pieces, finals = (_moved(rows, shift) for rows in (batch.impacts, batch.pieces, batch.finals))
+    counts = batch.counts.copy()
+    at_rest = np.isin(counts[:, 0], DEPOSITED)
+    counts[at_rest, 1] = _facets_below(finals[at_rest, 1:3], engine)
+    nowhere = np.full_like(batch.facets, NO_FACET)
+    return replace(batch, impacts=impacts, pieces=pieces, finals=finals, counts=counts, facets=nowhere)
+
+
+def _facets_below(places: FloatArray, engine: Engine) -> IntArray:
+    """Return the topmost facet (N,) at places in plan (N, 2) m, NO_FACET where there is no ground."""
+    top = np.column_stack([places, np.full(len(places), engine.facets.high[2] + ABOVE_EVERYTHING)])
+    return np.asarray(engine.ground_below(top)[:, 1].astype(np.int64))
 
 
 def percentiles_of(samples: list[Sample]) -> FloatArray:
@@ -158,7 +160,7 @@ def _moved(rows: FloatArray, shift: FloatArray) -> FloatArray:
     return moved
 
 
-def _of_places(tallies: Tallies) -> Tallies:
+def tallies_of_places(tallies: Tallies) -> Tallies:
     """Return empty counts of the same zones and areas, over a raster of one cell, because map cells are not counted."""
     facets = tallies.ground.facets
     side = max(facets.high[0] - facets.low[0], facets.high[1] - facets.low[1], 1.0)

@@ -12,7 +12,7 @@ from rpf3d_core.hazard.displaced import DisplacedTally
 from rpf3d_core.hazard.sets import SetFigures, SetTally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.setup.parameter_sets import flight_of_set
+from rpf3d_core.setup.parameter_sets import Ready, flight_of_set
 from rpf3d_core.setup.prepared import Prepared, releases_in_ranges
 from rpf3d_core.setup.rounds import Round
 from rpf3d_core.setup.unknowns import displacements_of_scene, sets_of_scene
@@ -20,7 +20,7 @@ from rpf3d_core.unknowns.dealing import rocks_of_set
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
 
 
-def flights_over_sets(prepared: Prepared) -> tuple[ParameterSets, list[Flight]]:
+def flights_over_sets(prepared: Ready) -> tuple[ParameterSets, list[Flight]]:
     """Return the parameter sets of a scene, and the flight of each; all flights use the same compiled loop.
 
     Raises
