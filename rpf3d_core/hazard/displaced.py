@@ -115,9 +115,7 @@ def percentiles_of(samples: list[Sample]) -> FloatArray:
     return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
 
 
-def moved_cells(
-    cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: Raster
-) -> tuple[IntArray, FloatArray]:
+def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: Raster) -> tuple[IntArray, FloatArray]:
     """Return the map cells (M,) that rocks reach if their paths move in plan, and how many reach each (M,).
 
     A moved cell lies across four cells, which share its rocks by area. Cells beyond the raster are left out.

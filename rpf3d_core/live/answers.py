@@ -151,8 +151,7 @@ def answers(
         yield answer(0, True, no_flights(standing), tallies.maps(0, names))
         return
     counts = first_of_clusters(groups, len(released.places), size.first)
-    enough_for_sets = 0 if standing.sets is None else standing.sets.least_rocks
-    least = least_in_total(counts, groups, max(size.least, enough_for_sets))
+    least = least_in_total(counts, groups, max(size.least, standing.least_rocks))
     plan = doubling_rounds(counts, scene.target.most_rocks, least)
     stream, steps = _stream(standing, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):

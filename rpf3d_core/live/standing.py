@@ -145,6 +145,11 @@ class PreparedTerrain:
         return cells_after(known, terrain, walked.raster, walked.locator, changed.low, changed.high)
 
     @property
+    def least_rocks(self) -> int:
+        """Number of rocks that a cluster of sources needs for predictive intervals; 0 without unknowns."""
+        return 0 if self.sets is None else self.sets.least_rocks
+
+    @property
     def compiled(self) -> bool:
         """True if the compiled engine is in use."""
         return isinstance(self.ground.engine, Compiled)
@@ -193,9 +198,7 @@ def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
         return stand_on(ground, scene)
     tallies = before.tallies.after(ground_after(before.tallies.ground, facets, engine.locator, changed.block))
     flight, sets = _flights(scene, terrain)
-    return replace(
-        before, ground=ground, flight=flight, tallies=tallies, before=before.cells, uncovered={}, sets=sets
-    )
+    return replace(before, ground=ground, flight=flight, tallies=tallies, before=before.cells, uncovered={}, sets=sets)
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:

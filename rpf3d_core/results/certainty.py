@@ -21,6 +21,13 @@ NOTABLE = 0.5
 """Misfit of a calibration (m) from which this is reported."""
 NAMED = 3
 """Largest number of places that a sentence names."""
+MISFIT_HELD = (
+    "predictive intervals of shares of zones and areas, of their p95 energies, of the runout and of reach probability "
+    "hold the misfit of the model: the paths of each parameter set are displaced by a draw of it"
+)
+"""What summary.json says of a misfit that intervals hold."""
+MISFIT_LEFT_OUT = "the misfit of the model, a distance that says nothing about this number"
+"""What summary.json says at a predictive interval that does not hold the misfit."""
 
 
 def surer_than_it_may_be(run: Run) -> list[str]:

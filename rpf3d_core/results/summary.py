@@ -19,6 +19,7 @@ from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_word
 from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
+from rpf3d_core.results.certainty import MISFIT_HELD, MISFIT_LEFT_OUT
 from rpf3d_core.results.findings import Run, sentence_of
 from rpf3d_core.results.hazard_zones import zones_section
 from rpf3d_core.results.observed import compare
@@ -33,15 +34,6 @@ from rpf3d_core.values import Outcome
 
 PACKAGES = ("rpf3d", "numpy", "numba", "vtk", "pyarrow", "matplotlib", "shapely", "rerun-sdk")
 """Packages whose versions summary.json records."""
-
-
-MISFIT = (
-    "predictive intervals of shares of zones and areas, of their p95 energies, of the runout and of reach probability "
-    "hold the misfit of the model: the paths of each parameter set are displaced by a draw of it"
-)
-"""What summary.json says of a misfit that intervals hold."""
-LEFT_OUT = "the misfit of the model, a distance that says nothing about this number"
-"""What summary.json says at a predictive interval that does not hold the misfit."""
 
 
 def summary(findings: Run) -> dict[str, Any]:
@@ -182,7 +174,7 @@ def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
 
 def _left_out(figures: Any, name: str) -> dict[str, str]:
     """Return what the predictive interval of a figure leaves out; empty if it holds the misfit or none is stated."""
-    return {} if figures.displaced is None or figures.is_displaced(name) else {"leaves_out": LEFT_OUT}
+    return {} if figures.displaced is None or figures.is_displaced(name) else {"leaves_out": MISFIT_LEFT_OUT}
 
 
 def _unknowns(findings: Run) -> dict[str, Any]:
@@ -200,7 +192,7 @@ def _unknowns(findings: Run) -> dict[str, Any]:
             "sets": len(figures.sets),
             "sets_flown": figures.flown,
             "sample": None if spec.sample is None else spec.sample.name,
-            **({} if figures.displaced is None else {"misfit_m": spec.misfit, "misfit": MISFIT}),
+            **({} if figures.displaced is None else {"misfit_m": spec.misfit, "misfit": MISFIT_HELD}),
             "parameters": parameters,
             "sampling": "95 % interval of the number of rocks, for these parameter sets",
             "predictive": "95 % interval of the result at the site, whose parameters are drawn as the sets are",
