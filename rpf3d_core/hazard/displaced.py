@@ -5,6 +5,7 @@ below or above the ground does not matter: only its place in plan counts. A vert
 zone of vertical facets alone keeps the counts of the rocks that did not move.
 """
 
+import math
 import queue
 from dataclasses import dataclass, replace
 from typing import Any
@@ -159,18 +160,21 @@ def _moved(rows: FloatArray, shift: FloatArray) -> FloatArray:
 
 
 def tallies_of_places(tallies: Tallies) -> Tallies:
-    """Return empty counts of the same zones and areas, over a raster of one cell, because map cells are not counted."""
+    """Return empty counts of the same zones and areas, over a raster of one cell, because map cells are not counted.
+
+    Facets are counted as well, because zones need the walk over them, but with the fewest bins.
+    """
     facets = tallies.ground.facets
     side = max(facets.high[0] - facets.low[0], facets.high[1] - facets.low[1], 1.0)
     raster = Raster(x=facets.low[0], y=facets.low[1], cell=float(side), nx=1, ny=1)
+    zones, inside = (_empty(tally, len(tally.slot)) for tally in (tallies.zones, tallies.inside))
     return replace(
-        tallies, ground=tallies.ground._replace(raster=raster), squares=_empty(tallies.squares, 1),
-        facets=_empty(tallies.facets), zones=_empty(tallies.zones), inside=_empty(tallies.inside),
+        tallies, ground=tallies.ground._replace(raster=raster), squares=_empty(tallies.squares, 1, 0.0),
+        facets=_empty(tallies.facets, len(tallies.facets.slot), 0.0), zones=zones, inside=inside,
         idle=queue.SimpleQueue(), barriers=None,
     )  # fmt: skip
 
 
-def _empty(tally: CellTally, cells: int | None = None) -> CellTally:
-    """Return an empty tally with the scales of another; cells : number of its cells, None for as many."""
-    count = len(tally.slot) if cells is None else cells
-    return CellTally(count, tally.scales, tally.limit, tally.compiled, tally.ways)
+def _empty(tally: CellTally, cells: int, limit: float = math.inf) -> CellTally:
+    """Return an empty tally of some cells with the scales of another; limit : most bytes of its bins."""
+    return CellTally(cells, tally.scales, limit, tally.compiled, tally.ways)
