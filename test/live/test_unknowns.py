@@ -20,7 +20,7 @@ from rpf3d_core.live.evidence import together
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
-from rpf3d_core.live.standing import stand_on
+from rpf3d_core.live.standing import stand_after, stand_on
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 
@@ -135,9 +135,18 @@ def test_a_misfit_widens_the_interval_of_the_road(folder):
     assert unsure.predictive_high > known.predictive_high + 0.2
 
 
-def test_a_patch_keeps_the_parameter_sets(folder):
-    standing = standing_with(folder)
+def test_over_a_patch_the_parameter_sets_fly_as_over_the_whole_terrain(folder):
+    """The patch repeats points of the survey, so that nothing changes but the way in which the terrain is prepared."""
+    before, workshop = standing_with(folder), Workshop()
+    whole = stand_on(workshop.whole(GridSurvey(slope())), before.scene)
+    _ = whole.cells
+    patch = GridSurvey(slope()[100:140, 50:70])
+    standing = stand_after(whole, workshop.patched(whole.ground, patch))
     assert len(standing.sets.flights) == SETS and standing.flight is standing.sets.flights[0]
+    assert standing.sets.flights is not whole.sets.flights
+    (road,) = stages(standing, [ON_THE_SLOPE])[-1].evidence
+    (same,) = stages(before, [ON_THE_SLOPE])[-1].evidence
+    assert road.predictive_high == pytest.approx(same.predictive_high, abs=0.1) and road.sets == same.sets == SETS
 
 
 def test_a_wrong_sample_is_refused_before_any_rock_flies(folder):
