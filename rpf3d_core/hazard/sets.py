@@ -131,8 +131,10 @@ class SetFigures:
     def reach(self, maps: HazardMaps) -> ReachBand:
         """Return the predictive intervals of the reach probability of the map cells that rocks reach."""
         sets = self.cells if self.displaced is None else self._moved_cells(maps)
-        cell = np.union1d(maps.cells.cell, np.concatenate([cells for cells, _ in sets]))
         place = np.full(maps.cells.count, -1, dtype=np.int64)
+        for cells in (maps.cells.cell, *(cells for cells, _ in sets)):
+            place[cells] = 0
+        cell = np.flatnonzero(place == 0)
         place[cell] = np.arange(len(cell))
         low, high = np.empty(len(cell)), np.empty(len(cell))
         for begin in range(0, len(cell), AT_ONCE):
