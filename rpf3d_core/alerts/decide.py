@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
-from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, without_limits
+from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.sound import faults_of, went_back
 from rpf3d_core.alerts.times import ns_of, when
@@ -109,8 +109,11 @@ def _too_small(
     new, stands = undecided(previous, worst), _stands(previous, now_ns)
     if stands and not new:
         return ()
-    flown = min((area.flown for area in evidence.areas), default=0) if evidence is not None else 0
+    areas = () if evidence is None else evidence.areas
+    flown = min((area.flown for area in areas), default=0)
     few, wanted = f"{flown:,} rocks flown are too few to clear", f"the site wants {thresholds.evidence.fewest_rocks:,}"
+    if any(lacks_predictive(area, thresholds.evidence) for area in areas):
+        wanted += " and a predictive interval, which needs more rocks of each parameter set"
     if stands:
         return tuple(f"{name}: {few} it ({wanted}), and no decision on it stands" for name in new)
     return (f"{few} anything ({wanted}), and no decision stands",)

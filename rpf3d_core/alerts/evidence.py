@@ -35,6 +35,9 @@ class AreaEvidence(NamedTuple):
     uncovered : share (-) of the area in plan that has no terrain below it
     clusters : number of clusters of sources that the figures are the worst of; 0 if there was no division
     pooled_flown, pooled_reached : numbers of rocks of all clusters together, for display only
+    sets : number of parameter sets of a scene with unknowns, which share out the rocks; 0 without unknowns
+    predictive_low, predictive_high : 95 % predictive interval of the share (-) over the parameter sets; None without
+        unknowns, and while too few rocks of each set have flown
     """
 
     name: str
@@ -50,6 +53,9 @@ class AreaEvidence(NamedTuple):
     clusters: int = 0
     pooled_flown: int = 0
     pooled_reached: int = 0
+    sets: int = 0
+    predictive_low: float | None = None
+    predictive_high: float | None = None
 
 
 class Evidence(NamedTuple):

@@ -57,7 +57,10 @@ def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
         return None
     reached = min(max(area.reached, 0) + area.left, max(area.flown, 0))
     low, high = wilson_interval(reached, max(area.flown, 1))
-    return level_of(area._replace(reached=reached, low=low, high=high), thresholds)
+    predictive = area.predictive_high
+    if predictive is not None:
+        predictive = min(predictive + area.left / max(area.flown, 1), 1.0)
+    return level_of(area._replace(reached=reached, low=low, high=high, predictive_high=predictive), thresholds)
 
 
 def level_of(area: AreaEvidence, thresholds: Thresholds) -> Level:
@@ -67,8 +70,23 @@ def level_of(area: AreaEvidence, thresholds: Thresholds) -> Level:
 
 
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if too few rocks flew to lower an alert level; a small answer may still raise the level."""
-    return area.flown < terms.fewest_rocks
+    """True if too few rocks flew to lower an alert level; a small answer may still raise the level.
+
+    With unknowns, an answer without predictive interval is small, too.
+    """
+    return area.flown < terms.fewest_rocks or lacks_predictive(area, terms)
+
+
+def lacks_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
+    """True if the site compares predictive intervals, the scene has unknowns, and this answer has no interval yet."""
+    return terms.interval == "predictive" and area.sets > 0 and area.predictive_high is None
+
+
+def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
+    """Return the upper end (-) of the interval of the share of rocks that reached an area, as the site chooses it."""
+    if terms.interval == "predictive" and area.predictive_high is not None:
+        return area.predictive_high
+    return area.high
 
 
 def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> LimitFinding:
@@ -77,13 +95,13 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
         reached = list(_reached(area, limits, terms)) if limits is not None else []
         if reached:
             return LimitFinding(name=area.name, level=level, why=f"{level.word}, for {'; '.join(reached)}")
-    return LimitFinding(name=area.name, level=Level.NORMAL, why=f"no limit is reached; {_share(area)}")
+    return LimitFinding(name=area.name, level=Level.NORMAL, why=f"no limit is reached; {_share(area, terms)}")
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
     """Yield a sentence for each limit that the rocks in an area reach, as the reason for its alert level."""
     if (limit := limits.reach_probability) is not None and _probability_reaches(area, limit, terms):
-        yield f"{_share(area)}, limit {_percent(limit)}"
+        yield f"{_share(area, terms)}, limit {_percent(limit)}"
     energy = area.largest_energy if area.p95_energy is None else area.p95_energy
     if (energy_limit := limits.p95_energy_j) is not None and energy is not None and energy >= energy_limit:
         what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
@@ -103,16 +121,25 @@ def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) 
     """
     upper = terms.reach_probability_is == "upper_end" and not is_small(area, terms)
     share = min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0
-    return share >= limit or (upper and area.high >= limit)
+    return share >= limit or (upper and upper_end(area, terms) >= limit)
 
 
-def _share(area: AreaEvidence) -> str:
+def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
     if area.flown == 0 == area.reached:
         return "no source, so no rock flew"
-    told = f"{area.reached:,} of {area.flown:,} rocks came (up to {_percent(area.high)})"
+    told = f"{area.reached:,} of {area.flown:,} rocks came (up to {_percent(upper_end(area, terms))}{_of(area, terms)})"
     if area.clusters <= 1:
         return told
     return f"{told}, the worst of {area.clusters:,} clusters of sources ({_pooled(area)} of all rocks)"
+
+
+def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
+    """Return which interval an upper end is of, as words for a reason; empty for a scene without unknowns."""
+    if area.sets == 0:
+        return ""
+    if terms.interval == "predictive" and area.predictive_high is not None:
+        return f", predictive over {area.sets:,} parameter sets"
+    return ", by the number of rocks alone"
 
 
 def _pooled(area: AreaEvidence) -> str:

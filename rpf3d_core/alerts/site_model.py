@@ -124,10 +124,15 @@ class EvidenceSpec(StrictModel):
         10.0,
         description="a number >= 0 (m), side of the squares in plan whose sources are judged together; 0: each alone",
     )
+    interval: Literal["predictive", "sampling"] = Field(
+        "predictive",
+        description="predictive or sampling: which interval the upper end is of where the scene has unknowns; the "
+        "predictive interval holds what is not known about the ground, the sampling interval the number of rocks alone",
+    )
     reach_probability_is: Literal["upper_end", "share"] = Field(
         "upper_end",
         description="upper_end or share: what is compared with reach_probability, the upper end of the share's 95 % "
-        "Wilson interval or the share itself",
+        "interval or the share itself",
     )
 
 

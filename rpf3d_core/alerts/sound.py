@@ -111,7 +111,17 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
             yield f"the {what} is {value}"
         elif value is not None and area.reached <= 0:
             yield f"no rock came, but there is a {what}"
+    yield from _predictive_faults(area)
     yield from _missing_faults(area)
+
+
+def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
+    """Yield a fault for a predictive interval that does not hold the sampling interval, or has no parameter sets."""
+    low, high = area.predictive_low, area.predictive_high
+    if area.sets < 0 or (low is None) != (high is None) or (low is not None and area.sets == 0):
+        yield f"a predictive interval from {low} to {high} over {area.sets} parameter sets cannot be"
+    elif low is not None and high is not None and not 0.0 <= low <= area.low <= area.high <= high <= 1.0:
+        yield f"the predictive interval {low} to {high} does not hold the sampling interval"
 
 
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:

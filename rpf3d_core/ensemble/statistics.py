@@ -31,8 +31,10 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
     return float(low[0]), float(high[0])
 
 
-def wilson_intervals(count: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
+def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the 95 % confidence intervals of several shares: their ends (N,), (N,); counts (N,) out of `total` >= 1.
+
+    total : of all shares, or (N,) of each
 
     A count may be an effective number: the number of rocks whose unweighted share is as certain as a weighted share.
     Counts may therefore have fractions. Source: as `wilson_interval`.

@@ -105,7 +105,7 @@ class HazardMaps:
     spins : True if rocks spin; energies then include rotation
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
     sets : `hazard.sets.SetFigures` of the parameter sets, if the scene has unknowns
-    reach_band : ends (S,) of the predictive intervals of the reach probability of `cells`, if there are parameter sets
+    reach_band : `hazard.sets.ReachBand`, the predictive intervals of reach probability, if there are parameter sets
     """
 
     flown: int

@@ -5,46 +5,48 @@ counts after and before its rocks have flown. So sets cost no memory of their ow
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.batches import Watch
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
-from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95, PERCENTILES
+from rpf3d_core.ensemble.statistics import PERCENTILES
+from rpf3d_core.ensemble.stream import Sink
 from rpf3d_core.ensemble.totals import Totals
-from rpf3d_core.hazard.layers import ENERGY, bins_of, rank_values
-from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps
+from rpf3d_core.hazard.displaced import DisplacedFigures, DisplacedTally, moved_cells, percentiles_of
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally, less
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.hazard.tally import CellTally
-from rpf3d_core.hazard.walks.cache_lines import LINE_DEPOSITS, LINE_ROCKS
+from rpf3d_core.hazard.walks.cache_lines import LINE_ROCKS
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
-from rpf3d_core.unknowns.predictive import ENOUGH, Interval, predictive_shares, ranked_if_enough
+from rpf3d_core.unknowns.predictive import ENOUGH, Interval, holding, predictive_shares, ranked_if_enough
 from rpf3d_core.values import Outcome
 
-P95 = 95
-SAMPLES = ("runout", "max_speed", "max_energy", "max_height", "ground_speed")
+RUNOUT = "runout"
+"""Name of the distribution that changes if the error of the model displaces paths."""
+SAMPLES = (RUNOUT, "max_speed", "max_energy", "max_height", "ground_speed")
 """Names of the distributions in `Totals` whose percentiles are kept for each set."""
 AT_ONCE = 65_536
 """Number of map cells whose intervals are computed at once, to save memory."""
 
-Filled = tuple[IntArray, IntArray, NDArray[np.uint32]]
-"""Bins that hold rocks: row, column and number of rocks of each (N,)."""
+Reached = tuple[IntArray, NDArray[Any]]
+"""Map cells (N,) that the rocks of a set reached, and how many rocks reached each (N,)."""
 
 
-@dataclass(frozen=True, eq=False)
-class PlaceCounts:
-    """The rocks of S sets in P zones or areas: (S, P) rocks that reached and that stopped, and p95 energies (J).
+class ReachBand(NamedTuple):
+    """The predictive intervals of the reach probability of N map cells.
 
-    energy : NaN for fewer than 20 rocks of the set
-    energy_sampling : (P, 2) J, the 95 % sampling interval of the p95 energy of all rocks; NaN for too few rocks
+    cell : (N,) numbers of the cells, ascending: those that rocks reached, or may reach with displaced paths
+    low, high : (N,) ends (-)
     """
 
-    reached: FloatArray
-    stopped: FloatArray
-    energy: FloatArray
-    energy_sampling: FloatArray
+    cell: IntArray
+    low: FloatArray
+    high: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,7 @@ class SetFigures:
     sets : the S sets; rocks : (S,) rocks that flew with each; outcomes : of each set
     zones, areas : counts by place; percentiles : by name of `SAMPLES`, (S, P) of `PERCENTILES`, NaN for no rocks
     cells : for each set, map cells that its rocks reached and how many rocks reached each
+    displaced : the same with paths that the error of the model displaced; None if no error is known
     """
 
     sets: ParameterSets
@@ -62,7 +65,8 @@ class SetFigures:
     zones: PlaceCounts
     areas: PlaceCounts
     percentiles: dict[str, FloatArray]
-    cells: tuple[tuple[IntArray, NDArray[np.uint32]], ...]
+    cells: tuple[Reached, ...]
+    displaced: DisplacedFigures | None = None
 
     @property
     def flown(self) -> int:
@@ -85,14 +89,29 @@ class SetFigures:
         return predictive_shares(counts, totals)
 
     def predictive(self, kind: str) -> dict[str, Interval]:
-        """Return the predictive intervals of the figures of all zones ("zone") or areas ("area"), by figure."""
-        places = self.zones if kind == "zone" else self.areas
-        return {
-            "reached": self.shares(places.reached),
-            "stopped": self.shares(places.stopped),
-            "retained": self.shares(places.stopped, places.reached),
-            "energy": ranked_if_enough(places.energy),
+        """Return the predictive intervals of the figures of all zones ("zone") or areas ("area"), by figure.
+
+        Intervals of displaced paths hold the sampling intervals of the paths that flew.
+        """
+        flown = places = self._places(self, kind)
+        if self.displaced is not None:
+            places = self._places(self.displaced, kind)
+        all_rocks = np.broadcast_to(self.rocks[:, None], flown.reached.shape)
+        found = {
+            "reached": self._held(places.reached, all_rocks, flown.reached, all_rocks),
+            "stopped": self._held(places.stopped, all_rocks, flown.stopped, all_rocks),
+            "retained": self._held(places.stopped, places.reached, flown.stopped, flown.reached),
         }
+        return {**found, "energy": ranked_if_enough(places.energy)}
+
+    @staticmethod
+    def _places(figures: "SetFigures | DisplacedFigures", kind: str) -> PlaceCounts:
+        return figures.zones if kind == "zone" else figures.areas
+
+    def _held(self, counts: FloatArray, of: FloatArray, flown: FloatArray, flown_of: FloatArray) -> Interval:
+        """Return the predictive intervals of shares (S, N), which hold the sampling intervals of the shares flown."""
+        found = predictive_shares(counts, of)
+        return found if self.displaced is None else holding(found, flown.sum(axis=0), flown_of.sum(axis=0))
 
     def sampling_of_energy(self, kind: str) -> FloatArray:
         """Return the sampling intervals (P, 2) J of the p95 energies of all zones ("zone") or areas ("area")."""
@@ -100,23 +119,50 @@ class SetFigures:
 
     def percentile(self, name: str) -> dict[str, list[float | None]]:
         """Return the predictive interval of each percentile of a distribution of `SAMPLES`, by p5 and so on."""
-        found = ranked_if_enough(self.percentiles[name])
+        displaced = self.displaced if self.is_displaced(name) else None
+        found = ranked_if_enough(self.percentiles[name] if displaced is None else displaced.runout)
         return {f"p{p}": _both(found, i) for i, p in enumerate(PERCENTILES)}
 
-    def reach(self, maps: HazardMaps) -> Interval:
-        """Return the predictive intervals of the reach probability (N,) of the N map cells that rocks reached."""
+    @staticmethod
+    def is_displaced(name: str) -> bool:
+        """Return True if the error of the model changes the distribution with a name."""
+        return name == RUNOUT
+
+    def reach(self, maps: HazardMaps) -> ReachBand:
+        """Return the predictive intervals of the reach probability of the map cells that rocks reach."""
+        sets = self.cells if self.displaced is None else self._moved_cells(maps)
         place = np.full(maps.cells.count, -1, dtype=np.int64)
-        place[maps.cells.cell] = np.arange(len(maps.cells.cell))
-        low, high = np.empty(len(maps.cells.cell)), np.empty(len(maps.cells.cell))
-        for begin in range(0, len(low), AT_ONCE):
-            some = slice(begin, min(begin + AT_ONCE, len(low)))
-            counts = np.zeros((len(self.rocks), some.stop - begin))
-            for number, (cells, rocks) in enumerate(self.cells):
-                at = place[cells] - begin
-                inside = (at >= 0) & (at < counts.shape[1])
-                counts[number, at[inside]] = rocks[inside]
-            low[some], high[some] = self.shares(counts)
-        return Interval(low=low, high=high)
+        for cells in (maps.cells.cell, *(cells for cells, _ in sets)):
+            place[cells] = 0
+        cell = np.flatnonzero(place == 0)
+        place[cell] = np.arange(len(cell))
+        low, high = np.empty(len(cell)), np.empty(len(cell))
+        for begin in range(0, len(cell), AT_ONCE):
+            some = slice(begin, min(begin + AT_ONCE, len(cell)))
+            low[some], high[some] = self.shares(_counts_at(sets, place, some))
+        if self.displaced is not None:
+            flown = maps.cells.everywhere(maps.cells.rocks, 0)[cell]
+            low, high = holding(Interval(low=low, high=high), flown, np.full(len(cell), self.rocks.sum()))
+        return ReachBand(cell=cell, low=low, high=high)
+
+    def _moved_cells(self, maps: HazardMaps) -> list[Reached]:
+        """Return for each set the map cells that its displaced paths reach, and how many rocks reach each."""
+        assert self.displaced is not None
+        pairs = zip(self.cells, self.displaced.moves, strict=True)
+        return [moved_cells(cells, rocks, move, maps.raster) for (cells, rocks), move in pairs]
+
+
+def _counts_at(sets: Sequence[Reached], place: IntArray, some: slice) -> FloatArray:
+    """Return how many rocks of each set reached each of the cells in a range of places, (S, N).
+
+    place : (C,) place of each map cell, -1 for a cell without one
+    """
+    counts = np.zeros((len(sets), some.stop - some.start))
+    for number, (cells, rocks) in enumerate(sets):
+        at = place[cells] - some.start
+        inside = (at >= 0) & (at < counts.shape[1])
+        counts[number, at[inside]] = rocks[inside]
+    return counts
 
 
 def _ends(interval: Interval) -> list[float]:
@@ -132,13 +178,14 @@ class SetTally:
     """Counts what each parameter set of a run does: call `end` after the rocks of a set have flown.
 
     A set may fly several times, as with `rocks: auto`.
+    displaced : counts the same rocks with displaced paths, if the error of the model is known
     """
 
-    def __init__(self, sets: ParameterSets, tallies: Tallies) -> None:
-        self._sets, self._tallies = sets, tallies
+    def __init__(self, sets: ParameterSets, tallies: Tallies, displaced: DisplacedTally | None = None) -> None:
+        self._sets, self._tallies, self._displaced = sets, tallies, displaced
         self._totals = [Totals() for _ in range(len(sets))]
-        self._zones = _PlaceTally(tallies.zones, len(sets))
-        self._areas = _PlaceTally(tallies.inside, len(sets))
+        self._zones = PlaceTally(tallies.zones, len(sets))
+        self._areas = PlaceTally(tallies.inside, len(sets))
         self._cells = [np.zeros(0, dtype=np.uint32) for _ in range(len(sets))]
         self._before = np.zeros(0, dtype=np.uint32)
 
@@ -146,97 +193,44 @@ class SetTally:
         """Return the totals of a set, to which its deposits are added while its rocks fly."""
         return self._totals[number]
 
+    def watch_of(self, number: int) -> Watch:
+        """Return the function that counts each batch of a set while its rocks fly."""
+        return self._tallies if self._displaced is None else self._displaced.watch_of(number, self._tallies)
+
+    def sink_of(self, number: int, sink: Sink) -> Sink:
+        """Return the function that takes the results of a set's rocks, and passes them on to `sink`."""
+        return sink if self._displaced is None else self._displaced.sink_of(number, sink)
+
     def end(self, number: int) -> None:
         """Add what has been counted since the last call to a set, after its rocks have flown."""
         squares = self._tallies.squares
         after = squares.slots.lines.short[: squares.used, LINE_ROCKS].copy()
-        self._cells[number] = _sum(self._cells[number], _less(after, self._before))
+        self._cells[number] = _sum(self._cells[number], less(after, self._before))
         self._before = after
         self._zones.end(number)
         self._areas.end(number)
+        if self._displaced is not None:
+            self._displaced.end(number)
 
     def figures(self) -> SetFigures:
         """Return what the sets did so far."""
         order = self._tallies.squares.slots.cell
         reached = [(np.flatnonzero(counts), counts) for counts in self._cells]
+        zones = self._zones.counts()
         return SetFigures(
             sets=self._sets,
             rocks=np.array([float(totals.rocks) for totals in self._totals]),
             outcomes=tuple(totals.outcomes for totals in self._totals),
-            zones=self._zones.counts(),
+            zones=zones,
             areas=self._areas.counts(),
             percentiles={name: self._percentiles(name) for name in SAMPLES},
             cells=tuple((order[slots].astype(np.int64), counts[slots]) for slots, counts in reached),
+            displaced=None if self._displaced is None else self._displaced.figures(zones),
         )
 
     def _percentiles(self, name: str) -> FloatArray:
         """Return the percentiles (S, P) of a distribution, NaN for a set without values."""
-        samples = [getattr(totals, name) for totals in self._totals]
-        nothing = [np.nan] * len(PERCENTILES)
-        return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
-
-
-class _PlaceTally:
-    """The counts of zones or areas, set by set, as differences of the common counts of a tally."""
-
-    def __init__(self, tally: CellTally, sets: int) -> None:
-        places = len(tally.slot)
-        self.tally = tally
-        self._counts = np.zeros((sets, 2, places), dtype=np.int64)
-        self._before = np.zeros((2, places), dtype=np.int64)
-        self._bins = np.zeros((0, 0), dtype=np.uint32)
-        self._filled: list[list[Filled]] = [[] for _ in range(sets)]
-
-    def end(self, number: int) -> None:
-        """Add what has been counted since the last call to a set."""
-        tally = self.tally
-        cells, after = tally.slots.cell[: tally.used], np.zeros_like(self._before)
-        for row, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):
-            after[row, cells] = tally.slots.lines.short[: tally.used, kind]
-        self._counts[number] += after - self._before
-        bins = bins_of(tally, ENERGY)
-        new = _less(bins, self._bins) if len(self._bins) else bins
-        slot, column = np.nonzero(new)
-        self._filled[number].append((slot, column, new[slot, column]))
-        self._before, self._bins = after, bins
-
-    def counts(self) -> PlaceCounts:
-        """Return the counts of all sets."""
-        energy = np.array([self._energies(filled) for filled in self._filled])
-        reached, stopped = self._counts[:, 0].astype(float), self._counts[:, 1].astype(float)
-        return PlaceCounts(reached=reached, stopped=stopped, energy=energy, energy_sampling=self._sampling())
-
-    def _sampling(self) -> FloatArray:
-        """Return the sampling intervals (P, 2) J of the p95 energies of all rocks, by ranks as in `Sample.interval`."""
-        tally, ends = self.tally, np.full((len(self.tally.slot), 2), np.nan)
-        rocks = self._bins.sum(axis=1, dtype=np.int64)
-        half = NORMAL_QUANTILE_95 * np.sqrt(rocks * P95 * (100 - P95)) / 100.0
-        ranks = (np.floor(rocks * P95 / 100.0 - half), np.ceil(rocks * P95 / 100.0 + half) + 1)
-        for end, rank in enumerate(ranks):
-            some = np.flatnonzero((rank >= 1) & (rank <= rocks) & (rocks >= FEWEST_ROCKS))
-            if len(some):
-                values = rank_values(tally, ENERGY, self._bins[some], rank[some].astype(np.int64))
-                ends[tally.slots.cell[some], end] = values
-        return ends
-
-    def _energies(self, filled: "list[Filled]") -> FloatArray:
-        """Return the p95 energy (P,) J of the rocks of a set in each place, from the bins that they fill."""
-        tally, energy = self.tally, np.full(len(self.tally.slot), np.nan)
-        bins = np.zeros(self._bins.shape, dtype=np.uint32)
-        for slot, column, rocks in filled:
-            bins[slot, column] += rocks
-        rocks = bins.sum(axis=1, dtype=np.int64)
-        many = np.flatnonzero(rocks >= FEWEST_ROCKS)
-        if len(many):
-            energy[tally.slots.cell[many]] = rank_values(tally, ENERGY, bins[many], -((-rocks[many] * P95) // 100))
-        return energy
-
-
-def _less(after: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
-    """Return what has been added to counts (N,) or (N, B), of whose rows the first were there before."""
-    new = after.copy()
-    new[: len(before)] -= before
-    return new
+        return percentiles_of([getattr(totals, name) for totals in self._totals])
 
 
 def _sum(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:

@@ -79,8 +79,12 @@ def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """
     if maps.reach_band is None:
         return []
-    high = maps.reach_band.high
-    return [Zone(kind=UPPER, level=level, name=None, cells=_flags(maps, high >= level)) for level in levels]
+    band, zones = maps.reach_band, []
+    for level in levels:
+        cells = np.zeros(maps.cells.count, dtype=bool)
+        cells[band.cell] = band.high >= level
+        zones.append(Zone(kind=UPPER, level=level, name=None, cells=cells))
+    return zones
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:

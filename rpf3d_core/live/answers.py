@@ -23,6 +23,7 @@ from rpf3d_core.hazard.convergence import is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.live.areas import outlines_for_places
+from rpf3d_core.live.cluster_sets import ClusterSets, tallies_of_displaced
 from rpf3d_core.live.clusters import (
     ClusterTally,
     clusters_of,
@@ -36,6 +37,7 @@ from rpf3d_core.live.released import Released, ReleaseSpread, released_over, rel
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.setup.rounds import doubling_rounds
+from rpf3d_core.unknowns.dealing import rocks_of_set
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
@@ -134,7 +136,7 @@ def answers(
     released = released_over(standing, trigger, around)
     outlines = standing.areas_with(areas)
     tallies = standing.empty_tallies(outlines, released.fastest, released.highest, trigger.diameters)
-    clusters = _clusters(released, tallies, outlines, size.cluster)
+    clusters = _clusters(standing, released, tallies, outlines, size.cluster)
     names, groups = tuple(outlines), [cluster.sources for cluster in clusters]
 
     def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
@@ -149,7 +151,7 @@ def answers(
         yield answer(0, True, no_flights(standing), tallies.maps(0, names))
         return
     counts = first_of_clusters(groups, len(released.places), size.first)
-    least = least_in_total(counts, groups, size.least)
+    least = least_in_total(counts, groups, max(size.least, standing.least_rocks))
     plan = doubling_rounds(counts, scene.target.most_rocks, least)
     stream, steps = _stream(standing, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
@@ -169,12 +171,19 @@ def answers(
             return
 
 
-def _clusters(released: Released, tallies: Tallies, outlines: Outlines, side: float) -> list[ClusterTally]:
+def _clusters(
+    standing: PreparedTerrain, released: Released, tallies: Tallies, outlines: Outlines, side: float
+) -> list[ClusterTally]:
     """Return the empty counts of each cluster of sources; side : of the squares that hold a cluster (m)."""
     if not len(released.places):
         return []
     places, groups = outlines_for_places(outlines), clusters_of(released.places, released.sound, side)
-    return [ClusterTally(sources, tallies, places) for sources in groups]
+    clusters = [ClusterTally(sources, tallies, places) for sources in groups]
+    if standing.sets is not None:
+        displaced = tallies_of_displaced(standing.sets, tallies)
+        for one in clusters:
+            one.over_sets = ClusterSets(standing.sets, one.tallies, displaced, standing.ground.engine)
+    return clusters
 
 
 def _fly(
@@ -192,8 +201,36 @@ def _fly(
     sources = cluster.sources
     first, last = ([column[i] for i in sources.tolist()] for column in numbers)
     stream.watch, stream.sink = cluster.tallies, cluster.count
+    if standing.sets is not None and cluster.over_sets is not None:
+        return _fly_sets(stream, standing, released, cluster, (first, last))
     blocks, seed = blocks_of(first, last, size), standing.scene.seed
     return stream.fly(releases_of(standing, released, some, seed, sources) for some in blocks)
+
+
+def _fly_sets(
+    stream: Stream,
+    standing: PreparedTerrain,
+    released: Released,
+    cluster: ClusterTally,
+    numbers: tuple[Sequence[int], Sequence[int]],
+) -> bool:
+    """Fly the next rocks of a cluster with one parameter set after another; return False if that was stopped.
+
+    numbers : for every source of the cluster, first rock to fly and the number after the last
+    """
+    sets, over, sources = standing.sets, cluster.over_sets, cluster.sources
+    assert sets is not None and over is not None
+    for number, flight in enumerate(sets.flights):
+        dealt = [
+            rocks_of_set(number, len(sets.flights), first, last, source)
+            for source, first, last in zip(sources.tolist(), *numbers, strict=True)
+        ]
+        releases = releases_of(standing, released, dealt, standing.scene.seed, sources)
+        stream.flight, stream.watch = flight, over.watch_of(number)
+        if len(releases.x) and not stream.fly([releases]):
+            return False
+        over.end(number, len(releases.x))
+    return True
 
 
 def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:

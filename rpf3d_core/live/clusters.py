@@ -17,6 +17,7 @@ from rpf3d_core.hazard.layers import layers_of
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.live.areas import AreaOutline
+from rpf3d_core.live.cluster_sets import ClusterSets
 from rpf3d_core.live.evidence import scaled, worst_of
 from rpf3d_core.live.leaving import left_ahead_of
 from rpf3d_core.live.released import Flags
@@ -65,7 +66,10 @@ def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: in
 
 
 class ClusterTally:
-    """The counts of the rocks of one cluster: outcomes, visits of areas, and rocks that left with an area ahead."""
+    """The counts of the rocks of one cluster: outcomes, visits of areas, and rocks that left with an area ahead.
+
+    over_sets : what each parameter set of a scene with unknowns did; None without unknowns
+    """
 
     def __init__(self, sources: IntArray, tallies: Tallies, areas: Sequence[AreaOutline]) -> None:
         """Begin without rocks; tallies : the empty counts of the answer, whose maps the rocks of all clusters share."""
@@ -75,6 +79,7 @@ class ClusterTally:
         self.tallies = replace(tallies, inside=self.inside)
         self.outcomes: Counter[Outcome] = Counter()
         self._left = np.zeros(len(areas), dtype=np.int64)
+        self.over_sets: ClusterSets | None = None
 
     def count(self, deposits: Deposits, impacts: Impacts) -> None:
         """Count how the rocks of a block ended."""
@@ -91,7 +96,17 @@ class ClusterTally:
         """Return the evidence of the areas with the given names from the rocks of this cluster."""
         found = areas_in(layers_of(self.inside), names, self.flown)
         left = zip(found, self._left.tolist(), strict=True)
-        return tuple(area._replace(left=min(n, area.flown - area.reached)) for area, n in left)
+        areas = tuple(area._replace(left=min(n, area.flown - area.reached)) for area, n in left)
+        return areas if self.over_sets is None else _with_predictive(areas, self.over_sets)
+
+
+def _with_predictive(areas: tuple[AreaEvidence, ...], sets: ClusterSets) -> tuple[AreaEvidence, ...]:
+    """Return the evidence of areas with their predictive intervals, where enough rocks have flown."""
+    found = sets.predictive()
+    if found is None:
+        return tuple(area._replace(sets=sets.count) for area in areas)
+    ends = zip(areas, found.low.tolist(), found.high.tolist(), strict=True)
+    return tuple(area._replace(sets=sets.count, predictive_low=low, predictive_high=high) for area, low, high in ends)
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:

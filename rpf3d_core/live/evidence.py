@@ -52,6 +52,7 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
     largest = [area.largest_energy for area in said if area.largest_energy is not None]
     first = [area.first_arrival_s for area in said if area.first_arrival_s is not None]
     has_p95 = any(area.p95_energy is not None for area in said)
+    predictive_low, predictive_high = _predictive_of(said, low, high)
     return AreaEvidence(
         name=said[0].name,
         flown=flown,
@@ -66,7 +67,22 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
         clusters=sum(area.clusters for area in said),
         pooled_flown=sum(area.pooled_flown for area in said),
         pooled_reached=sum(area.pooled_reached for area in said),
+        sets=max(area.sets for area in said),
+        predictive_low=predictive_low,
+        predictive_high=predictive_high,
     )
+
+
+def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[float | None, float | None]:
+    """Return the worst predictive interval of several results, which holds the sampling interval from low to high.
+
+    Both ends are None if a result over parameter sets has none.
+    """
+    over = [(area.predictive_low, area.predictive_high) for area in said if area.sets]
+    lows, highs = [end for end, _ in over if end is not None], [end for _, end in over if end is not None]
+    if not over or len(lows) < len(over) or len(highs) < len(over):
+        return None, None
+    return min(low, max(lows)), max(high, *highs)
 
 
 def _p95_or_largest(area: AreaEvidence) -> float | None:

@@ -112,9 +112,10 @@ def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSp
 
 
 def releases_of(
-    standing: PreparedTerrain, released: Released, ranges: Sequence[range], seed: int, sources: IntArray | None = None
-) -> Releases:
-    """Return the releases of each source for the given ranges of rock numbers.
+    standing: PreparedTerrain, released: Released, ranges: Sequence[range | IntArray], seed: int,
+    sources: IntArray | None = None,
+) -> Releases:  # fmt: skip
+    """Return the releases of each source for the given ranges of rock numbers, or numbers (N,).
 
     sources : numbers of the sources that the ranges belong to; None for all sources in order
 
@@ -122,7 +123,7 @@ def releases_of(
     no rock starts in the wall behind the source. Where there is no ground, the rock starts at its source. Random
     numbers are drawn as in `ensemble.releases`.
     """
-    numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
+    numbers = [np.arange(s.start, s.stop, s.step) if isinstance(s, range) else s for s in ranges]
     which = np.arange(len(ranges)) if sources is None else sources
     source = np.repeat(which, [len(some) for some in numbers])
     rock = np.concatenate(numbers)

@@ -61,9 +61,9 @@ EXCLUDED: Mapping[str, str] = {
     "method": "is for comparison with the thesis; live answers are exact",
     "outputs": "is written by runs; what is published has parameters of its own",
     "observed": "is for comparison with what was seen in the field",
-    "unknowns": "is for runs, which fly parameter sets",
+    "unknowns": "has priors and samples, which no parameter can hold",
     "calibration": "is for `rpf3d calibrate`",
-    "materials.default.library": "names ranges, which are for runs",
+    "materials.default.library": "names ranges, which no parameter can hold",
     "data_hint": "speaks of files that are missing",
 }
 """Fields of a scene that cannot be given as live parameters, with all fields below them, and why.
@@ -124,9 +124,6 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
     scene = read_scene(path)
     if scene.rock.is_body:
         raise SceneError(f"{path}: `rock.shape` is for runs; live rocks are points or spheres, so remove it")
-    if scene.has_unknowns:
-        raise SceneError(f"{path}: has unknowns, and a live answer has one value for each coefficient; replace every "
-                         "`prior` and `library` by a number or a distribution, and remove `unknowns`")  # fmt: skip
     return scene
 
 

@@ -23,6 +23,7 @@ from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import ground_after, ground_over
 from rpf3d_core.live.cells import TerrainCells, cells_after, cells_over
+from rpf3d_core.live.cluster_sets import LiveSets, live_sets
 from rpf3d_core.live.ground import Changed
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.areas import area_outlines, read_areas
@@ -74,6 +75,7 @@ class PreparedTerrain:
     tallies : counts for the maps of the current answer, emptied for the next one
     before : map cells of the ground before the patch, None if there was no patch
     uncovered : share of an area without ground, by the bytes of its outline (`live.coverage`)
+    sets : parameter sets of a scene with unknowns (`flight` is that of the first); None without unknowns
     """
 
     ground: Surveyed
@@ -84,6 +86,7 @@ class PreparedTerrain:
     tallies: Tallies
     before: TerrainCells | None = None
     uncovered: dict[bytes, float] = field(default_factory=dict)
+    sets: LiveSets | None = None
 
     def has_ground(self, places: FloatArray) -> NDArray[np.bool_]:
         """Return flags (N,), True for places (N, 2) m in plan, local frame, with ground above or below them."""
@@ -142,6 +145,11 @@ class PreparedTerrain:
         return cells_after(known, terrain, walked.raster, walked.locator, changed.low, changed.high)
 
     @property
+    def least_rocks(self) -> int:
+        """Number of rocks that a cluster of sources needs for predictive intervals; 0 without unknowns."""
+        return 0 if self.sets is None else self.sets.least_rocks
+
+    @property
     def compiled(self) -> bool:
         """True if the compiled engine is in use."""
         return isinstance(self.ground.engine, Compiled)
@@ -156,7 +164,7 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
         A zone of the ground has no material, an area of interest lies off it, or its maps need too much memory.
     """
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
-    flight, raster = scene_flight(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
+    (flight, sets), raster = _flights(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
     outlines, compiled = area_outlines(scene, terrain, read_areas(scene)), isinstance(engine, Compiled)
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(ground.facets)
     walked = ground_over(ground.facets, locator, raster)
@@ -167,7 +175,14 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     )
     binning = Binning(coarse=coarse, fine=fine, limit=memory_of_bins(scene, raster, ground.facets))
     tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, binning, compiled)
-    return PreparedTerrain(ground, scene, flight, rock, outlines, replace(tallies, spins=spins))
+    return PreparedTerrain(ground, scene, flight, rock, outlines, replace(tallies, spins=spins), sets=sets)
+
+
+def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
+    """Return the flight of a scene over a terrain, and its parameter sets; the flight is then that of the first."""
+    flight = scene_flight(scene, terrain)
+    sets = live_sets(scene, terrain, flight)
+    return (flight, None) if sets is None else (sets.flights[0], sets)
 
 
 def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
@@ -182,9 +197,8 @@ def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
     if scene_raster(scene, terrain, (facets.low, facets.high)) != raster:
         return stand_on(ground, scene)
     tallies = before.tallies.after(ground_after(before.tallies.ground, facets, engine.locator, changed.block))
-    return replace(
-        before, ground=ground, flight=scene_flight(scene, terrain), tallies=tallies, before=before.cells, uncovered={}
-    )
+    flight, sets = _flights(scene, terrain)
+    return replace(before, ground=ground, flight=flight, tallies=tallies, before=before.cells, uncovered={}, sets=sets)
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:

@@ -21,6 +21,13 @@ NOTABLE = 0.5
 """Misfit of a calibration (m) from which this is reported."""
 NAMED = 3
 """Largest number of places that a sentence names."""
+MISFIT_HELD = (
+    "predictive intervals of shares of zones and areas, of their p95 energies, of the runout and of reach probability "
+    "hold the misfit of the model: the paths of each parameter set are displaced by a draw of it"
+)
+"""What summary.json says of a misfit that intervals hold."""
+MISFIT_LEFT_OUT = "the misfit of the model, a distance that says nothing about this number"
+"""What summary.json says at a predictive interval that does not hold the misfit."""
 
 
 def surer_than_it_may_be(run: Run) -> list[str]:
@@ -36,10 +43,10 @@ def _of_the_ground(run: Run) -> Iterator[str]:
                "give ranges with `library` or `prior`")  # fmt: skip
     elif spec.sample is None:
         yield "ranges of the ground are from books or estimates, not from a calibration on this slope"
-    elif spec.misfit is not None and spec.misfit >= NOTABLE:
+    if run.scene.has_unknowns and spec is not None and spec.misfit is not None and spec.misfit >= NOTABLE:
         yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
-               "deviation) beyond its own spread: intervals of stops and shares leave this out, so look twice that "
-               "far beyond every limit")  # fmt: skip
+               "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability hold "
+               "this misfit; those of speed, height and outcomes do not")  # fmt: skip
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
         yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals hold less "
                f"than 95 %; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip

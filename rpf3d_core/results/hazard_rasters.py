@@ -22,7 +22,7 @@ from rasterio.errors import NotGeoreferencedWarning
 from rasterio.windows import Window
 
 from rpf3d_core.formats.reference_system import reference_system
-from rpf3d_core.hazard.maps import HazardMaps, Raster
+from rpf3d_core.hazard.maps import CountArray, HazardMaps, Raster
 from rpf3d_core.hazard.passages import Passage, passage_per_metre
 from rpf3d_core.hazard.quantities import (
     ENERGY,
@@ -76,8 +76,9 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | N
     for quantity, values in shares_of(maps, maps.cells):
         _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
     if maps.reach_band is not None:
-        for quantity, values in zip((REACH_LOW, REACH_HIGH), maps.reach_band, strict=True):
-            _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
+        band = maps.reach_band
+        for quantity, values in ((REACH_LOW, band.low), (REACH_HIGH, band.high)):
+            _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)], band.cell)
     if maps.cells.has_ways:
         bands = [values.astype(np.float32) for values in passage_per_metre(maps)]
         _write(folder, PER_METRE, terrain.frame, maps, system, bands)
@@ -120,10 +121,9 @@ class RasterPart(NamedTuple):
     column: NDArray[np.int64]
 
 
-def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
-    """Return the parts of a GeoTIFF to write: the tiles that rocks reached, or the whole image as one part."""
-    raster = maps.raster
-    row, column = np.divmod(maps.cells.cell, raster.nx)
+def _parts(cells: CountArray, raster: Raster, frame: Frame, tiles: bool) -> list[RasterPart]:
+    """Return the parts of a GeoTIFF to write: the tiles with the given cells (S,), or the whole image as one part."""
+    row, column = np.divmod(cells, raster.nx)
     row = row if frame.up == "y" else raster.ny - 1 - row
     if not tiles:
         return [
@@ -132,17 +132,18 @@ def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
     tile = row // TILE * raster.nx + column // TILE
     order = np.argsort(tile, kind="stable")
     parts = []
-    for cells in np.split(order, np.flatnonzero(np.diff(tile[order])) + 1) if len(order) else ():
-        top, left = row[cells[0]] // TILE * TILE, column[cells[0]] // TILE * TILE
+    for some in np.split(order, np.flatnonzero(np.diff(tile[order])) + 1) if len(order) else ():
+        top, left = row[some[0]] // TILE * TILE, column[some[0]] // TILE * TILE
         window = Window(left, top, min(TILE, raster.nx - left), min(TILE, raster.ny - top))
-        parts.append(RasterPart(window=window, cells=cells, row=row[cells] - top, column=column[cells] - left))
+        parts.append(RasterPart(window=window, cells=some, row=row[some] - top, column=column[some] - left))
     return parts
 
 
 def _write(
-    folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: CRS | None, bands: Sequence[NDArray[Any]]
-) -> None:
-    """Write one GeoTIFF from the values (S,) of the reached cells, one list for each band.
+    folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: CRS | None, bands: Sequence[NDArray[Any]],
+    cells: CountArray | None = None,
+) -> None:  # fmt: skip
+    """Write one GeoTIFF from the values (S,) of the given cells (S,), one list for each band; None: the reached cells.
 
     rasterio fills tiles that no rock reached with the value for missing data.
     """
@@ -155,7 +156,8 @@ def _write(
     tiled = max(raster.nx, raster.ny) >= LARGE
     if tiled:
         profile |= {"tiled": True, "blockxsize": TILE, "blockysize": TILE}
-    parts = _parts(maps, frame, tiled and math.isnan(quantity.elsewhere))
+    given = maps.cells.cell if cells is None else cells
+    parts = _parts(given, raster, frame, tiled and math.isnan(quantity.elsewhere))
     with rasterio.open(folder / f"{quantity.name}.tif", "w", **profile) as file:
         file.update_tags(**_tags(quantity, frame, maps, len(bands)))
         for number, values in enumerate(bands, start=1):

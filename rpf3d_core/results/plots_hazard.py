@@ -123,12 +123,14 @@ def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
     """Return the upper end of the reach probability over the parameter sets, if there are any."""
     if maps.reach_band is None:
         return {}
-    high, cell = maps.reach_band.high, maps.raster.cell
+    band, cell = maps.reach_band, maps.raster.cell
+    high = np.full(maps.cells.count, np.nan)
+    high[band.cell] = np.where(band.high > 0.0, band.high, np.nan)
     return {
         "reach_probability_high": Theme(
             "reach probability, upper end of 95 %", f"share of all rocks that come to a cell of {cell:g} m (%),\n"
             f"upper end over {maps.sets.flown} parameter sets",
-            maps.cells.everywhere(np.where(high > 0.0, high, np.nan), np.nan), reach_scale(maps.flown, high), 0.01,
+            high, reach_scale(maps.flown, band.high), 0.01,
         )
     }  # fmt: skip
 

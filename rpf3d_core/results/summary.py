@@ -19,6 +19,7 @@ from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_word
 from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
+from rpf3d_core.results.certainty import MISFIT_HELD, MISFIT_LEFT_OUT
 from rpf3d_core.results.findings import Run, sentence_of
 from rpf3d_core.results.hazard_zones import zones_section
 from rpf3d_core.results.observed import compare
@@ -166,7 +167,14 @@ def _counts(findings: Run) -> dict[str, Any]:
 def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
     """Return the share of rocks with an outcome, with both intervals in a run over parameter sets."""
     share = share_of(count, findings.totals.rocks)
-    return share if findings.maps.sets is None else with_predictive(share, *findings.maps.sets.outcome(outcome))
+    figures = findings.maps.sets
+    return share if figures is None else {**with_predictive(share, *figures.outcome(outcome)),
+                                           **_left_out(figures, "outcome")}  # fmt: skip
+
+
+def _left_out(figures: Any, name: str) -> dict[str, str]:
+    """Return what the predictive interval of a figure leaves out; empty if it holds the misfit or none is stated."""
+    return {} if figures.displaced is None or figures.is_displaced(name) else {"leaves_out": MISFIT_LEFT_OUT}
 
 
 def _unknowns(findings: Run) -> dict[str, Any]:
@@ -184,6 +192,7 @@ def _unknowns(findings: Run) -> dict[str, Any]:
             "sets": len(figures.sets),
             "sets_flown": figures.flown,
             "sample": None if spec.sample is None else spec.sample.name,
+            **({} if figures.displaced is None else {"misfit_m": spec.misfit, "misfit": MISFIT_HELD}),
             "parameters": parameters,
             "sampling": "95 % interval of the number of rocks, for these parameter sets",
             "predictive": "95 % interval of the result at the site, whose parameters are drawn as the sets are",
@@ -197,7 +206,7 @@ def _with_intervals(name: str, sample: Sample, figures: Any) -> dict[str, Any]:
     if figures is None:
         return facts
     sampling = {f"p{p}": list(sample.interval(p)) for p in PERCENTILES}
-    return {**facts, "sampling": sampling, "predictive": figures.percentile(name)}
+    return {**facts, "sampling": sampling, "predictive": figures.percentile(name), **_left_out(figures, name)}
 
 
 def _lost(findings: Run) -> dict[str, Any]:

@@ -8,17 +8,19 @@ from rpf3d_core.ensemble.flights import Deposits, Impacts, IntArray
 from rpf3d_core.ensemble.joined import one_after_another
 from rpf3d_core.ensemble.stream import BLOCK, Sink, Stream
 from rpf3d_core.ensemble.totals import Totals
+from rpf3d_core.hazard.displaced import DisplacedTally
 from rpf3d_core.hazard.sets import SetFigures, SetTally
+from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.setup.parameter_sets import flight_of_set
+from rpf3d_core.setup.parameter_sets import Ready, flight_of_set
 from rpf3d_core.setup.prepared import Prepared, releases_in_ranges
 from rpf3d_core.setup.rounds import Round
-from rpf3d_core.setup.unknowns import sets_of_scene
+from rpf3d_core.setup.unknowns import displacements_of_scene, sets_of_scene
 from rpf3d_core.unknowns.dealing import rocks_of_set
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
 
 
-def flights_over_sets(prepared: Prepared) -> tuple[ParameterSets, list[Flight]]:
+def flights_over_sets(prepared: Ready) -> tuple[ParameterSets, list[Flight]]:
     """Return the parameter sets of a scene, and the flight of each; all flights use the same compiled loop.
 
     Raises
@@ -31,6 +33,13 @@ def flights_over_sets(prepared: Prepared) -> tuple[ParameterSets, list[Flight]]:
     if all(isinstance(flight.materials, Materials) for flight in flights):
         return sets, flights
     return sets, [flight_of_set(prepared, sets.at(number), drawn=True) for number in range(len(sets))]
+
+
+def set_tally(prepared: Prepared, sets: ParameterSets, tallies: Tallies) -> SetTally:
+    """Return the empty counts of the parameter sets of a scene; tallies : the empty counts of the run's hazard maps."""
+    moves = displacements_of_scene(prepared.scene, sets)
+    displaced = None if moves is None else DisplacedTally(moves, tallies, prepared.engine)
+    return SetTally(sets, tallies, displaced)
 
 
 @dataclass(eq=False)
@@ -88,7 +97,8 @@ class SetFlyer:
             if not any(map(len, dealt)):
                 continue
             self.stream.flight = flight
-            self.stream.sink = self.further(self.tally.totals_of(number), gathered)
+            self.stream.watch = self.tally.watch_of(number)
+            self.stream.sink = self.further(self.tally.totals_of(number), self.tally.sink_of(number, gathered))
             whole = self.stream.fly(releases_in_ranges(self.prepared, some) for some in _blocks(dealt))
             self.tally.end(number)
             if not whole:

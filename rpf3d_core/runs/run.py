@@ -236,13 +236,12 @@ def _flyer(prepared: Prepared, stream: Stream, of_sets: Any, tallies: Tallies) -
     """Return the object that flies rounds of rocks: with the parameter sets and their flights, if there are any."""
     if of_sets is None:
         return _Flyer(prepared, stream)
-    from rpf3d_core.hazard.sets import SetTally
-    from rpf3d_core.runs.over_sets import SetFlyer
+    from rpf3d_core.runs.over_sets import SetFlyer, set_tally
 
     sets, flights = of_sets
     assert stream.sink is not None
     return SetFlyer(
-        prepared=prepared, stream=stream, flights=flights, tally=SetTally(sets, tallies), sink=stream.sink,
+        prepared=prepared, stream=stream, flights=flights, tally=set_tally(prepared, sets, tallies), sink=stream.sink,
         further=_both,
     )  # fmt: skip
 

@@ -70,7 +70,7 @@ class UnknownsSpec(StrictModel):
     )  # fmt: skip
     misfit: Number | None = Field(
         None, ge=0, description="a length (m) >= 0, by how much observed stops differ from the model's beyond its own "
-        "spread, as a calibration found; a run says that its intervals leave it out",
+        "spread, as a calibration found; predictive intervals hold it",
     )  # fmt: skip
 
     @property

@@ -1,6 +1,6 @@
 """The flight of a parameter set: other materials and models over the same terrain, with the same compiled loop."""
 
-from typing import Any
+from typing import Any, Protocol
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.materials.library import Materials
@@ -8,10 +8,27 @@ from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import check_may_be_unknown
 from rpf3d_core.setup.named import models_of
-from rpf3d_core.setup.prepared import Prepared, scene_drawn_materials, scene_materials, scene_settings
+from rpf3d_core.setup.prepared import scene_drawn_materials, scene_materials, scene_settings
+from rpf3d_core.terrain.facets import Terrain
 
 OF_THE_GROUND = ("materials", "stop_speed")
 """First keys of the key paths that change materials only; the others, and `slip_friction`, change models."""
+
+
+class Ready(Protocol):
+    """What the flight of a parameter set needs of a prepared scene (`setup.prepared.Prepared` has it)."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, whose values the set replaces."""
+
+    @property
+    def terrain(self) -> Terrain:
+        """The terrain, with its zones."""
+
+    @property
+    def flight(self) -> Flight:
+        """The flight with the scene's own values."""
 
 
 def check_names(scene: Scene, names: tuple[str, ...]) -> None:
@@ -26,7 +43,7 @@ def check_names(scene: Scene, names: tuple[str, ...]) -> None:
         check_may_be_unknown(scene, name)
 
 
-def flight_of_set(prepared: Prepared, values: dict[str, float], drawn: bool | None = None) -> Flight:
+def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None = None) -> Flight:
     """Return the flight of one parameter set, without reading the terrain or compiling again.
 
     values : values by key path, as from `ParameterSets.at`

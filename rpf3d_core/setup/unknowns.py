@@ -9,6 +9,7 @@ from rpf3d_core.materials.distributions import quantile
 from rpf3d_core.scene.key_paths import steps_to
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.unknowns import PriorSpec
+from rpf3d_core.unknowns.displacements import displacements
 from rpf3d_core.unknowns.parameter_sets import FloatArray, ParameterSets, parameter_sets, read_parameter_sets
 from rpf3d_core.unknowns.points import spread_points
 
@@ -35,6 +36,14 @@ def sets_of_scene(scene: Scene) -> ParameterSets:
         drawn = [quantile(prior.distribution, u) for u in points[:, place].tolist()]
         columns.append(np.array(drawn)[:, None])
     return parameter_sets([*known, *priors], np.concatenate(columns, axis=1))
+
+
+def displacements_of_scene(scene: Scene, sets: ParameterSets) -> FloatArray | None:
+    """Return the displacement in plan (S, 2) m of each parameter set of a scene; None if it states no misfit."""
+    spec = scene.unknowns
+    if spec is None or not spec.misfit:
+        return None
+    return displacements(sets, spec.misfit, scene.seed)
 
 
 def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:

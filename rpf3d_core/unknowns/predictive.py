@@ -66,6 +66,19 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
     )
 
 
+def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:
+    """Return intervals of N shares that hold the sampling intervals of N other shares; NaN ends stay NaN.
+
+    counts, totals : (N,) rocks that count and all rocks of the other shares; a share without rocks changes nothing
+    """
+    low, high = wilson_intervals(counts, np.maximum(totals, 1))
+    some = totals > 0
+    return Interval(
+        low=np.where(some, np.minimum(interval.low, low), interval.low),
+        high=np.where(some, np.maximum(interval.high, high), interval.high),
+    )
+
+
 def _between(shares: FloatArray, totals: FloatArray, seen: FloatArray, sets: NDArray[np.int64]) -> FloatArray:
     """Return the variance (N,) of shares between sets without the noise of the rocks, at its upper end.
 

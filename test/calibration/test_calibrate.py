@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recovery import BLOCKS, known_scene
+from recovery import BLOCKS, MIDDLE, known_scene
 from typer.testing import CliRunner
 
 from rpf3d_core.calibration import verdict
@@ -32,7 +32,7 @@ SEED = 3
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, float]]:
     """A scene with observed stops, and the values with which its rocks were flown."""
-    return known_scene(tmp_path_factory.mktemp("site"), SEED)
+    return known_scene(tmp_path_factory.mktemp("site"), SEED, MIDDLE)
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 """Known values are found: a small campaign. `make recovery` runs 100 calibrations."""
 
 import pytest
-from recovery import recovered
+from recovery import MIDDLE, recovered
 
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 
@@ -13,7 +13,7 @@ LEAST = 5
 
 
 def test_a_known_value_is_found_with_enough_effective_samples() -> None:
-    inside, effective, _ = recovered(3)
+    inside, effective, _ = recovered(3, MIDDLE)
     assert all(inside.values())
     assert effective > 50
 

@@ -3,9 +3,15 @@
 Reference/validation.md sections 1, 3 and 4; sources in docs/explanation/validation.md.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from field_cases import authume, chant_sura, tschamut
+from field_cases import authume, calibrated_tschamut, chant_sura, tschamut
+
+from rpf3d_core.calibration.observations import calibration_of, field_of
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare
 
 WHOLE, TENTH, HUNDREDTH = 0.5, 0.05, 0.005
 """Half a unit of the last figure that is published."""
@@ -102,3 +108,14 @@ def _lines() -> list[dict[str, str]]:
 
     with (tschamut.DATA / "observed_deposition.csv").open(newline="") as file:
         return sorted(csv.DictReader(file), key=lambda line: line["trajectory_id"])
+
+
+@needs_tschamut
+def test_the_scenes_of_tschamut_can_be_calibrated(tmp_path: Path) -> None:
+    calibrated_tschamut.write_scenes(tmp_path)
+    for name, unknowns in (("points", 3), ("blocks", 3)):
+        scene = read_scene(tmp_path / f"{name}.yaml")
+        field = field_of(scene, prepare(scene).terrain.frame)
+        assert len(field.stops) == tschamut.RUNS == len(scene.sources)
+        assert len(calibration_of(scene).unknowns) == unknowns
+        assert (field.shapes is None) == (name == "points")

@@ -1,0 +1,180 @@
+"""Count rocks as if the error of the model had moved their paths in plan: in zones, areas, map cells and runout.
+
+All rocks of a parameter set move by the displacement of this set (`unknowns.displacements`). Where a moved rock lies
+below or above the ground does not matter: only its place in plan counts. A vertical facet has no area in plan, so a
+zone of vertical facets alone keeps the counts of the rocks that did not move.
+"""
+
+import math
+import queue
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.ensemble.batches import Watch
+from rpf3d_core.ensemble.flights import Deposits, FloatArray, Impacts, IntArray
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
+from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.ensemble.statistics import PERCENTILES
+from rpf3d_core.ensemble.stream import Sink
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally
+from rpf3d_core.hazard.tallies import Tallies
+from rpf3d_core.hazard.tally import CellTally
+from rpf3d_core.hazard.walks.over_facet import VERTICAL
+from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import DEPOSITED
+
+NO_FACET = -1
+"""Stands for the facet of an impact that is not counted, and of a place without ground."""
+
+
+@dataclass(frozen=True, eq=False)
+class DisplacedFigures:
+    """What S parameter sets did with displaced paths.
+
+    moves : (S, 2) m, displacement of each set in plan; zones, areas : counts by place
+    runout : (S, P) m, of `PERCENTILES`, NaN for no rocks at rest
+    """
+
+    moves: FloatArray
+    zones: PlaceCounts
+    areas: PlaceCounts
+    runout: FloatArray
+
+
+class DisplacedTally:
+    """Counts what each parameter set does with displaced paths; its calls are those of `hazard.sets.SetTally`."""
+
+    def __init__(self, moves: FloatArray, tallies: Tallies, engine: Engine) -> None:
+        """Begin without rocks; moves : (S, 2) m; tallies : those of the run, which stay unchanged."""
+        self._moves, self._engine = moves, engine
+        self._tallies = tallies_of_places(tallies)
+        self._zones = PlaceTally(self._tallies.zones, len(moves))
+        self._areas = PlaceTally(self._tallies.inside, len(moves))
+        self._runout = [Sample() for _ in moves]
+
+    def watch_of(self, number: int, watch: Watch) -> Watch:
+        """Return a function that counts each batch of a set with displaced paths, and passes it on to `watch`."""
+
+        def both(batch: Batch, releases: Releases) -> FloatArray:
+            self._tallies(displaced_batch(batch, self._moves[number], self._engine), releases)
+            return watch(batch, releases)
+
+        return both
+
+    def sink_of(self, number: int, sink: Sink) -> Sink:
+        """Return a function that adds the displaced runout of a set's rocks, and passes the results on to `sink`."""
+
+        def both(deposits: Deposits, impacts: Impacts) -> None:
+            way = deposits.x[:, :2] + self._moves[number] - deposits.release[:, :2]
+            self._runout[number].add(np.linalg.norm(way[np.isin(deposits.outcome, DEPOSITED)], axis=1))
+            sink(deposits, impacts)
+
+        return both
+
+    def end(self, number: int) -> None:
+        """Add what has been counted since the last call to a set."""
+        self._zones.end(number)
+        self._areas.end(number)
+
+    def figures(self, zones: PlaceCounts) -> DisplacedFigures:
+        """Return what the sets did so far; zones : counts of the rocks that did not move."""
+        return DisplacedFigures(
+            moves=self._moves,
+            zones=_in_plan(self._zones.counts(), zones, zones_in_plan(self._engine.facets, len(zones.reached[0]))),
+            areas=self._areas.counts(),
+            runout=percentiles_of(self._runout),
+        )
+
+
+def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
+    """Return a batch whose paths and stops have moved in plan by (2,) m, and lie above all ground."""
+    facets = engine.facets
+    shift = np.array([*move, facets.high[2] - facets.low[2] + ABOVE_EVERYTHING])
+    impacts, pieces, finals = (_moved(rows, shift) for rows in (batch.impacts, batch.pieces, batch.finals))
+    counts = batch.counts.copy()
+    at_rest = np.isin(counts[:, 0], DEPOSITED)
+    counts[at_rest, 1] = _facets_below(finals[at_rest, 1:3], engine)
+    nowhere = np.full_like(batch.facets, NO_FACET)
+    return replace(batch, impacts=impacts, pieces=pieces, finals=finals, counts=counts, facets=nowhere)
+
+
+def _facets_below(places: FloatArray, engine: Engine) -> IntArray:
+    """Return the topmost facet (N,) at places in plan (N, 2) m, NO_FACET where there is no ground."""
+    top = np.column_stack([places, np.full(len(places), engine.facets.high[2] + ABOVE_EVERYTHING)])
+    return np.asarray(engine.ground_below(top)[:, 1].astype(np.int64))
+
+
+def percentiles_of(samples: list[Sample]) -> FloatArray:
+    """Return the percentiles (S, P) of S samples, NaN for a sample without values."""
+    nothing = [np.nan] * len(PERCENTILES)
+    return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
+
+
+def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: Raster) -> tuple[IntArray, FloatArray]:
+    """Return the map cells (M,) that rocks reach if their paths move in plan, and how many reach each (M,).
+
+    A moved cell lies across four cells, which share its rocks by area. Cells beyond the raster are left out.
+
+    cells, rocks : (N,) cells before the move, and how many rocks reached each; move : (2,) m
+    """
+    whole, part = np.divmod(move / raster.cell, 1.0)
+    found, counts = [], []
+    for i, in_x in ((0, 1.0 - part[0]), (1, part[0])):
+        for j, in_y in ((0, 1.0 - part[1]), (1, part[1])):
+            column = cells % raster.nx + int(whole[0]) + i
+            row = cells // raster.nx + int(whole[1]) + j
+            inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny) & (in_x * in_y > 0.0)
+            found.append((row * raster.nx + column)[inside])
+            counts.append(rocks[inside] * (in_x * in_y))
+    moved, which = np.unique(np.concatenate(found), return_inverse=True)
+    return moved, np.bincount(which, weights=np.concatenate(counts), minlength=len(moved)).astype(float)
+
+
+def zones_in_plan(facets: Facets, zones: int) -> NDArray[np.bool_]:
+    """Return which of the zones (Z,) have a facet that is not vertical."""
+    inclined = np.abs(np.asarray(facets.normals)[:, 2]) > VERTICAL
+    return np.asarray(np.bincount(np.asarray(facets.zone)[inclined], minlength=zones) > 0)
+
+
+def _in_plan(moved: PlaceCounts, unmoved: PlaceCounts, known: NDArray[np.bool_]) -> PlaceCounts:
+    """Return the counts of moved rocks in the places (P,) that are known in plan, else those of unmoved rocks."""
+    return PlaceCounts(
+        reached=np.where(known, moved.reached, unmoved.reached),
+        stopped=np.where(known, moved.stopped, unmoved.stopped),
+        energy=np.where(known, moved.energy, unmoved.energy),
+        energy_sampling=unmoved.energy_sampling,
+    )
+
+
+def _moved(rows: FloatArray, shift: FloatArray) -> FloatArray:
+    """Return rows (N, K) whose positions, columns 1 to 3, have moved by (3,) m."""
+    moved = rows.copy()
+    moved[:, 1:4] += shift
+    return moved
+
+
+def tallies_of_places(tallies: Tallies) -> Tallies:
+    """Return empty counts of the same zones and areas, over a raster of one cell, because map cells are not counted.
+
+    Facets are counted as well, because zones need the walk over them, but with the fewest bins.
+    """
+    facets = tallies.ground.facets
+    side = max(facets.high[0] - facets.low[0], facets.high[1] - facets.low[1], 1.0)
+    raster = Raster(x=facets.low[0], y=facets.low[1], cell=float(side), nx=1, ny=1)
+    zones, inside = (_empty(tally, len(tally.slot)) for tally in (tallies.zones, tallies.inside))
+    return replace(
+        tallies, ground=tallies.ground._replace(raster=raster), squares=_empty(tallies.squares, 1, 0.0),
+        facets=_empty(tallies.facets, len(tallies.facets.slot), 0.0), zones=zones, inside=inside,
+        idle=queue.SimpleQueue(), barriers=None,
+    )  # fmt: skip
+
+
+def _empty(tally: CellTally, cells: int, limit: float = math.inf) -> CellTally:
+    """Return an empty tally of some cells with the scales of another; limit : most bytes of its bins."""
+    return CellTally(cells, tally.scales, limit, tally.compiled, tally.ways)

@@ -1,0 +1,96 @@
+"""What each parameter set did in zones or areas: counts of rocks and p95 energies, as differences of common counts."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
+from rpf3d_core.hazard.layers import ENERGY, bins_of, rank_values
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.hazard.tally import CellTally
+from rpf3d_core.hazard.walks.cache_lines import LINE_DEPOSITS, LINE_ROCKS
+
+P95 = 95
+
+Filled = tuple[IntArray, IntArray, NDArray[np.uint32]]
+"""Bins that hold rocks: row, column and number of rocks of each (N,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceCounts:
+    """The rocks of S sets in P zones or areas: (S, P) rocks that reached and that stopped, and p95 energies (J).
+
+    energy : NaN for fewer than 20 rocks of the set
+    energy_sampling : (P, 2) J, the 95 % sampling interval of the p95 energy of all rocks; NaN for too few rocks
+    """
+
+    reached: FloatArray
+    stopped: FloatArray
+    energy: FloatArray
+    energy_sampling: FloatArray
+
+
+class PlaceTally:
+    """The counts of zones or areas, set by set, as differences of the common counts of a tally."""
+
+    def __init__(self, tally: CellTally, sets: int) -> None:
+        places = len(tally.slot)
+        self.tally = tally
+        self._counts = np.zeros((sets, 2, places), dtype=np.int64)
+        self._before = np.zeros((2, places), dtype=np.int64)
+        self._bins = np.zeros((0, 0), dtype=np.uint32)
+        self._filled: list[list[Filled]] = [[] for _ in range(sets)]
+
+    def end(self, number: int) -> None:
+        """Add what has been counted since the last call to a set."""
+        tally = self.tally
+        cells, after = tally.slots.cell[: tally.used], np.zeros_like(self._before)
+        for row, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):
+            after[row, cells] = tally.slots.lines.short[: tally.used, kind]
+        self._counts[number] += after - self._before
+        bins = bins_of(tally, ENERGY)
+        new = less(bins, self._bins) if len(self._bins) else bins
+        slot, column = np.nonzero(new)
+        self._filled[number].append((slot, column, new[slot, column]))
+        self._before, self._bins = after, bins
+
+    def counts(self) -> PlaceCounts:
+        """Return the counts of all sets."""
+        energy = np.array([self._energies(filled) for filled in self._filled])
+        reached, stopped = self._counts[:, 0].astype(float), self._counts[:, 1].astype(float)
+        return PlaceCounts(reached=reached, stopped=stopped, energy=energy, energy_sampling=self._sampling())
+
+    def _sampling(self) -> FloatArray:
+        """Return the sampling intervals (P, 2) J of the p95 energies of all rocks, by ranks as in `Sample.interval`."""
+        tally, ends = self.tally, np.full((len(self.tally.slot), 2), np.nan)
+        rocks = self._bins.sum(axis=1, dtype=np.int64)
+        half = NORMAL_QUANTILE_95 * np.sqrt(rocks * P95 * (100 - P95)) / 100.0
+        ranks = (np.floor(rocks * P95 / 100.0 - half), np.ceil(rocks * P95 / 100.0 + half) + 1)
+        for end, rank in enumerate(ranks):
+            some = np.flatnonzero((rank >= 1) & (rank <= rocks) & (rocks >= FEWEST_ROCKS))
+            if len(some):
+                values = rank_values(tally, ENERGY, self._bins[some], rank[some].astype(np.int64))
+                ends[tally.slots.cell[some], end] = values
+        return ends
+
+    def _energies(self, filled: "list[Filled]") -> FloatArray:
+        """Return the p95 energy (P,) J of the rocks of a set in each place, from the bins that they fill."""
+        tally, energy = self.tally, np.full(len(self.tally.slot), np.nan)
+        bins = np.zeros(self._bins.shape, dtype=np.uint32)
+        for slot, column, rocks in filled:
+            bins[slot, column] += rocks
+        rocks = bins.sum(axis=1, dtype=np.int64)
+        many = np.flatnonzero(rocks >= FEWEST_ROCKS)
+        if len(many):
+            energy[tally.slots.cell[many]] = rank_values(tally, ENERGY, bins[many], -((-rocks[many] * P95) // 100))
+        return energy
+
+
+def less(after: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
+    """Return what has been added to counts (N,) or (N, B), of whose rows the first were there before."""
+    new = after.copy()
+    new[: len(before)] -= before
+    return new

@@ -1,0 +1,28 @@
+"""Displacements: by how much the error of a model moves all rocks of a parameter set in plan.
+
+A calibration finds a misfit: observed stops lie farther from the model's than its own spread explains. The misfit is
+read as an error that all rocks of one parameter set share, like an unknown offset of their paths. Its distribution is
+normal, with the same standard deviation in both directions of the plan, as the likelihood of the calibration has it.
+"""
+
+import numpy as np
+
+from rpf3d_core.materials.normal_quantile import normal_quantile
+from rpf3d_core.unknowns.parameter_sets import FloatArray, ParameterSets
+from rpf3d_core.unknowns.points import SMALLEST, spread_points
+
+IN_PLAN = 2
+"""Number of directions of a displacement."""
+
+
+def displacements(sets: ParameterSets, misfit: float, seed: int) -> FloatArray:
+    """Return the displacement in plan (S, 2) m of each of S parameter sets, evenly spread over a normal distribution.
+
+    The displacements depend on the seed and the number of the set alone. Their dimensions of the point sequence follow
+    those of the parameters, so that displacements and parameters are spread evenly together.
+
+    misfit : m, standard deviation of a displacement in each direction
+    """
+    points = spread_points(len(sets), len(sets.names) + IN_PLAN, seed)[:, -IN_PLAN:]
+    normal = [[normal_quantile(max(u, SMALLEST)) for u in row] for row in points.tolist()]
+    return np.asarray(misfit * np.array(normal))

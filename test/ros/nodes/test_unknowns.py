@@ -1,0 +1,61 @@
+"""rpf3d_simulator as a process with a scene whose ground is not known: its alerts use predictive intervals."""
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_peer import polygon, with_alerts
+
+from rpf3d_core.alerts.audit import audit_log
+
+SCENE = """\
+terrain: {pit: {}}
+sources: [{name: sources, points: [[0, 0, 0]]}]
+materials:
+  default:
+    normal_restitution: {prior: {min: 0.2, max: 0.7}}
+    tangential_restitution: 0.8
+    friction_angle_deg: 30
+ground: sliding
+target: {most_rocks: 4000}
+unknowns: {sets: 40}
+"""
+SITE = """\
+site: test pit
+valid_s: 1
+alarm_from: restrict
+evidence:
+  sources_max_age_s: 3600
+  terrain_max_age_s: 3600
+  clock_tolerance_s: 1
+  fewest_rocks: 100
+  most_unfinished: 1
+  most_left: 1
+  interval: INTERVAL
+areas:
+  live_area: {evacuate: {reach_probability: 0.995}}
+"""
+FAR = ((54.0, 2.0), (59.0, 2.0), (59.0, 58.0), (54.0, 58.0))
+"""Corners (m) of an area that all rocks reach on hard ground, and not all on soft ground."""
+
+
+@pytest.mark.parametrize(("interval", "level", "words"), [
+    ("predictive", "evacuate", "predictive over 40 parameter sets"),
+    ("sampling", "normal", "by the number of rocks alone"),
+])  # fmt: skip
+def test_the_interval_that_the_site_chooses_decides_and_an_audit_agrees(stage, interval, level, words):
+    parameters = with_alerts(stage.folder)
+    (stage.folder / "site.yaml").write_text(SITE.replace("INTERVAL", interval))
+    (stage.folder / "live.yaml").write_text(SCENE)
+    kept = {name: value for name, value in parameters.items() if not name.startswith(("ground", "target"))}
+    process = stage.node("simulator_node", scene=stage.folder / "live.yaml", **kept)
+    peer = stage.live_peer()
+    peer.wait_for_simulator()
+    peer.wait_for_sentence("active")
+    peer.stand_on_ramp()
+    peer.send("areas/polygon", polygon(FAR, peer.now()))
+    assert int(peer.answered()["rocks"]) >= 40
+    assert words in peer.wait_for_alert(level, reason=words).message
+    assert process.poll() is None
+    audit = audit_log(stage.folder / "decisions")
+    assert audit.sound and audit.decisions > 0
