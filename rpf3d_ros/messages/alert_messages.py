@@ -1,5 +1,6 @@
 """Convert an alert to a diagnostic_msgs/DiagnosticArray for `alerts` and a std_msgs/Bool for `alarm`."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -39,19 +40,16 @@ def alerts_message(
     publication : number and time of the publication, for a consumer that must notice a repeated or an old message
     """
     reasons = {f"reason.{number}": reason for number, reason in enumerate(alert.reasons)}
-    values = {
-        "level": alert.level.word,
-        "held": alert.held.word,
-        "alarm": str(alert.alarm).lower(),
+    common = {
         "result": "" if result is None else str(result),
         "decided_at_ns": str(alert.at_ns),
         "valid_until_ns": str(alert.valid_until_ns),
         **_publication_values(alert, publication),
-        **reasons,
     }
+    values = {**_level_values(alert), "alarm": str(alert.alarm).lower(), **common, **reasons}
     sentence = f"{alert.level.word}: {'; '.join(alert.reasons)}"
     site = Health(name=ALERT, level=LEVELS[alert.level.word], message=sentence, values=values)
-    message = diagnostics_of(header.stamp, [site, *(_of_area(area, alert) for area in alert.areas)])
+    message = diagnostics_of(header.stamp, [site, *(_of_area(area, alert, common) for area in alert.areas)])
     message.header.frame_id = header.frame_id
     return message
 
@@ -66,8 +64,21 @@ def _publication_values(alert: Alert, publication: Publication | None) -> dict[s
     }
 
 
-def _of_area(area: AreaAlert, alert: Alert) -> Health:
-    """Return the diagnostic status of an area; its message begins with the reason for the alert level."""
+def _level_values(alert: Alert | AreaAlert) -> dict[str, str]:
+    """Return the levels of the site or of an area: as words, and the shown level as the number of `Level`."""
+    return {
+        "level": alert.level.word,
+        "level_number": str(int(alert.level)),
+        "held": alert.held.word,
+        "evident": alert.evident.word,
+    }
+
+
+def _of_area(area: AreaAlert, alert: Alert, common: Mapping[str, str]) -> Health:
+    """Return the diagnostic status of an area; its message begins with the reason for the alert level.
+
+    common : values that the site and all areas have
+    """
     held = f"{area.held.word} is held and needs an acknowledgement to step down"
     sentence = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
     faults = "; ".join(alert.faults)
@@ -75,12 +86,7 @@ def _of_area(area: AreaAlert, alert: Alert) -> Health:
         sentence = f"fault: {faults}; {sentence}"
     elif faults:
         sentence = f"{sentence}; {faults}"
-    values = {
-        "level": area.level.word,
-        "held": area.held.word,
-        "evident": area.evident.word,
-        "valid_until_ns": str(alert.valid_until_ns),
-    }
+    values = {**_level_values(area), **common}
     return Health(name=f"{ALERT} {area.name}", level=LEVELS[area.level.word], message=sentence, values=values)
 
 

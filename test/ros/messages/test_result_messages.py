@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
+from rpf3d_core.alerts.levels import Level
 from rpf3d_ros.messages.alert_messages import LEVELS, alarm_message, alerts_message
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.health import OK, WARN, healths_of
@@ -56,16 +57,17 @@ def test_a_damaged_result_is_refused(key):
 
 
 def alert(word, alarm=False):
-    level = SimpleNamespace(word=word)
+    level = Level[word.upper()]
     reasons = ("ramp: 12 % of rocks reach it", "held since 08:15")
     faults = ("there is no answer",) if word == "fault" else ()
     return SimpleNamespace(
-        level=level, held=level, reasons=reasons, faults=faults, areas=(), alarm=alarm, at_ns=5, valid_until_ns=2**62
-    )
+        level=level, held=level, evident=level, reasons=reasons, faults=faults, areas=(), alarm=alarm, at_ns=5,
+        valid_until_ns=2**62,
+    )  # fmt: skip
 
 
 def area(name, *words, why):
-    level, held, evident = (SimpleNamespace(word=word) for word in words)
+    level, held, evident = (Level[word.upper()] for word in words)
     return SimpleNamespace(name=name, level=level, held=held, evident=evident, why=why)
 
 
@@ -92,8 +94,10 @@ def test_each_area_has_a_status_of_its_own_behind_that_of_the_site():
         "restrict is held and needs an acknowledgement to step down; no limit is reached; no source, so no rock flew"
     )
     assert ramp.health.values == {
-        "level": "restrict", "held": "restrict", "evident": "normal", "valid_until_ns": str(2**62),
+        "level": "restrict", "level_number": "2", "held": "restrict", "evident": "normal",
+        "result": "7", "decided_at_ns": "5", "valid_until_ns": str(2**62),
     }  # fmt: skip
+    assert set(ramp.health.values) <= set(site.health.values), "a machine reads the site and an area alike"
     assert crusher.health.message == "watch, for 12 of 900 rocks came"
 
 
