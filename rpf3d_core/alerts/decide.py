@@ -113,7 +113,7 @@ def _too_small(
     flown = min((area.flown for area in areas), default=0)
     few, wanted = f"{flown:,} rocks flown are too few to clear", f"the site wants {thresholds.evidence.fewest_rocks:,}"
     if any(lacks_predictive(area, thresholds.evidence) for area in areas):
-        wanted += " and a predictive interval, which needs more rocks of each parameter set"
+        few, wanted = "too few rocks of each parameter set have flown to clear", "there is no predictive interval yet"
     if stands:
         return tuple(f"{name}: {few} it ({wanted}), and no decision on it stands" for name in new)
     return (f"{few} anything ({wanted}), and no decision stands",)

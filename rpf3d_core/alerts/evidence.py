@@ -38,6 +38,8 @@ class AreaEvidence(NamedTuple):
     sets : number of parameter sets of a scene with unknowns, which share out the rocks; 0 without unknowns
     predictive_low, predictive_high : 95 % predictive interval of the share (-) over the parameter sets; None without
         unknowns, and while too few rocks of each set have flown
+    left_high : as predictive_high, of the share of rocks that reached the area or are in `left`; set by set, because
+        most rocks may leave in the few sets that also decide the upper end
     """
 
     name: str
@@ -56,6 +58,7 @@ class AreaEvidence(NamedTuple):
     sets: int = 0
     predictive_low: float | None = None
     predictive_high: float | None = None
+    left_high: float | None = None
 
 
 class Evidence(NamedTuple):

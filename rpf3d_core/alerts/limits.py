@@ -51,15 +51,16 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
     """Return the level that an area would have if all rocks that left the terrain had reached it; None if none left.
 
-    Only the share of rocks counts here, because no one knows the energy of a rock that left.
+    Only the share of rocks counts here, because no one knows the energy of a rock that left. Without `left_high`, all
+    rocks that left may belong to one parameter set.
     """
     if area.left <= 0:
         return None
     reached = min(max(area.reached, 0) + area.left, max(area.flown, 0))
     low, high = wilson_interval(reached, max(area.flown, 1))
-    predictive = area.predictive_high
-    if predictive is not None:
-        predictive = min(predictive + area.left / max(area.flown, 1), 1.0)
+    predictive = area.left_high
+    if predictive is None and area.predictive_high is not None:
+        predictive = min(area.predictive_high + max(area.sets, 1) * area.left / max(area.flown, 1), 1.0)
     return level_of(area._replace(reached=reached, low=low, high=high, predictive_high=predictive), thresholds)
 
 

@@ -122,6 +122,8 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
         yield f"a predictive interval from {low} to {high} over {area.sets} parameter sets cannot be"
     elif low is not None and high is not None and not 0.0 <= low <= area.low <= area.high <= high <= 1.0:
         yield f"the predictive interval {low} to {high} does not hold the sampling interval"
+    elif area.left_high is not None and not (high is not None and high <= area.left_high <= 1.0):
+        yield f"with the rocks that left, the upper end {high} becomes {area.left_high}, which cannot be"
 
 
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:

@@ -227,9 +227,10 @@ def _fly_sets(
         ]
         releases = releases_of(standing, released, dealt, standing.scene.seed, sources)
         stream.flight, stream.watch = flight, over.watch_of(number)
+        flown, left = cluster.flown, cluster.left
         if len(releases.x) and not stream.fly([releases]):
             return False
-        over.end(number, len(releases.x))
+        over.end(number, cluster.flown - flown, cluster.left - left)
     return True
 
 

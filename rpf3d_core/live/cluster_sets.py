@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import Flight, Watch
-from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.hazard.displaced import displaced_batch, tallies_of_places
 from rpf3d_core.hazard.tallies import Tallies
@@ -89,6 +89,7 @@ class ClusterSets:
             counted.append(self._places.inside)
         self._reached = [_Differences(tally, len(sets.flights)) for tally in counted]
         self._flown = np.zeros(len(sets.flights))
+        self._left = np.zeros_like(self._reached[0].counts)
 
     @property
     def count(self) -> int:
@@ -107,9 +108,14 @@ class ClusterSets:
 
         return both
 
-    def end(self, number: int, flown: int) -> None:
-        """Add what has been counted since the last call to a set; flown : number of its rocks that flew since then."""
+    def end(self, number: int, flown: int, left: IntArray) -> None:
+        """Add what has been counted since the last call to a set.
+
+        flown : number of its rocks, fragments included, that flew since then
+        left : (A,) how many of them left the terrain with each area ahead of them
+        """
         self._flown[number] += flown
+        self._left[number] += left
         for reached in self._reached:
             reached.end(number)
 
@@ -117,10 +123,19 @@ class ClusterSets:
         """Return the predictive intervals of the share of rocks that reach each area; None for too few rocks."""
         if self._flown.sum() < self._sets.least_rocks:
             return None
-        flown, displaced = self._reached[0].counts, self._reached[-1].counts
-        totals = np.broadcast_to(self._flown[:, None], flown.shape)
-        found = predictive_shares(displaced, totals)
+        flown, totals = self._reached[0].counts, self._totals()
+        found = predictive_shares(self._reached[-1].counts, totals)
         return holding(found, flown.sum(axis=0), totals.sum(axis=0))
+
+    def left_high(self, found: Interval) -> FloatArray:
+        """Return the upper ends (A,) if the rocks that left with an area ahead had reached it; found : `predictive`."""
+        totals = self._totals()
+        counts = np.minimum(self._reached[-1].counts + self._left, totals)
+        return np.maximum(predictive_shares(counts, totals).high, found.high)
+
+    def _totals(self) -> FloatArray:
+        """Return the number of rocks of each set, for each area: (S, A)."""
+        return np.broadcast_to(self._flown[:, None], self._left.shape)
 
 
 def tallies_of_displaced(sets: LiveSets | None, tallies: Tallies) -> Tallies | None:

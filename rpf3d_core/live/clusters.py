@@ -68,6 +68,7 @@ def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: in
 class ClusterTally:
     """The counts of the rocks of one cluster: outcomes, visits of areas, and rocks that left with an area ahead.
 
+    left : (A,) rocks that left the terrain with each area ahead of them
     over_sets : what each parameter set of a scene with unknowns did; None without unknowns
     """
 
@@ -78,14 +79,14 @@ class ClusterTally:
         self.inside = CellTally(len(inside.slot), inside.scales, inside.limit, inside.compiled)
         self.tallies = replace(tallies, inside=self.inside)
         self.outcomes: Counter[Outcome] = Counter()
-        self._left = np.zeros(len(areas), dtype=np.int64)
+        self.left = np.zeros(len(areas), dtype=np.int64)
         self.over_sets: ClusterSets | None = None
 
     def count(self, deposits: Deposits, impacts: Impacts) -> None:
         """Count how the rocks of a block ended."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
-        self._left += left_ahead_of(deposits, self._areas)
+        self.left = self.left + left_ahead_of(deposits, self._areas)
 
     @property
     def flown(self) -> int:
@@ -95,7 +96,7 @@ class ClusterTally:
     def evidence(self, names: Sequence[str]) -> tuple[AreaEvidence, ...]:
         """Return the evidence of the areas with the given names from the rocks of this cluster."""
         found = areas_in(layers_of(self.inside), names, self.flown)
-        left = zip(found, self._left.tolist(), strict=True)
+        left = zip(found, self.left.tolist(), strict=True)
         areas = tuple(area._replace(left=min(n, area.flown - area.reached)) for area, n in left)
         return areas if self.over_sets is None else _with_predictive(areas, self.over_sets)
 
@@ -105,8 +106,11 @@ def _with_predictive(areas: tuple[AreaEvidence, ...], sets: ClusterSets) -> tupl
     found = sets.predictive()
     if found is None:
         return tuple(area._replace(sets=sets.count) for area in areas)
-    ends = zip(areas, found.low.tolist(), found.high.tolist(), strict=True)
-    return tuple(area._replace(sets=sets.count, predictive_low=low, predictive_high=high) for area, low, high in ends)
+    ends = zip(areas, found.low.tolist(), found.high.tolist(), sets.left_high(found).tolist(), strict=True)
+    return tuple(
+        area._replace(sets=sets.count, predictive_low=low, predictive_high=high, left_high=with_left)
+        for area, low, high, with_left in ends
+    )
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:

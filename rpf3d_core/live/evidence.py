@@ -70,6 +70,7 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
         sets=max(area.sets for area in said),
         predictive_low=predictive_low,
         predictive_high=predictive_high,
+        left_high=_left_high_of(said, predictive_high),
     )
 
 
@@ -83,6 +84,15 @@ def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[f
     if not over or len(lows) < len(over) or len(highs) < len(over):
         return None, None
     return min(low, max(lows)), max(high, *highs)
+
+
+def _left_high_of(said: list[AreaEvidence], predictive_high: float | None) -> float | None:
+    """Return the worst `left_high` of several results; None if a result over parameter sets has none."""
+    ends = [area.left_high for area in said if area.sets]
+    known = [end for end in ends if end is not None]
+    if predictive_high is None or not ends or len(known) < len(ends):
+        return None
+    return max(predictive_high, *known)
 
 
 def _p95_or_largest(area: AreaEvidence) -> float | None:

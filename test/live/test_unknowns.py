@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from alert_evidence import NOW, S, area, decided, evidence, site
-from watched_road import LIMITS, ON_THE_SLOPE, WANTED, behind_a_bank, decided_on, slope
+from watched_road import LIMITS, ON_THE_SLOPE, ROAD, WANTED, behind_a_bank, decided_on, slope
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide
@@ -192,7 +192,47 @@ def test_of_several_walls_the_worst_predictive_interval_counts():
     assert together([one, pending]).areas[0].predictive_high is None, "the wall without an interval hides nothing"
 
 
+LEFT_ALONE = site({"ramp": {"evacuate": {"reach_probability": 0.1}}}, most_left=0.5)
+"""A site by which rocks that left are a fault only where they would raise the level."""
+
+
 def test_rocks_that_left_count_as_if_they_had_reached_the_area():
     left = area(70, left=300, **OVER_SETS)
-    alert = decided(evidence(left), thresholds=site({"ramp": {"evacuate": {"reach_probability": 0.1}}}, most_left=0.5))
+    alert = decided(evidence(left), thresholds=LEFT_ALONE)
     assert alert.level == Level.FAULT and "left the terrain" in alert.faults[0]
+
+
+@pytest.mark.parametrize(
+    ("left_high", "level"), [(0.32, Level.FAULT), (0.09, Level.NORMAL), (None, Level.FAULT)]
+)  # fmt: skip
+def test_few_rocks_that_left_in_few_sets_count_in_their_sets(left_high, level):
+    """One in a hundred left, half of them in one of 64 sets: pooled they would raise the share by 1 % alone."""
+    few = area(4, left=100, sets=64, predictive_low=0.0, predictive_high=0.002, left_high=left_high)
+    assert decided(evidence(few), thresholds=LEFT_ALONE).level == level
+
+
+def test_an_upper_end_with_the_rocks_that_left_cannot_be_lower_than_without_them():
+    assert decided(evidence(area(70, left_high=0.05, **OVER_SETS))).faults != ()
+
+
+def test_where_the_survey_ends_before_the_road_the_rocks_that_left_count_set_by_set(folder, found):
+    cut = standing_with(folder, points=slope()[:, :62])
+    (road,) = stages(cut, [ON_THE_SLOPE])[-1].evidence
+    (whole,) = found[-1].evidence
+    pooled = road.left / road.flown
+    assert road.reached == 0 < road.left
+    assert road.left_high > whole.predictive_high - 0.1 > 2.0 * pooled, "rocks leave in the sets that run far"
+
+
+def test_fragments_count_as_rocks_of_their_set(folder, tmp_path):
+    path = tmp_path / "live.yaml"
+    path.write_text(
+        SCENE.format(R_n=RANGE, misfit="")
+        + "effects: {fragmentation: {least_ratio: 0.4, least_volume: 0.02, generations: 1}}\n"
+    )
+    standing = stand_on(Workshop().whole(GridSurvey(slope())), live_scene({"scene": str(path)}))
+    answer = stages(standing, [ON_THE_SLOPE], road=np.array(ROAD))[-1]
+    (road,) = answer.evidence
+    assert road.flown % 100 != 0, "every stage has some hundred rocks, and their fragments"
+    assert 0.0 <= road.predictive_low <= road.low <= road.high <= road.predictive_high <= 1.0
+    assert decided_on(answer, site({"road": LIMITS}, fewest_rocks=WANTED)).faults == ()
