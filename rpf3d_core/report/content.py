@@ -14,7 +14,7 @@ from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
-from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, Figure, beyond_toe, directions, percentile_of
+from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -53,6 +53,10 @@ PICTURES = (
 SLIDES = (
     "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
     "not known and counts as larger than all others."
+)
+HEIGHTS_LEAVE_OUT = (
+    "The predictive intervals of heights leave out the misfit of the model; those of rocks that pass and of energies "
+    "hold it."
 )
 FROM_PATHS = (
     "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
@@ -137,7 +141,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
     """Return the main figures of the report."""
     rows = [["distance beyond the toe that holds 90 % of the rocks",
-             *figure_cells(_held(run, beyond, DESIGN), metres)]]  # fmt: skip
+             *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
     for name, bench in run.summary["benches"].items():
@@ -145,10 +149,6 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
             rows.append([f"retained by {name}, of the rocks that came", *share_cells(bench["retained"])])
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
     return [Heading("The answer"), Table(("", *THREE), rows[:12]), Text(note, quiet=True)]
-
-
-def _held(run: RunFiles, beyond: BeyondToe, wanted: int) -> Figure:
-    return percentile_of(beyond.distance, beyond.set, run.sets, wanted)
 
 
 def _pictures(run: RunFiles) -> Iterator[Block]:
@@ -199,7 +199,7 @@ def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> 
     at = np.linspace(0.0, max(float(section.distance[-1] - zero), 1.0), 120)
     shares = shares_beyond(beyond, run.sets, at) if len(beyond.rows) else []
     predictive = [figure.predictive for figure in shares]
-    held = _held(run, beyond, DESIGN).value
+    held = held_beyond(beyond, run.sets, DESIGN).value
     figure = section_figure(SectionDrawing(
         distance=section.distance - zero, ground=section.ground, paths=[path - (zero, 0.0) for path in section.paths],
         held=held if held is not None and held < FAR else None, at=at if shares else np.empty(0),
@@ -240,7 +240,8 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
         yield Text("Not known: no face lies below the releases.")
         return
     yield Table(
-        ("holds", *THREE), [[f"{p} % of the rocks", *figure_cells(_held(run, beyond, p), metres)] for p in HELD]
+        ("holds", *THREE),
+        [[f"{p} % of the rocks", *figure_cells(held_beyond(beyond, run.sets, p), metres)] for p in HELD],
     )
     yield Text("Horizontal distance from the foot of the first face below the release to the end of the rock, along "
                f"the rock's way in plan. A face is steeper than {STEEP:g} degrees. Of {len(beyond.rows):,} rocks.",
@@ -273,6 +274,8 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -
     yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
                f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
                f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
+    if run.moves is not None:
+        yield Text(HEIGHTS_LEAVE_OUT, quiet=True)
 
 
 def _barriers(barriers: dict[str, Any]) -> Table:

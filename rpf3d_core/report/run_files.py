@@ -18,10 +18,13 @@ from rpf3d_core.results.inputs import INPUTS
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.unknowns.dealing import turns
+from rpf3d_core.unknowns.displacements import displacements
+from rpf3d_core.unknowns.parameter_sets import read_parameter_sets
 from rpf3d_core.values import DEPOSITED
 
 IntArray = NDArray[np.int64]
 AT_REST = [outcome.name.lower() for outcome in DEPOSITED]
+PARAMETER_SETS = "parameter_sets.parquet"
 KEY = ("source", "rock", "piece")
 """Columns that identify a rock in all tables."""
 
@@ -60,6 +63,7 @@ class RunFiles(NamedTuple):
     """The content of a result folder, for a report.
 
     summary, inputs : content of summary.json and inputs.json; terrain : without zones, in the local frame
+    moves : (S, 2) m, displacement in plan of each parameter set; None if the scene states no misfit of its model
     """
 
     folder: Path
@@ -68,6 +72,7 @@ class RunFiles(NamedTuple):
     terrain: Terrain
     ends: Ends
     paths: KeptPaths
+    moves: FloatArray | None = None
 
     @property
     def sets(self) -> int:
@@ -95,9 +100,18 @@ def read_run(folder: Path) -> RunFiles:
         ground = _terrain(folder / "terrain.vtp", frame)
         ends = _ends(folder / DEPOSITS, frame, sources, sets)
         paths = _paths(folder / "trajectories.parquet", frame)
+        moves = _moves(folder, inputs["scene"]) if sets else None
     except (OSError, KeyError, pa.ArrowInvalid) as fault:
         raise InputError(f"{folder}: is damaged ({fault}); run its scene again") from fault
-    return RunFiles(folder=folder, summary=summary, inputs=inputs, terrain=ground, ends=ends, paths=paths)
+    return RunFiles(
+        folder=folder, summary=summary, inputs=inputs, terrain=ground, ends=ends, paths=paths, moves=moves
+    )  # fmt: skip
+
+
+def _moves(folder: Path, scene: dict[str, Any]) -> FloatArray | None:
+    """Return by how much the run displaced the paths of each parameter set (S, 2) m; None without a misfit."""
+    misfit = (scene["unknowns"] or {}).get("misfit")
+    return displacements(read_parameter_sets(folder / PARAMETER_SETS), misfit, scene["seed"]) if misfit else None
 
 
 def _terrain(path: Path, frame: Frame) -> Terrain:

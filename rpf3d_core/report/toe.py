@@ -50,6 +50,7 @@ class BeyondToe(NamedTuple):
     rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan
     toe : (N,) m from the release to the toe; distance : (N,) m beyond the toe, negative before it, BEYOND if the rock
         did not stop
+    shift : (N,) m by which the displacement of a rock's parameter set moves its path along its line; 0 without a misfit
     set : (N,) parameter set of each rock; None without unknowns
     """
 
@@ -57,7 +58,13 @@ class BeyondToe(NamedTuple):
     along: FloatArray
     toe: FloatArray
     distance: FloatArray
+    shift: FloatArray
     set: NDArray[np.int64] | None
+
+    @property
+    def displaced(self) -> FloatArray:
+        """Distances (N,) m beyond the toe as predictive intervals take them: with a draw of the model's misfit."""
+        return self.distance + self.shift
 
 
 def beyond_toe(run: RunFiles) -> BeyondToe:
@@ -67,10 +74,18 @@ def beyond_toe(run: RunFiles) -> BeyondToe:
     toe = toes(run, run.ends.release[rows], along, run.ends.runout[rows])
     distance = np.where(run.ends.at_rest[rows], run.ends.runout[rows] - toe, BEYOND)
     known = np.isfinite(toe)
+    rows, along = rows[known], along[known]
     return BeyondToe(
-        rows=rows[known], along=along[known], toe=toe[known], distance=distance[known],
-        set=None if run.ends.set is None else run.ends.set[rows[known]],
+        rows=rows, along=along, toe=toe[known], distance=distance[known], shift=_shift(run, rows, along),
+        set=None if run.ends.set is None else run.ends.set[rows],
     )  # fmt: skip
+
+
+def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatArray:
+    """Return by how much (N,) m the misfit of the model moves rocks along their lines (N, 2)."""
+    if run.moves is None or run.ends.set is None:
+        return np.zeros(len(rows))
+    return np.asarray((run.moves[run.ends.set[rows]] * along).sum(axis=1))
 
 
 def directions(ends: Ends) -> FloatArray:
@@ -121,19 +136,44 @@ def foot_of_face(distance: FloatArray, ground: FloatArray) -> float:
     return float(distance[last + 1]) if last + 1 < len(step) else math.nan
 
 
-def percentile_of(values: FloatArray, sets: NDArray[np.int64] | None, count: int, wanted: int) -> Figure:
+class SetValues(NamedTuple):
+    """Values (N,) of rocks from which a predictive interval is taken; set : (N,) of each; sets : number of sets."""
+
+    values: FloatArray
+    set: NDArray[np.int64]
+    sets: int
+
+
+def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None) -> Figure:
     """Return a percentile of values (N,) of rocks, with its sampling interval and its interval over parameter sets.
 
-    sets : (N,) parameter set of each value, None without unknowns; count : number of sets; wanted : such as 90
+    wanted : such as 90; set_values : the values with the misfit, as far as it is known; None without unknowns
+
+    The predictive interval holds the sampling interval.
     """
     if len(values) == 0:
         return Figure(value=None, sampling=None, predictive=None)
     sample = Sample(values)
+    sampling = sample.interval(wanted)
+    over = None if set_values is None else _over_sets(set_values.values, set_values.set, set_values.sets, wanted)
     return Figure(
-        value=sample.percentiles((wanted,))[0],
-        sampling=sample.interval(wanted),
-        predictive=None if sets is None else _over_sets(values, sets, count, wanted),
-    )
+        value=sample.percentiles((wanted,))[0], sampling=sampling,
+        predictive=None if over is None else _holding(over, sampling),
+    )  # fmt: skip
+
+
+def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
+    """Return the distance (m) beyond the toe that holds a percentage of the rocks; sets : number of parameter sets."""
+    set_values = None if beyond.set is None else SetValues(values=beyond.displaced, set=beyond.set, sets=sets)
+    return percentile_of(beyond.distance, wanted, set_values)
+
+
+def _holding(
+    over: tuple[float, float], sampling: tuple[float | None, float | None]
+) -> tuple[float | None, float | None]:
+    """Return an interval over parameter sets that holds the sampling interval; an end without a bound stays so."""
+    low, high = sampling
+    return None if low is None else min(over[0], low), None if high is None else max(over[1], high)
 
 
 def _over_sets(values: FloatArray, sets: NDArray[np.int64], count: int, wanted: int) -> tuple[float, float] | None:

@@ -10,7 +10,7 @@ from rpf3d_core.report.passing import passing, places_beyond, places_for, shares
 from rpf3d_core.report.run_files import _sets
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.segments import KEPT, segments_of
-from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, foot_of_face, percentile_of
+from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, foot_of_face, held_beyond
 from rpf3d_core.report.words import BEYOND_TERRAIN, UNKNOWN, interval, metres
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.dealing import set_of_rock
@@ -57,7 +57,7 @@ def test_the_foot_of_a_face_is_where_flat_ground_begins(ground: list[float], foo
 def test_ninety_percent_stop_within_the_ninetieth_percentile() -> None:
     runouts = np.linspace(10.0, 110.0, 1001)
     beyond = beyond_toe(fallen(runouts))
-    figure = percentile_of(beyond.distance, None, 0, 90)
+    figure = held_beyond(beyond, 0, 90)
     assert figure.value == pytest.approx(100.0 - TOE, abs=STEP)
     assert figure.sampling is not None and figure.predictive is None
     low, high = figure.sampling
@@ -68,10 +68,10 @@ def test_rocks_that_did_not_stop_are_farther_than_all_others() -> None:
     at_rest = np.arange(1000) >= 150  # 15 % left the terrain
     beyond = beyond_toe(fallen(np.full(1000, 20.0), at_rest))
     assert np.count_nonzero(beyond.distance == BEYOND) == 150
-    figure = percentile_of(beyond.distance, None, 0, 90)
+    figure = held_beyond(beyond, 0, 90)
     assert figure.value is not None and figure.value > FAR
     assert metres(figure.value) == BEYOND_TERRAIN
-    inner = percentile_of(beyond.distance, None, 0, 75).value
+    inner = held_beyond(beyond, 0, 75).value
     assert inner == pytest.approx(20.0 - TOE, abs=STEP)
 
 
@@ -80,7 +80,7 @@ def test_the_predictive_interval_holds_the_differences_between_sets() -> None:
     reach = np.linspace(10.0, 100.0, sets)  # each set stops its rocks elsewhere
     run = fallen(np.tile(reach, each), sets=sets)
     beyond = beyond_toe(run)
-    figure = percentile_of(beyond.distance, beyond.set, sets, 90)
+    figure = held_beyond(beyond, sets, 90)
     assert figure.sampling is not None and figure.predictive is not None
     assert figure.predictive[0] < 13.0 and figure.predictive[1] > 90.0 - TOE
     assert figure.predictive[1] - figure.predictive[0] > 5 * (figure.sampling[1] - figure.sampling[0])
@@ -93,7 +93,7 @@ def test_the_predictive_interval_holds_the_differences_between_sets() -> None:
 def test_too_few_rocks_in_each_set_give_no_predictive_interval() -> None:
     run = fallen(np.linspace(10.0, 60.0, 128), sets=64)
     beyond = beyond_toe(run)
-    assert percentile_of(beyond.distance, beyond.set, 64, 90).predictive is None
+    assert held_beyond(beyond, 64, 90).predictive is None
     assert interval(None, metres) == UNKNOWN
 
 
