@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from rpf3d_core.formats.units import METRE
-from rpf3d_core.imports.crests import LOWEST, OVER, Crest
+from rpf3d_core.imports.crests import OVER, Crest
 from rpf3d_core.imports.scene_text import comment
-from rpf3d_core.report.toe import STEEP
 from rpf3d_core.setup.coverage import plain
+from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 SCHEMA = "scene.schema.json"
 """Name of the JSON Schema next to a new scene, which its first line names for editors."""

@@ -14,7 +14,7 @@ from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
-from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, beyond_toe, directions, held_beyond
+from rpf3d_core.report.toe import FAR, MOST_ROCKS, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -29,6 +29,7 @@ from rpf3d_core.report.words import (
     share_interval,
 )
 from rpf3d_core.results.inputs import ASSUMED
+from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 HELD = (50, 75, 90, 95)
 """Percentiles of the distance beyond the toe that a report states."""
@@ -127,11 +128,11 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     of = min(len(run.ends.key), MOST_ROCKS)
     missing = of - len(beyond.rows)
     if len(beyond.rows) == 0:
-        yield (f"No face steeper than {STEEP:g} degrees lies below the releases: there is no toe, so distances beyond "
-               "a toe and figures of fences are not known.")  # fmt: skip
+        yield (f"No face steeper than {STEEP:g} degrees and {LOWEST:g} m high lies below the releases: there is no "
+               "toe, so distances beyond a toe and figures of fences are not known.")  # fmt: skip
     elif missing:
         yield (f"{missing:,} of {of:,} rocks are in no figure of distances beyond the toe, because no face steeper "
-               f"than {STEEP:g} degrees ends below their release.")  # fmt: skip
+               f"than {STEEP:g} degrees and {LOWEST:g} m high ends below their release.")  # fmt: skip
     rest = float(run.ends.at_rest.mean())
     if rest < 1.0:
         yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
@@ -244,7 +245,8 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
         [[f"{p} % of the rocks", *figure_cells(held_beyond(beyond, run.sets, p), metres)] for p in HELD],
     )
     yield Text("Horizontal distance from the foot of the first face below the release to the end of the rock, along "
-               f"the rock's way in plan. A face is steeper than {STEEP:g} degrees. Of {len(beyond.rows):,} rocks.",
+               f"the rock's way in plan. A face is steeper than {STEEP:g} degrees and at least {LOWEST:g} m high. "
+               f"Of {len(beyond.rows):,} rocks.",
                quiet=True)  # fmt: skip
 
 

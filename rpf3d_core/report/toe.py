@@ -1,7 +1,7 @@
 """Find how far beyond the toe of the face rocks stop, and how fast and high they pass there.
 
 The toe of a rock is the foot of the first face below its release, along the straight line in plan from its release to
-its end: where the ground is less steep than STEEP for FLAT metres after a stretch that is steeper.
+its end (`terrain.faces`): where the ground is less steep for a metre after a stretch that is steep and high.
 """
 
 import math
@@ -12,14 +12,11 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.report.run_files import Ends, RunFiles
+from rpf3d_core.terrain.faces import foot_of_face
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.predictive import ranked_if_enough
 
-STEEP = 45.0
-"""Slope (degrees) from which the ground counts as a face; bench faces have 55 to 85, catch benches below 15."""
-FLAT = 1.0
-"""Length (m) of less steep ground that ends a face."""
 MOST_ROCKS = 100_000
 """Largest number of rocks whose toe is searched; more are represented by an even selection."""
 AT_ONCE = 2000
@@ -115,25 +112,6 @@ def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArr
         ground = heights_at(image, release[some, None, :2] + distance[..., None] * along[some, None, :])
         found += [foot_of_face(s, z) for s, z in zip(distance, ground, strict=True)]
     return np.array(found)
-
-
-def foot_of_face(distance: FloatArray, ground: FloatArray) -> float:
-    """Return the distance (m) of the foot of the first face along a line; NaN without a face, or if the line leaves it.
-
-    distance, ground : (S,) m
-    """
-    step = np.diff(distance)
-    with np.errstate(invalid="ignore"):
-        steep = np.diff(ground) < -step * math.tan(math.radians(STEEP))
-    first = np.flatnonzero(steep)
-    if len(first) == 0:
-        return math.nan
-    last = first[0]
-    for i in first[1:]:
-        if distance[i] - distance[last + 1] > FLAT:
-            break
-        last = i
-    return float(distance[last + 1]) if last + 1 < len(step) else math.nan
 
 
 class SetValues(NamedTuple):

@@ -1,6 +1,7 @@
 """Distances beyond the toe, and what passes there: rocks that stop at known places, on a bench of known shape."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from rpf3d_core.report.passing import passing, places_beyond, places_for, shares
 from rpf3d_core.report.run_files import _sets
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.segments import KEPT, segments_of
-from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, foot_of_face, held_beyond
+from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, held_beyond
 from rpf3d_core.report.words import BEYOND_TERRAIN, UNKNOWN, interval, metres
+from rpf3d_core.terrain.faces import foot_of_face
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.dealing import set_of_rock
 
@@ -33,6 +35,20 @@ def test_the_toe_is_the_foot_of_the_face() -> None:
     assert beyond.distance == pytest.approx(np.linspace(10.0, 60.0, 101) - TOE, abs=STEP)
 
 
+def test_a_bump_on_the_crest_is_not_the_face() -> None:
+    run = fallen(np.full(5, 30.0))
+    bump = np.array(
+        [(x, y, z) for x, z in ((-4.0, HEIGHT), (-3.5, HEIGHT + 0.5), (-3.1, HEIGHT)) for y in (-50.0, 50.0)]
+    )
+    triangles = np.array([(0, 2, 3), (0, 3, 1), (2, 4, 5), (2, 5, 3)], dtype=np.int32) + len(run.terrain.vertices)
+    terrain = replace(run.terrain, vertices=np.concatenate([run.terrain.vertices, bump]),
+                      triangles=np.concatenate([run.terrain.triangles, triangles]),
+                      zone=np.zeros(10, dtype=np.int32))  # fmt: skip
+    behind = run.ends._replace(release=run.ends.release - (5.0, 0.0, 0.0), runout=run.ends.runout + 5.0)
+    beyond = beyond_toe(run._replace(terrain=terrain, ends=behind))
+    assert beyond.toe == pytest.approx(np.full(5, TOE + 5.0), abs=STEP)
+
+
 def test_a_rock_that_stays_on_the_face_is_before_the_toe() -> None:
     beyond = beyond_toe(fallen([2.0, *[30.0] * 20]))
     assert beyond.distance[0] == pytest.approx(2.0 - TOE, abs=STEP)
@@ -44,13 +60,16 @@ def test_a_rock_that_stays_on_the_face_is_before_the_toe() -> None:
         ([10, 10, 5, 0, 0, 0, 0], 3.0),  # one face
         ([10, 10, 5, 4.9, 0, 0, 0], 4.0),  # a ledge of a metre is part of the face
         ([10, 10, 5, 4.9, 4.8, 4.7, 0], 2.0),  # a wider one ends it
+        ([10.3, 8.5, 8.4, 8.3, 8.2, 2.0, 0, 0], 6.0),  # a pebble before the face is no face
+        ([10, 8, 7.9, 7.8, 7.7, 5.7, 5.7], math.nan),  # two steps, neither of them 3 m high
+        ([10, 8, 7.9, 5.9, 5.9, 5.9, 5.9], 3.0),  # one face of two steps
         ([10, 10, 10, 10, 10, 10, 10], math.nan),
         ([10, 10, 10, 10, 10, 5, 0], math.nan),  # the line ends on the face
         ([10, 10, math.nan, 0, 0, 0, 0], math.nan),  # a hole hides it
     ],
 )
 def test_the_foot_of_a_face_is_where_flat_ground_begins(ground: list[float], foot: float) -> None:
-    found = foot_of_face(np.arange(7.0), np.array(ground, dtype=float))
+    found = foot_of_face(np.arange(float(len(ground))), np.array(ground, dtype=float))
     assert math.isnan(found) if math.isnan(foot) else found == foot
 
 
