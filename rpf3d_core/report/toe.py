@@ -12,17 +12,19 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.report.run_files import Ends, RunFiles
-from rpf3d_core.terrain.faces import foot_of_face
+from rpf3d_core.terrain.faces import FLAT, foot_of_face
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.height_image import height_image, heights_at
+from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at
 from rpf3d_core.unknowns.predictive import ranked_if_enough
 
 MOST_ROCKS = 100_000
 """Largest number of rocks whose toe is searched; more are represented by an even selection."""
-AT_ONCE = 2000
-"""Number of rocks whose lines are processed together, which limits the memory."""
-POINTS = 200
-"""Number of points along the line of a rock."""
+AT_ONCE = 200_000
+"""Number of points on lines that are processed together, which limits the memory."""
+STEP = 0.25
+"""Distance (m) between points on the line of a rock, by which the toe is known: the finest pixel of the ground."""
+NEAR = 50.0
+"""Length (m) of the line that is searched first, because most faces end before it."""
 LEAST_REACH = 10.0
 """Least length (m) of the line on which the toe of a rock is searched."""
 SHORTEST = 1.0
@@ -105,12 +107,28 @@ def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArr
     length = np.maximum(runout, max(float(np.percentile(runout, 95)), LEAST_REACH))
     ends = release[:, :2] + length[:, None] * along
     image = height_image(run.terrain, np.concatenate([release[:, :2], ends]), LEAST_REACH)
-    found = []
-    for begin in range(0, len(runout), AT_ONCE):
-        some = slice(begin, begin + AT_ONCE)
-        distance = length[some, None] * np.linspace(0.0, 1.0, POINTS)
-        ground = heights_at(image, release[some, None, :2] + distance[..., None] * along[some, None, :])
-        found += [foot_of_face(s, z) for s, z in zip(distance, ground, strict=True)]
+    toe = _feet(image, release[:, :2], along, np.minimum(length, NEAR))
+    # A face that goes on, or a line that goes on, may end farther away.
+    again = np.flatnonzero((length > NEAR) & ~(toe < NEAR - FLAT - STEP))
+    toe[again] = _feet(image, release[again, :2], along[again], length[again])
+    return toe
+
+
+def _feet(image: HeightImage, start: FloatArray, along: FloatArray, length: FloatArray) -> FloatArray:
+    """Return the distance (N,) m to the foot of the first face on lines from points (N, 2) m; NaN where there is none.
+
+    along : (N, 2) unit vectors; length : (N,) m of the lines
+    """
+    if len(length) == 0:
+        return np.empty(0)
+    distance = np.arange(0.0, float(length.max()) + STEP, STEP)
+    rows, found = max(1, AT_ONCE // len(distance)), []
+    for begin in range(0, len(length), rows):
+        some = slice(begin, begin + rows)
+        ground = heights_at(image, start[some, None, :] + distance[:, None] * along[some, None, :])
+        for heights, end in zip(ground, length[some], strict=True):
+            on = slice(0, int(end / STEP) + 2)
+            found.append(foot_of_face(distance[on], heights[on]))
     return np.array(found)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
+from rpf3d_core.report import toe
 from rpf3d_core.report.passing import passing, places_beyond, places_for, shares_beyond
 from rpf3d_core.report.run_files import _sets
 from rpf3d_core.report.section import critical_section
@@ -17,7 +18,7 @@ from rpf3d_core.terrain.faces import foot_of_face
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.dealing import set_of_rock
 
-STEP = 0.5
+STEP = 0.25
 """How near (m) the toe is found: a step of the line on which it is searched."""
 
 
@@ -47,6 +48,22 @@ def test_a_bump_on_the_crest_is_not_the_face() -> None:
     behind = run.ends._replace(release=run.ends.release - (5.0, 0.0, 0.0), runout=run.ends.runout + 5.0)
     beyond = beyond_toe(run._replace(terrain=terrain, ends=behind))
     assert beyond.toe == pytest.approx(np.full(5, TOE + 5.0), abs=STEP)
+
+
+def test_far_rocks_do_not_make_the_toe_coarse() -> None:
+    runouts = np.linspace(100.0, 190.0, 50)
+    beyond = beyond_toe(fallen(runouts))
+    assert beyond.distance == pytest.approx(runouts - TOE, abs=STEP)
+
+
+def test_a_face_far_from_the_release_is_found() -> None:
+    run = fallen(np.full(5, 100.0))
+    behind = run.ends._replace(release=run.ends.release - (19.0, 0.0, 0.0), runout=run.ends.runout + 19.0)
+    run = run._replace(ends=behind)
+    for near in (1.0, 19.0, 20.0, 23.0, 25.0, 50.0):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(toe, "NEAR", near)
+            assert beyond_toe(run).toe == pytest.approx(np.full(5, TOE + 19.0), abs=STEP)
 
 
 def test_a_rock_that_stays_on_the_face_is_before_the_toe() -> None:
