@@ -18,6 +18,7 @@ from rpf3d_core.report.segments import (
 )
 from rpf3d_core.report.toe import FAR, beyond_toe
 from rpf3d_core.report.words import UNKNOWN, height, interval, metres
+from rpf3d_core.values import STANDARD_GRAVITY
 
 
 def test_impacts_of_all_rocks_give_what_their_paths_give(unknown_ground) -> None:
@@ -31,9 +32,12 @@ def test_impacts_of_all_rocks_give_what_their_paths_give(unknown_ground) -> None
         assert rows.tolist() == same.tolist()
         flies = over < FAR
         slides = np.isclose(over, 0.0, atol=0.01)
-        # Speeds between points of a path are linear, which is coarse in bounces of a few centimetres (0.5 kJ).
-        assert energy[flies & ~slides] == pytest.approx(on_path[flies & ~slides], rel=0.01, abs=500.0)
-        assert over[flies] == pytest.approx(over_path[flies], abs=0.03)
+        # Between two points of a path, heights and speeds are linear. The arc of a small bounce rises over that line by
+        # a few centimetres, and the path's energy is too large by as much potential energy.
+        arc = over - over_path
+        assert arc[flies].min() > -0.001 and arc[flies].max() < 0.04
+        rest = on_path - STANDARD_GRAVITY * run.ends.mass[rows] * arc
+        assert energy[flies & ~slides] == pytest.approx(rest[flies & ~slides], rel=0.01, abs=60.0)
         assert (energy >= 0.98 * on_path - 500.0).all(), "a slide is never slower than it was"
         compared += int((flies & ~slides).sum())
     assert compared > 100
