@@ -6,11 +6,13 @@ from typing import Any
 from rpf3d_core.report.blocks import Block, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
-from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, RANGES
+from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, PARTLY, RANGES
 
 GROUND = {
     ASSUMED: "NOT calibrated. Each coefficient is one assumed value.",
     RANGES: "NOT calibrated. Coefficients are ranges from books or estimates, marked below.",
+    PARTLY: "PARTLY calibrated. Some coefficients marked below are a sample that a calibration on observed rocks left, "
+    "others are ranges from books or estimates.",
     CALIBRATED: "Calibrated: coefficients marked below are a sample that a calibration on observed rocks left.",
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
@@ -97,22 +99,31 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
 
 def _range(run: RunFiles, path: str) -> str | None:
     """Return the range of an unknown as text, from the parameter sets that flew; None for a value that is known."""
-    for key, found in run.summary.get("unknowns", {}).get("parameters", {}).items():
-        if _stands_for(key, path):
-            return f"{found['low']:.3g} to {found['high']:.3g} (mean {found['mean']:.3g})"
-    return None
+    key = _unknown_at(run, path)
+    if key is None:
+        return None
+    found = run.summary["unknowns"]["parameters"][key]
+    return f"{found['low']:.3g} to {found['high']:.3g} (mean {found['mean']:.3g})"
+
+
+def _unknown_at(run: RunFiles, path: str) -> str | None:
+    """Return the key path of the unknown that gives the value at a key path; None for a value that is known."""
+    keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a path without `*` wins, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:
     """Return where the value at a key path comes from; library : entry that the material names, or None."""
-    parameters = run.summary.get("unknowns", {}).get("parameters", {})
+    unknown, coefficient = _unknown_at(run, path), path.rpartition(".")[2]
     entry = {} if library is None else run.inputs["library"][library]
-    if not any(_stands_for(key, path) for key in parameters):
-        of_entry = path.rpartition(".")[2] in entry.get("numbers", {}) and value in entry["numbers"].values()
+    if unknown is None:
+        of_entry = coefficient in entry.get("numbers", {}) and value == entry["numbers"][coefficient]
         return _published(library, entry) if of_entry else STATED
-    if run.inputs["ground"] == CALIBRATED:
+    if unknown in run.inputs["sampled"]:
         return f"calibration sample {run.summary['unknowns']['sample']}"
-    return _published(library, entry) if entry else "range stated in the scene"
+    prior = run.inputs["scene"]["unknowns"]["priors"][unknown]
+    of_entry = coefficient in entry.get("ranges", {}) and prior == entry["ranges"][coefficient]
+    return _published(library, entry) if of_entry else "range stated in the scene"
 
 
 def _published(library: str | None, entry: dict[str, Any]) -> str:

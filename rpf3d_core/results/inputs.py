@@ -12,10 +12,12 @@ from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.unknowns import outside_sample, sampled
 
 INPUTS = "inputs.json"
-ASSUMED, RANGES, CALIBRATED = "assumed", "ranges", "calibrated"
-"""How a scene knows its ground: single values, ranges of books or estimates, or a sample of a calibration."""
+ASSUMED, RANGES, PARTLY, CALIBRATED = "assumed", "ranges", "partly_calibrated", "calibrated"
+"""How a scene knows its ground: single values, ranges of books or estimates, a sample of a calibration with further
+ranges of books or estimates, or a sample alone."""
 
 
 def write_inputs(folder: Path, run: Run) -> None:
@@ -29,6 +31,7 @@ def inputs_section(run: Run) -> dict[str, Any]:
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
         "ground": ground_known_by(run.scene),
+        "sampled": list(sampled(run.scene)),
         "library": _library(run.scene),
         "warnings": warnings_of_run(run),
         "surer_than_it_may_be": surer_than_it_may_be(run),
@@ -36,14 +39,22 @@ def inputs_section(run: Run) -> dict[str, Any]:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return how a scene knows its ground: ASSUMED, RANGES or CALIBRATED."""
+    """Return how a scene knows its ground: ASSUMED, RANGES, PARTLY or CALIBRATED.
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused.
+    """
     if not scene.has_unknowns or scene.unknowns is None:
         return ASSUMED
-    return RANGES if scene.unknowns.sample is None else CALIBRATED
+    if scene.unknowns.sample is None:
+        return RANGES
+    return PARTLY if outside_sample(scene) else CALIBRATED
 
 
 def _library(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the published sources of the library entries that a scene names, and their numbers without a range."""
+    """Return the published sources of the library entries that a scene names, their numbers and ranges."""
     names = {material.library for material in scene.materials.values() if material.library is not None}
     if not names:
         return {}
@@ -54,6 +65,8 @@ def _library(scene: Scene) -> dict[str, dict[str, Any]]:
         name: {
             "ground": entry.ground, "source": entry.source, "confirmed": entry.confirmed, "note": entry.note,
             "numbers": {key: value for key, value in entry.ranges.items() if isinstance(value, float)},
+            "ranges": {key: {"min": span.low, "max": span.high, "mean": span.mean, "sd": span.sd}
+                       for key, span in entry.ranges.items() if not isinstance(span, float)},
         }
         for name, entry in found.items()
     }  # fmt: skip
