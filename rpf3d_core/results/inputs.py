@@ -11,6 +11,7 @@ from typing import Any
 from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.unknowns import outside_sample, sampled
 
@@ -30,6 +31,7 @@ def inputs_section(run: Run) -> dict[str, Any]:
     """Return the scene of a run, the sources of its values, and its warnings, as plain values for JSON."""
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
+        "given": sorted(given_keys(run.scene)),
         "ground": ground_known_by(run.scene),
         "sampled": list(sampled(run.scene)),
         "library": _library(run.scene),

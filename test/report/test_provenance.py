@@ -6,7 +6,7 @@ import pytest
 from terrain_files import grid, write_binary_stl
 
 from rpf3d_core.report.blocks import Table, Text
-from rpf3d_core.report.inputs_part import GROUND, inputs_part
+from rpf3d_core.report.inputs_part import DEFAULT, GROUND, STATED, inputs_part
 from rpf3d_core.report.run_files import read_run
 from rpf3d_core.results.inputs import CALIBRATED, PARTLY
 from rpf3d_core.runs.run import run_scene
@@ -19,7 +19,6 @@ SCENE = """\
 terrain: {{files: [{{path: slope.stl, zone: rock}}]}}
 materials: {{default: {material}}}
 sources: [{{name: a, points: [[1.3, 1.2, 9]]}}]
-rebound: constant
 outputs: {{pictures: false, recording: false}}
 {more}
 """
@@ -66,3 +65,39 @@ def test_a_range_that_replaces_one_of_the_library_is_not_called_published(tmp_pa
     found = sources(run, 1)
     assert found["normal restitution"] == RANGE
     assert found["tangential restitution"].startswith("library bedrock: ")
+
+
+def test_a_default_is_not_called_stated(tmp_path: Path) -> None:
+    material = "{normal_restitution: 0.5, tangential_restitution: 0.8}"
+    run = flown(tmp_path, material, "effects: {drag: {}}\nrebound: constant\nstop_speed: 0.4")
+    rows = next(block for block in inputs_part(run) if isinstance(block, Table)).rows
+    found = {name: source for name, _, source in rows}
+    assert found["rock density"] == found["rock size"] == found["rock shape"] == DEFAULT
+    assert found["gravity"] == found["upward axis"] == found["reference system"] == DEFAULT
+    assert found["terrain"] == found["stop speed"] == STATED
+    assert {value.split()[0]: source for name, value, source in rows if name == "effect drag"} == {
+        "acts": STATED, "coefficient": DEFAULT, "density": DEFAULT, "accuracy": DEFAULT,
+    }  # fmt: skip
+    assert {name: source for name, value, source in rows if value in ("constant", "sliding")} == {
+        "rebound": STATED, "ground": DEFAULT,
+    }  # fmt: skip
+    assert sources(run, 1) == {
+        "normal restitution": STATED, "tangential restitution": STATED, "friction angle deg": DEFAULT,
+    }  # fmt: skip
+
+
+def test_what_a_scene_states_is_called_stated(tmp_path: Path) -> None:
+    material = "{normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 30}"
+    more = "effects: {drag: {density: 1.2}}\nrock: {density: 2700, diameter: 1}\ngravity: 9.81"
+    run = flown(tmp_path, material, more)
+    rows = next(block for block in inputs_part(run) if isinstance(block, Table)).rows
+    found = {name: source for name, _, source in rows}
+    assert found["rock density"] == found["rock size"] == found["gravity"] == STATED
+    assert found["rock shape"] == found["stop speed"] == DEFAULT
+    assert {value.split()[0]: source for name, value, source in rows if name == "effect drag"}["density"] == STATED
+    assert sources(run, 1)["friction angle deg"] == STATED
+
+
+def test_rocks_with_a_shape_have_no_coefficients_of_points(tmp_path: Path) -> None:
+    run = flown(tmp_path, "{restitution: 0.3, friction: 0.6}", "rock: {shape: {box: [1, 1, 1]}}")
+    assert sources(run, 1) == {"restitution": STATED, "friction": STATED}

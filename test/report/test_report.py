@@ -118,12 +118,15 @@ def test_inputs_say_where_they_come_from(unknown_ground, known_ground) -> None:
     assert "library bedrock" in rows["normal restitution"][3] and " to " in rows["normal restitution"][2]
     assert list(rows["friction angle deg"][2:]) == ["30", "stated in the scene"]
     assert any(block.text.startswith("Ground: NOT calibrated") for block in blocks if isinstance(block, Text))
-    run = read_run(unknown_ground)
-    run.summary["scene"]["materials_with_default_friction"] = ["default"]
-    rows = {row[1]: row for row in tables(report_blocks(run, "site"), "material")[0].rows}
-    assert rows["friction angle deg"][3] == "NOT stated: the default of rpf3d"
     known = tables(report_blocks(read_run(known_ground), "site"), "material")[0].rows
-    assert {row[3] for row in known} == {"stated in the scene"}
+    assert {(row[0], row[1]): row[3] for row in known} == {
+        (material, coefficient): "stated in the scene"
+        for material in ("default", "spill")
+        for coefficient in ("normal restitution", "tangential restitution", "friction angle deg")
+    }
+    inputs = {row[0]: row[2] for row in tables(report_blocks(read_run(known_ground), "site"), "input")[0].rows}
+    assert inputs["stop speed"] == "stated in the scene"
+    assert inputs["gravity"] == "NOT stated: the default of rpf3d"
 
 
 def test_a_report_fetches_nothing(report) -> None:
