@@ -20,7 +20,7 @@ from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.unknowns.dealing import turns
 from rpf3d_core.unknowns.displacements import displacements
 from rpf3d_core.unknowns.parameter_sets import read_parameter_sets
-from rpf3d_core.values import DEPOSITED
+from rpf3d_core.values import DEPOSITED, Outcome
 
 IntArray = NDArray[np.int64]
 AT_REST = [outcome.name.lower() for outcome in DEPOSITED]
@@ -33,12 +33,16 @@ class Ends(NamedTuple):
     """Where N rocks started and ended, in local coordinates with z up (m).
 
     key : (N,) the rock as (source, rock, piece); at_rest : (N,) True for a rock that stopped or was caught
+    on_ground : (N,) True for a rock that stopped on the ground; t : (N,) s of the end; max_speed : (N,) m/s
     release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
     set : (N,) number of the rock's parameter set; None without unknowns
     """
 
     key: list[tuple[str, int, int]]
     at_rest: NDArray[np.bool_]
+    on_ground: NDArray[np.bool_]
+    t: FloatArray
+    max_speed: FloatArray
     release: FloatArray
     end: FloatArray
     runout: FloatArray
@@ -140,9 +144,13 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
     names = table["source"].to_pylist()
     rocks = table["rock"].to_numpy().astype(np.int64)
     key = list(zip(names, rocks.tolist(), table["piece"].to_pylist(), strict=True))
+    outcomes = np.array(table["outcome"].to_pylist(), dtype=object)
     return Ends(
         key=key,
-        at_rest=np.isin(np.array(table["outcome"].to_pylist(), dtype=object), np.array(AT_REST, dtype=object)),
+        at_rest=np.isin(outcomes, np.array(AT_REST, dtype=object)),
+        on_ground=np.asarray(outcomes == Outcome.STOPPED.name.lower(), dtype=bool),
+        t=table["t"].to_numpy().astype(float),
+        max_speed=table["max_speed"].to_numpy().astype(float),
         release=frame.points_to_local(_columns(table, ("release_x", "release_y", "release_z"))),
         end=frame.points_to_local(_columns(table, ("x", "y", "z"))),
         runout=table["runout_m"].to_numpy().astype(float),
