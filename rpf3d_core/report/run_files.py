@@ -25,6 +25,10 @@ from rpf3d_core.values import DEPOSITED, Outcome
 IntArray = NDArray[np.int64]
 AT_REST = [outcome.name.lower() for outcome in DEPOSITED]
 PARAMETER_SETS = "parameter_sets.parquet"
+AS_TEXT = pyarrow.csv.ConvertOptions(
+    column_types={"source": pa.string(), "outcome": pa.string()}, strings_can_be_null=False
+)
+"""Names of sources are text in deposits.csv, also "1" and "NA"."""
 KEY = ("source", "rock", "piece")
 """Columns that identify a rock in all tables."""
 
@@ -140,7 +144,7 @@ def _inputs(folder: Path) -> dict[str, Any]:
 
 def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
     """Return the ends of rocks from deposits.csv; sets : number of parameter sets, 0 without."""
-    table = pyarrow.csv.read_csv(path)
+    table = pyarrow.csv.read_csv(path, convert_options=AS_TEXT)
     names = table["source"].to_pylist()
     rocks = table["rock"].to_numpy().astype(np.int64)
     key = list(zip(names, rocks.tolist(), table["piece"].to_pylist(), strict=True))

@@ -19,7 +19,8 @@ from rpf3d_core.report.content import FIELDS, LIMITS, report_blocks
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import quoted, write_pdf
 from rpf3d_core.report.report import write_report
-from rpf3d_core.report.run_files import read_hazard, read_run
+from rpf3d_core.report.run_files import read_hazard, read_impacts, read_run
+from rpf3d_core.report.segments import segments_of
 from rpf3d_core.report.view import draped, terrain_seen
 from rpf3d_core.report.words import UNKNOWN
 from rpf3d_core.runs.run import run_scene
@@ -188,6 +189,21 @@ def test_a_map_with_y_up_lies_where_its_rocks_start(tmp_path) -> None:
     assert grid is not None
     assert (grid.at(run.ends.release[:, :2]) > 0.0).all()
     assert np.isnan(grid.at(run.ends.release[:, :2] * (1.0, -1.0) + (0.0, 7.0))).all(), "elsewhere no rock comes"
+
+
+@pytest.mark.parametrize("names", [("1", "2"), ("NA", "null"), ("2024-01-01", "true")])
+def test_names_of_sources_are_text(tmp_path, names) -> None:
+    terrain = bench()
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in terrain.vertices.tolist()]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in terrain.triangles.tolist()]
+    (tmp_path / "bench.obj").write_text("\n".join(lines) + "\n")
+    each = ", ".join(f'{{name: "{name}", points: [[-0.5, 0, 15.5]], rocks: 2, velocity: [2, 0, 0]}}' for name in names)
+    scene = SCENE.replace(", up: y", "").replace(SCENE.splitlines()[2], f"sources: [{each}]")
+    (tmp_path / "scene.yaml").write_text(scene)
+    run_scene(read_scene(tmp_path / "scene.yaml"), tmp_path / "out", None, "reference")
+    run = read_run(tmp_path / "out")
+    assert [source for source, _, _ in run.ends.key] == [names[0]] * 2 + [names[1]] * 2
+    assert segments_of(run).rocks == 4 and read_impacts(run) is not None
 
 
 def test_a_result_of_another_version_is_refused(unknown_ground, tmp_path) -> None:
