@@ -35,6 +35,8 @@ HELD = (50, 75, 90, 95)
 """Percentiles of the distance beyond the toe that a report states."""
 DESIGN = 90
 """The percentile that the summary of a report states: the distance that holds 90 % of the rocks."""
+MOST_ROWS, FEWEST_BENCHES = 12, 3
+"""Rows of the table of main figures from which it leaves out zones, and zones that it shows with many areas, too."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -91,9 +93,11 @@ def report_blocks(run: RunFiles, site: str) -> list[Block]:
     beyond, section = beyond_toe(run), critical_section(run)
     segments = segments_of(run)
     measured = places_beyond(run, beyond, segments) if len(beyond.rows) else []
+    warnings = list(_warnings(run, beyond))
     return [
-        *_head(run, site),
-        Warnings("Read first", list(_warnings(run, beyond))),
+        Heading(f"Rockfall report: {site}", 1),
+        *([Warnings("Read first", warnings)] if warnings else []),
+        _run_facts(run, site),
         *_answer(run, beyond),
         *_pictures(run),
         *_section_part(run, beyond, section),
@@ -106,8 +110,8 @@ def report_blocks(run: RunFiles, site: str) -> list[Block]:
     ]  # fmt: skip
 
 
-def _head(run: RunFiles, site: str) -> list[Block]:
-    """Return title and identification of the run."""
+def _run_facts(run: RunFiles, site: str) -> Table:
+    """Return the table that identifies the run."""
     facts, scene = run.summary, run.summary["scene"]
     rows = [
         ("site", site), ("scene file", scene["file"]), ("scene digest (SHA-256)", scene["digest"]),
@@ -115,7 +119,7 @@ def _head(run: RunFiles, site: str) -> list[Block]:
         ("rocks flown", f"{facts['rocks']:,} of {facts['rocks_planned']:,}"),
         ("parameter sets", f"{run.sets:,}" if run.sets else "none: nothing counts as unknown"),
     ]  # fmt: skip
-    return [Heading(f"Rockfall report: {site}", 1), Table(("this run", ""), rows, right=False)]
+    return Table(("this run", ""), rows, right=False)
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
@@ -145,11 +149,19 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
-    for name, bench in run.summary["benches"].items():
-        if bench["retained"]["share"] not in (None, 0.0):
-            rows.append([f"retained by {name}, of the rocks that came", *share_cells(bench["retained"])])
+    retained = {name: bench["retained"] for name, bench in run.summary["benches"].items()
+                if bench["retained"]["share"] is not None}  # fmt: skip
+    reached = {name: run.summary["benches"][name]["reached"]["rocks"] for name in retained}
+    order = sorted(retained, key=lambda name: (retained[name]["share"], -reached[name]))
+    worst = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
+    rows += [[f"retained by {name}, of the rocks that came", *share_cells(found)]
+             for name, found in retained.items() if name in worst]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
-    return [Heading("The answer"), Table(("", *THREE), rows[:12]), Text(note, quiet=True)]
+    left = len(retained) - len(worst)
+    more = (
+        [Text(f"The zones that retained the least; and {left} more in the table of retention below.")] if left else []
+    )
+    return [Heading("The answer"), Table(("", *THREE), rows), *more, Text(note, quiet=True)]
 
 
 def _pictures(run: RunFiles) -> Iterator[Block]:

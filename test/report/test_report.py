@@ -21,6 +21,7 @@ from rpf3d_core.report.pdf import quoted, write_pdf
 from rpf3d_core.report.report import write_report
 from rpf3d_core.report.run_files import read_hazard, read_impacts, read_run
 from rpf3d_core.report.segments import segments_of
+from rpf3d_core.report.toe import beyond_toe
 from rpf3d_core.report.view import draped, terrain_seen
 from rpf3d_core.report.words import UNKNOWN
 from rpf3d_core.runs.run import run_scene
@@ -69,15 +70,20 @@ def test_a_report_identifies_its_run(report, unknown_ground) -> None:
     text = Page(report[0].read_text(encoding="utf-8")).text
     summary = json.loads((unknown_ground / "summary.json").read_text())
     assert "North wall <stage 3> & #[ramp]_*" in text
-    for fact in (summary["scene"]["digest"], summary["versions"]["rpf3d"], "bench_15m.yaml", "128 of 128", "64"):
-        assert fact in text
+    facts = dict(tables(report_blocks(read_run(unknown_ground), "north"), "this run")[0].rows)
+    assert facts == {
+        "site": "north", "scene file": "bench_15m.yaml", "scene digest (SHA-256)": summary["scene"]["digest"],
+        "rpf3d version": summary["versions"]["rpf3d"], "seed": "1", "rocks flown": "128 of 128",
+        "parameter sets": "64",
+    }  # fmt: skip
+    assert all(f"{name} {fact}" in text for name, fact in facts.items() if name != "site")
 
 
 def test_what_makes_the_answer_too_sure_stands_first(unknown_ground, known_ground) -> None:
     for folder, expected in ((unknown_ground, "not from a calibration"), (known_ground, "every coefficient counts as")):
         blocks = report_blocks(read_run(folder), "site")
         first = next(i for i, block in enumerate(blocks) if isinstance(block, Warnings))
-        assert first == 2, "title, facts of the run, then warnings"
+        assert first == 1, "the title, then warnings, then facts of the run"
         assert any(expected in sentence for sentence in blocks[first].sentences)
 
 
@@ -104,6 +110,46 @@ def test_every_share_has_both_intervals_the_predictive_first(unknown_ground) -> 
     berm = next(row for row in retained.rows if row[0] == "berm")
     assert re.fullmatch(r"[\d.]+ %", berm[2]) and berm[3] == "0-100 %"
     assert berm[4] != berm[3] and UNKNOWN not in berm[3:]
+
+
+def answer_of(run) -> tuple[list[str], list[str]]:
+    """Return the first cells of the table of main figures, and the sentences after it up to the next heading."""
+    blocks = report_blocks(run, "site")
+    begin = blocks.index(Heading("The answer")) + 1
+    texts = []
+    for block in blocks[begin + 1 :]:
+        if not isinstance(block, Text):
+            break
+        texts.append(block.text)
+    return [row[0] for row in blocks[begin].rows], texts
+
+
+def test_the_answer_names_every_area_and_the_worst_zones(known_ground) -> None:
+    run = read_run(known_ground)
+    some = next(bench for bench in run.summary["benches"].values() if bench["retained"]["share"] is not None)
+    for share, zone in ((0.0, "holds_nothing"), (None, "not_reached"), *((0.5 + 0.01 * i, f"b{i}") for i in range(15))):
+        found = {**some["retained"], "share": share}
+        run.summary["benches"][zone] = {**some, "retained": found}
+    area = {"reached": some["reached"], "retained": some["retained"], "energy_p95_j": None}
+    run.summary["areas_of_interest"] = {f"a{i}": area for i in range(14)}
+    names, texts = answer_of(run)
+    assert [name for name in names if " area " in name] == [f"rocks that reach the area a{i}" for i in range(14)]
+    zones = [bench for bench in run.summary["benches"].values() if bench["retained"]["share"] is not None]
+    assert not any("not_reached" in name for name in names)
+    shown = sum(name.startswith("retained by") for name in names)
+    shares = sorted(bench["retained"]["share"] for bench in zones)
+    by_name = {f"retained by {name}, of the rocks that came": bench["retained"]["share"]
+               for name, bench in run.summary["benches"].items()}  # fmt: skip
+    assert sorted(by_name[name] for name in names if name in by_name) == shares[:shown] and shares[0] == 0.0
+    assert 0 < shown < len(zones) and f"and {len(zones) - shown} more in the table" in texts[0]
+
+
+def test_a_run_without_warnings_has_no_box_of_warnings(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    run.inputs.update(warnings=[], surer_than_it_may_be=[])
+    run = run._replace(ends=run.ends._replace(at_rest=np.ones(len(run.ends.key), dtype=bool)))
+    assert len(beyond_toe(run).rows) == len(run.ends.key), "no rock is without a toe"
+    assert [block for block in report_blocks(run, "site") if isinstance(block, Warnings)] == []
 
 
 def test_without_unknowns_no_predictive_interval_is_claimed(known_ground) -> None:
