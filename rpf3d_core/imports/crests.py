@@ -144,6 +144,8 @@ def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
     plan = line[kept] + np.array([found[i][0] + OVER for i in kept])[:, None] * outwards[kept]
     points = np.column_stack([plan, heights_at(image, plan)])
     points = points[np.isfinite(points[:, 2])]
+    if len(points) < 2:
+        return
     points = shapely.get_coordinates(shapely.simplify(shapely.LineString(points), FINE), include_z=True)
     length = float(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1).sum())
     if length >= SHORTEST:
