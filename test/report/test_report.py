@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.report import view
-from rpf3d_core.report.blocks import Heading, Table, Text, Warnings
+from rpf3d_core.report.blocks import Heading, Picture, Table, Text, Warnings
 from rpf3d_core.report.content import FIELDS, LIMITS, report_blocks
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import quoted, write_pdf
@@ -194,9 +194,41 @@ def test_names_of_the_user_are_text_and_not_markup(tmp_path) -> None:
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_the_pdf_is_a_pdf_of_some_pages(report) -> None:
+PAGE = re.compile(rb"/Type\s*/Page\b(?!s)")
+FONT = re.compile(rb"/BaseFont\s*/(?:[A-Z]{6}\+)?([A-Za-z]+)")
+EMBEDDED = {b"LibertinusSerif", b"NewCM", b"NewCMMath", b"DejaVuSansMono"}
+"""Families of fonts that typst has in itself."""
+
+
+def test_the_pdf_has_pages_pictures_and_fonts_of_its_own(report, unknown_ground, tmp_path) -> None:
     content = report[1].read_bytes()
-    assert content.startswith(b"%PDF") and len(content) > 50_000
+    assert content.startswith(b"%PDF") and content.rstrip().endswith(b"%%EOF")
+    blocks = report_blocks(read_run(unknown_ground), "site")
+    pictures = sum(isinstance(block, Picture) for block in blocks)
+    assert pictures >= 2
+    assert len(re.findall(rb"/Subtype\s*/Image", content)) >= pictures
+    write_pdf(tmp_path / "short.pdf", "title", [Heading("title", 1), Text("text")])
+    assert len(PAGE.findall((tmp_path / "short.pdf").read_bytes())) == 1
+    assert len(PAGE.findall(content)) >= 4
+    fonts = set(FONT.findall(content))
+    assert fonts and fonts <= EMBEDDED
+
+
+def test_a_report_that_cannot_be_laid_out_says_so(tmp_path) -> None:
+    broken = [Picture(b"no picture", "a picture that is damaged")]
+    with pytest.raises(InputError, match=r"r\.pdf: could not be laid out as PDF \(.+\); the HTML report is complete"):
+        write_pdf(tmp_path / "r.pdf", "title", broken)
+    assert not (tmp_path / "r.pdf").exists()
+
+
+def test_one_path_for_both_reports_is_refused(unknown_ground, tmp_path) -> None:
+    both = tmp_path / "report"
+    done = CliRunner().invoke(
+        app, ["report", str(unknown_ground), "--out", str(both), "--pdf", f"{tmp_path}/../{tmp_path.name}/report"]
+    )
+    assert done.exit_code != 0 and not both.exists()
+    with pytest.raises(InputError, match="is named for both the HTML report and the PDF"):
+        write_report(unknown_ground, both, both)
 
 
 def test_the_draped_map_has_the_values_of_its_cells(known_ground) -> None:
