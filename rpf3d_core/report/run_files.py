@@ -191,7 +191,10 @@ def _columns(table: pa.Table, names: tuple[str, ...]) -> FloatArray:
 
 
 class ImpactRows(NamedTuple):
-    """I impacts, ordered by rock and time: row (I,) of the rock in `Ends`, t (I,) s, x (I, 3) m, speeds (I,) m/s."""
+    """I impacts, ordered by rock and time.
+
+    row : (I,) of the rock in `Ends`; t : (I,) s; x : (I, 3) m; speed_in, speed_out : (I,) m/s
+    """
 
     row: IntArray
     t: FloatArray

@@ -7,7 +7,6 @@ import numpy as np
 from rpf3d_core.hazard.benches import AREA, bench_table
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.findings import Run
-from rpf3d_core.setup.unknowns import outside_sample
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20
@@ -44,7 +43,7 @@ def _of_the_ground(run: Run) -> Iterator[str]:
                "give ranges with `library` or `prior`")  # fmt: skip
     elif spec.sample is None:
         yield "ranges of the ground are from books or estimates, not from a calibration on this slope"
-    elif ranges := outside_sample(run.scene):
+    elif ranges := _outside_sample(run):
         more = f" and {len(ranges) - NAMED} more" if len(ranges) > NAMED else ""
         yield (f"ranges of {', '.join(ranges[:NAMED])}{more} are from books or estimates, because the sample of the "
                "calibration does not hold them")  # fmt: skip
@@ -55,6 +54,13 @@ def _of_the_ground(run: Run) -> Iterator[str]:
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
         yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals hold less "
                f"than 95 %; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
+
+
+def _outside_sample(run: Run) -> tuple[str, ...]:
+    """Return the key paths of the ranges that a scene with a sample draws from, too."""
+    from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has unknowns
+
+    return outside_sample(run.scene)
 
 
 def _of_paths(run: Run) -> Iterator[str]:

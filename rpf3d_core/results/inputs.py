@@ -13,7 +13,6 @@ from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.unknowns import outside_sample, sampled
 
 INPUTS = "inputs.json"
 ASSUMED, RANGES, PARTLY, CALIBRATED = "assumed", "ranges", "partly_calibrated", "calibrated"
@@ -33,7 +32,7 @@ def inputs_section(run: Run) -> dict[str, Any]:
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
         "given": sorted(given_keys(run.scene)),
         "ground": ground_known_by(run.scene),
-        "sampled": list(sampled(run.scene)),
+        "sampled": _sampled(run.scene),
         "library": _library(run.scene),
         "warnings": warnings_of_run(run),
         "surer_than_it_may_be": surer_than_it_may_be(run),
@@ -52,7 +51,18 @@ def ground_known_by(scene: Scene) -> str:
         return ASSUMED
     if scene.unknowns.sample is None:
         return RANGES
+    from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has a sample
+
     return PARTLY if outside_sample(scene) else CALIBRATED
+
+
+def _sampled(scene: Scene) -> list[str]:
+    """Return the key paths whose values a scene draws from its sample."""
+    if scene.unknowns is None or scene.unknowns.sample is None:
+        return []
+    from rpf3d_core.setup.unknowns import sampled  # imported only if the scene has a sample
+
+    return list(sampled(scene))
 
 
 def _library(scene: Scene) -> dict[str, dict[str, Any]]:
