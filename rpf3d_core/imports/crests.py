@@ -12,13 +12,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from rpf3d_core.report.toe import STEEP, foot_of_face
+from rpf3d_core.terrain.faces import LOWEST, STEEP, first_face
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at
 
-LOWEST = 3.0
-"""Least height (m) of a face below a crest; lower steps are rocks, ruts or noise of the survey."""
 SHORTEST, LONGEST = 10.0, 100.0
 """Least length (m) of a crest, and length from which it is cut into several."""
 SPACING = 3.0
@@ -146,6 +144,8 @@ def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
     plan = line[kept] + np.array([found[i][0] + OVER for i in kept])[:, None] * outwards[kept]
     points = np.column_stack([plan, heights_at(image, plan)])
     points = points[np.isfinite(points[:, 2])]
+    if len(points) < 2:
+        return
     points = shapely.get_coordinates(shapely.simplify(shapely.LineString(points), FINE), include_z=True)
     length = float(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1).sum())
     if length >= SHORTEST:
@@ -157,11 +157,8 @@ def _brow_and_height(distance: FloatArray, ground: FloatArray) -> tuple[float, f
 
     distance, ground : (S,) m
     """
-    with np.errstate(invalid="ignore"):
-        steep = np.flatnonzero(np.diff(ground) < -FINE * math.tan(math.radians(STEEP)))
-    steep = steep[distance[steep] < SEARCHED]
-    foot = foot_of_face(distance, ground)
-    if len(steep) == 0 or math.isnan(foot) or not np.isfinite(ground[steep[0] - min(BEHIND, steep[0])]):
+    face = first_face(distance, ground)
+    if face is None or face.brow >= SEARCHED:
         return math.nan, 0.0
-    below = float(np.interp(foot, distance, ground))
-    return float(distance[steep[0]]), float(ground[steep[0]]) - below
+    behind = max(int(np.searchsorted(distance, face.brow)) - BEHIND, 0)
+    return (face.brow, face.height) if np.isfinite(ground[behind]) else (math.nan, 0.0)

@@ -1,19 +1,22 @@
 """The text of a new scene: keys with comments on what was found in the terrain file and what the user must check."""
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from rpf3d_core.formats.units import METRE
-from rpf3d_core.imports.crests import LOWEST, OVER, Crest
+from rpf3d_core.imports.crests import OVER, Crest
 from rpf3d_core.imports.scene_text import comment
-from rpf3d_core.report.toe import STEEP
 from rpf3d_core.setup.coverage import plain
+from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 SCHEMA = "scene.schema.json"
 """Name of the JSON Schema next to a new scene, which its first line names for editors."""
 SETS, EACH = 64, 40
 """Parameter sets of a run with ranges, and rocks of each that a new scene flies."""
+LIVE = re.compile("[\x7f-\x9f\u2028\u2029]")
+"""Characters that JSON writes as they are and YAML does not: controls, and separators of lines."""
 LIBRARY = "bedrock"
 """Entry of the library for all zones of a new scene: the widest range for hard ground."""
 
@@ -143,5 +146,8 @@ def _point(point: Sequence[float]) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a name in double quotes, as YAML and JSON write it."""
-    return json.dumps(text, ensure_ascii=False)
+    """Return a name in double quotes, as YAML and JSON write it, on one line of YAML.
+
+    JSON leaves control characters above 0x7e and separators of lines as they are; YAML would end a comment there.
+    """
+    return LIVE.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(text, ensure_ascii=False))

@@ -14,7 +14,7 @@ from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
-from rpf3d_core.report.toe import FAR, MOST_ROCKS, STEEP, BeyondToe, Figure, beyond_toe, directions, percentile_of
+from rpf3d_core.report.toe import FAR, MOST_ROCKS, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -29,11 +29,14 @@ from rpf3d_core.report.words import (
     share_interval,
 )
 from rpf3d_core.results.inputs import ASSUMED
+from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 HELD = (50, 75, 90, 95)
 """Percentiles of the distance beyond the toe that a report states."""
 DESIGN = 90
 """The percentile that the summary of a report states: the distance that holds 90 % of the rocks."""
+MOST_ROWS, FEWEST_BENCHES = 12, 3
+"""Rows of the table of main figures from which it leaves out zones, and zones that it shows with many areas, too."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -53,6 +56,10 @@ PICTURES = (
 SLIDES = (
     "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
     "not known and counts as larger than all others."
+)
+HEIGHTS_LEAVE_OUT = (
+    "The predictive intervals of heights leave out the misfit of the model; those of rocks that pass and of energies "
+    "hold it."
 )
 FROM_PATHS = (
     "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
@@ -86,9 +93,11 @@ def report_blocks(run: RunFiles, site: str) -> list[Block]:
     beyond, section = beyond_toe(run), critical_section(run)
     segments = segments_of(run)
     measured = places_beyond(run, beyond, segments) if len(beyond.rows) else []
+    warnings = list(_warnings(run, beyond))
     return [
-        *_head(run, site),
-        Warnings("Read first", list(_warnings(run, beyond))),
+        Heading(f"Rockfall report: {site}", 1),
+        *([Warnings("Read first", warnings)] if warnings else []),
+        _run_facts(run, site),
         *_answer(run, beyond),
         *_pictures(run),
         *_section_part(run, beyond, section),
@@ -101,8 +110,8 @@ def report_blocks(run: RunFiles, site: str) -> list[Block]:
     ]  # fmt: skip
 
 
-def _head(run: RunFiles, site: str) -> list[Block]:
-    """Return title and identification of the run."""
+def _run_facts(run: RunFiles, site: str) -> Table:
+    """Return the table that identifies the run."""
     facts, scene = run.summary, run.summary["scene"]
     rows = [
         ("site", site), ("scene file", scene["file"]), ("scene digest (SHA-256)", scene["digest"]),
@@ -110,7 +119,7 @@ def _head(run: RunFiles, site: str) -> list[Block]:
         ("rocks flown", f"{facts['rocks']:,} of {facts['rocks_planned']:,}"),
         ("parameter sets", f"{run.sets:,}" if run.sets else "none: nothing counts as unknown"),
     ]  # fmt: skip
-    return [Heading(f"Rockfall report: {site}", 1), Table(("this run", ""), rows, right=False)]
+    return Table(("this run", ""), rows, right=False)
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
@@ -123,11 +132,11 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     of = min(len(run.ends.key), MOST_ROCKS)
     missing = of - len(beyond.rows)
     if len(beyond.rows) == 0:
-        yield (f"No face steeper than {STEEP:g} degrees lies below the releases: there is no toe, so distances beyond "
-               "a toe and figures of fences are not known.")  # fmt: skip
+        yield (f"No face steeper than {STEEP:g} degrees and {LOWEST:g} m high lies below the releases: there is no "
+               "toe, so distances beyond a toe and figures of fences are not known.")  # fmt: skip
     elif missing:
         yield (f"{missing:,} of {of:,} rocks are in no figure of distances beyond the toe, because no face steeper "
-               f"than {STEEP:g} degrees ends below their release.")  # fmt: skip
+               f"than {STEEP:g} degrees and {LOWEST:g} m high ends below their release.")  # fmt: skip
     rest = float(run.ends.at_rest.mean())
     if rest < 1.0:
         yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
@@ -137,18 +146,22 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
     """Return the main figures of the report."""
     rows = [["distance beyond the toe that holds 90 % of the rocks",
-             *figure_cells(_held(run, beyond, DESIGN), metres)]]  # fmt: skip
+             *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
-    for name, bench in run.summary["benches"].items():
-        if bench["retained"]["share"] not in (None, 0.0):
-            rows.append([f"retained by {name}, of the rocks that came", *share_cells(bench["retained"])])
+    retained = {name: bench["retained"] for name, bench in run.summary["benches"].items()
+                if bench["retained"]["share"] is not None}  # fmt: skip
+    reached = {name: run.summary["benches"][name]["reached"]["rocks"] for name in retained}
+    order = sorted(retained, key=lambda name: (retained[name]["share"], -reached[name]))
+    worst = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
+    rows += [[f"retained by {name}, of the rocks that came", *share_cells(found)]
+             for name, found in retained.items() if name in worst]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
-    return [Heading("The answer"), Table(("", *THREE), rows[:12]), Text(note, quiet=True)]
-
-
-def _held(run: RunFiles, beyond: BeyondToe, wanted: int) -> Figure:
-    return percentile_of(beyond.distance, beyond.set, run.sets, wanted)
+    left = len(retained) - len(worst)
+    more = (
+        [Text(f"The zones that retained the least; and {left} more in the table of retention below.")] if left else []
+    )
+    return [Heading("The answer"), Table(("", *THREE), rows), *more, Text(note, quiet=True)]
 
 
 def _pictures(run: RunFiles) -> Iterator[Block]:
@@ -199,7 +212,7 @@ def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> 
     at = np.linspace(0.0, max(float(section.distance[-1] - zero), 1.0), 120)
     shares = shares_beyond(beyond, run.sets, at) if len(beyond.rows) else []
     predictive = [figure.predictive for figure in shares]
-    held = _held(run, beyond, DESIGN).value
+    held = held_beyond(beyond, run.sets, DESIGN).value
     figure = section_figure(SectionDrawing(
         distance=section.distance - zero, ground=section.ground, paths=[path - (zero, 0.0) for path in section.paths],
         held=held if held is not None and held < FAR else None, at=at if shares else np.empty(0),
@@ -240,10 +253,12 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
         yield Text("Not known: no face lies below the releases.")
         return
     yield Table(
-        ("holds", *THREE), [[f"{p} % of the rocks", *figure_cells(_held(run, beyond, p), metres)] for p in HELD]
+        ("holds", *THREE),
+        [[f"{p} % of the rocks", *figure_cells(held_beyond(beyond, run.sets, p), metres)] for p in HELD],
     )
     yield Text("Horizontal distance from the foot of the first face below the release to the end of the rock, along "
-               f"the rock's way in plan. A face is steeper than {STEEP:g} degrees. Of {len(beyond.rows):,} rocks.",
+               f"the rock's way in plan. A face is steeper than {STEEP:g} degrees and at least {LOWEST:g} m high. "
+               f"Of {len(beyond.rows):,} rocks.",
                quiet=True)  # fmt: skip
 
 
@@ -273,6 +288,8 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -
     yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
                f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
                f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
+    if run.moves is not None:
+        yield Text(HEIGHTS_LEAVE_OUT, quiet=True)
 
 
 def _barriers(barriers: dict[str, Any]) -> Table:

@@ -6,11 +6,14 @@ from typing import Any
 from rpf3d_core.report.blocks import Block, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
-from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, RANGES
+from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, PARTLY, RANGES
+from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS
 
 GROUND = {
     ASSUMED: "NOT calibrated. Each coefficient is one assumed value.",
     RANGES: "NOT calibrated. Coefficients are ranges from books or estimates, marked below.",
+    PARTLY: "PARTLY calibrated. Some coefficients marked below are a sample that a calibration on observed rocks left, "
+    "others are ranges from books or estimates.",
     CALIBRATED: "Calibrated: coefficients marked below are a sample that a calibration on observed rocks left.",
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
@@ -18,6 +21,7 @@ PLACES = ("points", "points_file", "line", "polygon", "zone")
 IDLE = ("draw", "library", "stop_speed")
 """Keys of a material that are no coefficients."""
 STATED = "stated in the scene"
+FROM_FILES = "stated in the scene or in its files"
 DEFAULT = "NOT stated: the default of rpf3d"
 CONFIRMED = {
     "C": "read in the primary text", "CC": "read in an independent implementation", "S": "quoted by another text",
@@ -40,20 +44,42 @@ def inputs_part(run: RunFiles) -> list[Block]:
 def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
     """Yield the rows on terrain, rocks, sources, models and effects."""
     scene, facts = run.inputs["scene"], run.summary["terrain"]
-    yield "terrain", _terrain(scene["terrain"], facts), STATED
-    yield "coordinates", f"reference system {facts['crs'] or UNKNOWN}, {facts['up']} is up", STATED
-    yield "rocks", _rock(scene["rock"]), "stated in the scene, or 1 m and 2,700 kg/m3 by default"
-    for source in scene["sources"]:
-        yield f"source {source['name']}", _source(source), STATED
+    yield "terrain", _terrain(scene["terrain"], facts), _stated(run, "terrain.files", "terrain.pit")
+    yield "reference system", facts["crs"] or UNKNOWN, FROM_FILES if facts["crs"] else DEFAULT
+    yield "upward axis", facts["up"], _stated(run, "terrain.up")
+    yield from _rock(run, scene["rock"])
+    for number, source in enumerate(scene["sources"]):
+        yield from _source(run, number, source)
     settings = run.summary["scene"]
-    yield "rebound", f"{settings['rebound']} {given(settings['rebound_parameters'])}".strip(), "model of rpf3d"
-    yield "ground", f"{settings['ground']} {given(settings['ground_parameters'])}".strip(), "model of rpf3d"
+    for role in ("rebound", "ground"):
+        yield from _model(run, role, settings[role], settings[f"{role}_parameters"])
     for name, values in settings["effects"].items():
-        for key, value in (values or {"": "with its defaults"}).items():
-            if value is not None:
-                path = f"effects.{name}.{key}"
-                yield f"effect {name}", f"{key} {_range(run, path) or given(value)}".strip(), _source_of(run, path)
-    yield "stop speed, gravity", f"{given(settings['stop_speed'])} m/s, {given(settings['gravity'])} m/s2", STATED
+        yield f"effect {name}", "acts", STATED
+        yield from _parameters(run, f"effect {name}", f"effects.{name}", values)
+    yield "stop speed", f"{given(settings['stop_speed'])} m/s", _source_of(run, "stop_speed")
+    yield "gravity", f"{given(settings['gravity'])} m/s2", _stated(run, "gravity")
+
+
+def _stated(run: RunFiles, *paths: str) -> str:
+    """Return STATED if the scene states a value at one of some key paths, else DEFAULT."""
+    return STATED if not set(paths).isdisjoint(run.inputs["given"]) else DEFAULT
+
+
+def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield the rows on a rebound or ground model and its parameters; role : "rebound" or "ground"."""
+    root = "contact" if f"contact.{name}" in run.inputs["given"] else role
+    yield role, name, STATED if "." in name else _stated(run, f"{root}.{name}")
+    yield from _parameters(run, role, f"{root}.{name}", values)
+
+
+def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield a row for each parameter of a model or an effect; path : its key path. Own classes have dots in it."""
+    own = path.count(".") > 1
+    for key, value in values.items():
+        if value is not None:
+            at = f"{path}.{key}"
+            shown = f"{key} {_range(run, at) or given(value)}".strip()
+            yield what, shown, "stated in the scene, or a default of the class" if own else _source_of(run, at)
 
 
 def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
@@ -63,56 +89,66 @@ def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
     return f"{files}: {facts['triangles']:,} triangles, {holes:,} holes{berms}"
 
 
-def _rock(rock: dict[str, Any]) -> str:
-    """Return density, size and shape of the rocks as text."""
-    size = next(
-        (f"{name} {given(rock[name])} {unit}" for name, unit in SIZES if rock[name] is not None), "size of its files"
-    )
+def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield the rows on density, size and shape of the rocks."""
+    size = next((f"{name} {given(rock[name])} {unit}" for name, unit in SIZES if rock[name] is not None), None)
     shape = "point" if rock["shape"] is None else given({k: v for k, v in rock["shape"].items() if k != "weights"})
-    return f"density {given(rock['density'])} kg/m3, {size}, shape {shape}"
+    paths = [f"rock.{name}" for name, _ in SIZES]
+    yield "rock density", f"{given(rock['density'])} kg/m3", _stated(run, "rock.density")
+    yield "rock size", size or "that of its shape", STATED if size is None else _stated(run, *paths)
+    yield "rock shape", shape, _stated(run, "rock.shape")
 
 
-def _source(source: dict[str, Any]) -> str:
-    """Return place, number and velocity of the rocks of a source as text."""
+def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield the rows on place, number and velocity of the rocks of a source; number : in the scene, from 0."""
     kind = next(name for name in PLACES if source[name] is not None)
-    place = source[kind]
+    place, what, at = source[kind], f"source {source['name']}", f"sources.{number}"
     where = f"{kind} of {len(place)} points" if isinstance(place, list) else f"{kind.replace('_', ' ')} {place}"
     height = "" if source["above_ground"] is None else f", {given(source['above_ground'])} m above the ground"
     speed = source["velocity"] if source["speed"] is None else source["speed"]
-    return f"{where}{height}, {source['rocks']:,} rocks or its share of the scene's, {given(speed)} m/s"
+    yield what, where + height, STATED
+    yield what, f"{source['rocks']:,} rocks, or its share of the scene's", _stated(run, f"{at}.rocks", "rocks")
+    yield what, f"{given(speed)} m/s", _stated(run, f"{at}.velocity", f"{at}.speed")
 
 
 def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
     """Yield a row for each coefficient of each material, with its range and source."""
     for name, material in run.inputs["scene"]["materials"].items():
+        body = material["friction"] is not None or material["slip_friction"] is not None
         for key, value in material.items():
-            if key not in IDLE and value is not None:
+            if key not in (*IDLE, *(POINT_KEYS if body else BODY_KEYS)) and value is not None:
                 path = f"materials.{name}.{key}"
                 shown = _range(run, path) or given(value)
-                source = _source_of(run, path, material["library"], value)
-                if key == "friction_angle_deg" and name in run.summary["scene"]["materials_with_default_friction"]:
-                    source = DEFAULT
-                yield name, key.replace("_", " "), shown, source
+                yield name, key.replace("_", " "), shown, _source_of(run, path, material["library"], value)
 
 
 def _range(run: RunFiles, path: str) -> str | None:
     """Return the range of an unknown as text, from the parameter sets that flew; None for a value that is known."""
-    for key, found in run.summary.get("unknowns", {}).get("parameters", {}).items():
-        if _stands_for(key, path):
-            return f"{found['low']:.3g} to {found['high']:.3g} (mean {found['mean']:.3g})"
-    return None
+    key = _unknown_at(run, path)
+    if key is None:
+        return None
+    found = run.summary["unknowns"]["parameters"][key]
+    return f"{found['low']:.3g} to {found['high']:.3g} (mean {found['mean']:.3g})"
+
+
+def _unknown_at(run: RunFiles, path: str) -> str | None:
+    """Return the key path of the unknown that gives the value at a key path; None for a value that is known."""
+    keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a path without `*` wins, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:
     """Return where the value at a key path comes from; library : entry that the material names, or None."""
-    parameters = run.summary.get("unknowns", {}).get("parameters", {})
+    unknown, coefficient = _unknown_at(run, path), path.rpartition(".")[2]
     entry = {} if library is None else run.inputs["library"][library]
-    if not any(_stands_for(key, path) for key in parameters):
-        of_entry = path.rpartition(".")[2] in entry.get("numbers", {}) and value in entry["numbers"].values()
-        return _published(library, entry) if of_entry else STATED
-    if run.inputs["ground"] == CALIBRATED:
+    if unknown is None:
+        of_entry = coefficient in entry.get("numbers", {}) and value == entry["numbers"][coefficient]
+        return _published(library, entry) if of_entry else _stated(run, path)
+    if unknown in run.inputs["sampled"]:
         return f"calibration sample {run.summary['unknowns']['sample']}"
-    return _published(library, entry) if entry else "range stated in the scene"
+    prior = run.inputs["scene"]["unknowns"]["priors"][unknown]
+    of_entry = coefficient in entry.get("ranges", {}) and prior == entry["ranges"][coefficient]
+    return _published(library, entry) if of_entry else "range stated in the scene"
 
 
 def _published(library: str | None, entry: dict[str, Any]) -> str:

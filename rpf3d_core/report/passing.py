@@ -9,15 +9,17 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.segments import Segments, first_passages
-from rpf3d_core.report.toe import BEYOND, FAR, BeyondToe, Figure, percentile_of
+from rpf3d_core.report.toe import BEYOND, FAR, BeyondToe, Figure, SetValues, percentile_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
-from rpf3d_core.unknowns.predictive import predictive_shares
+from rpf3d_core.unknowns.predictive import holding, predictive_shares
 
 STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Distances (m) between places, of which the first that gives at most MOST_PLACES is taken."""
 MOST_PLACES = 9
 P95 = 95
+NEAREST = 0.01
+"""Least distance (m) from the release at which a rock passes a place, also if the misfit puts the place behind it."""
 
 
 class FencePlace(NamedTuple):
@@ -39,7 +41,7 @@ def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Fi
     over = beyond.distance[:, None] > distance
     counts, total = over.sum(axis=0), len(beyond.distance)
     figures = []
-    low, high = _predictive(over, beyond.set, sets)
+    low, high = _predictive(beyond, sets, distance)
     for i, count in enumerate(counts.tolist()):
         known = beyond.set is not None and np.isfinite(low[i])
         figures.append(Figure(
@@ -49,14 +51,19 @@ def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Fi
     return figures
 
 
-def _predictive(over: NDArray[np.bool_], set_of: NDArray[np.int64] | None, sets: int) -> tuple[FloatArray, FloatArray]:
-    """Return the ends (D,) of the predictive intervals of shares; over : (N, D) True if the rock counts."""
-    if set_of is None:
-        return np.full(over.shape[1], np.nan), np.full(over.shape[1], np.nan)
-    counts = np.zeros((sets, over.shape[1]))
-    np.add.at(counts, set_of, over)
-    totals = np.bincount(set_of, minlength=sets).astype(float)[:, None] * np.ones(over.shape[1])
-    found = predictive_shares(counts, totals)
+def _predictive(beyond: BeyondToe, sets: int, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (D,) of the predictive intervals of the shares of rocks that pass distances (D,) m.
+
+    The misfit of the model displaces the rocks. The intervals hold the sampling intervals of the rocks that flew.
+    """
+    places = len(distance)
+    if beyond.set is None:
+        return np.full(places, np.nan), np.full(places, np.nan)
+    counts = np.zeros((sets, places))
+    np.add.at(counts, beyond.set, beyond.displaced[:, None] > distance)
+    totals = np.bincount(beyond.set, minlength=sets).astype(float)[:, None] * np.ones(places)
+    flown = (beyond.distance[:, None] > distance).sum(axis=0).astype(float)
+    found = holding(predictive_shares(counts, totals), flown, np.full(places, float(len(beyond.distance))))
     return found.low, found.high
 
 
@@ -80,14 +87,26 @@ def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[
 def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
     """Return what passes a distance (m) beyond the toe; figures of fewer than FEWEST_ROCKS rocks are not known."""
     rows, energy, height = passing(run, beyond, segments, distance)
-    sets = None if run.ends.set is None else run.ends.set[rows]
     unknown = Figure(value=None, sampling=None, predictive=None)
     enough = len(rows) >= FEWEST_ROCKS
     return FencePlace(
         distance=distance, passed=passed, crossed=len(rows),
-        energy=percentile_of(energy, sets, run.sets, P95) if enough else unknown,
-        height=percentile_of(height, sets, run.sets, P95) if enough else unknown,
+        energy=percentile_of(energy, P95, _displaced(run, beyond, segments, distance)) if enough else unknown,
+        height=percentile_of(height, P95, _with_sets(run, rows, height)) if enough else unknown,
     )  # fmt: skip
+
+
+def _with_sets(run: RunFiles, rows: NDArray[np.int64], values: FloatArray) -> SetValues | None:
+    """Return values (N,) of the rocks in some rows (N,) with their parameter sets; None without unknowns."""
+    return None if run.ends.set is None else SetValues(values=values, set=run.ends.set[rows], sets=run.sets)
+
+
+def _displaced(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> SetValues | None:
+    """Return the energies (J) of rocks that the misfit of the model displaced, where they pass a distance (m)."""
+    if run.ends.set is None:
+        return None
+    rows, energy, _ = passing(run, beyond._replace(toe=beyond.toe - beyond.shift), segments, distance)
+    return _with_sets(run, rows, energy)
 
 
 def passing(
@@ -99,7 +118,7 @@ def passing(
     passage. A height that is not known is BEYOND, so that percentiles do not leave it out.
     """
     reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
-    reach[beyond.rows], along[beyond.rows] = beyond.toe + distance, beyond.along
+    reach[beyond.rows], along[beyond.rows] = np.maximum(beyond.toe + distance, NEAREST), beyond.along
     found = first_passages(segments, run.ends.release[:, :2], along, reach)
     if len(found.row) == 0:
         return found.row, np.empty(0), np.empty(0)

@@ -27,7 +27,7 @@ def write_pdf(path: Path, title: str, blocks: Sequence[Block]) -> None:
     Raises
     ------
     InputError
-        typst is not installed, or the file cannot be written.
+        typst is not installed or cannot lay out the report, or the file cannot be written.
     """
     typst = needed("typst")
     with tempfile.TemporaryDirectory() as name:
@@ -35,7 +35,10 @@ def write_pdf(path: Path, title: str, blocks: Sequence[Block]) -> None:
         text = [STYLE, f"#set document(title: {quoted(title)})"]
         text += [_block(block, folder, number) for number, block in enumerate(blocks)]
         (folder / "report.typ").write_text("\n\n".join(text), encoding="utf-8")
-        content = typst.compile(folder / "report.typ", root=folder)
+        try:
+            content = typst.compile(folder / "report.typ", root=folder, ignore_system_fonts=True)
+        except typst.TypstError as fault:
+            raise InputError(f"{path}: could not be laid out as PDF ({fault}); the HTML report is complete") from fault
     try:
         path.write_bytes(content)
     except OSError as fault:

@@ -18,9 +18,11 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
     Raises
     ------
     InputError
-        The folder holds no result or one of another version, plotly or typst is not installed, or a file cannot be
-        written.
+        Both reports have one path, the folder holds no result or one of another version, plotly or typst is not
+        installed, or a file cannot be written.
     """
+    if pdf is not None and pdf.resolve() == out.resolve():
+        raise InputError(f"{out}: is named for both the HTML report and the PDF; give --pdf another file")
     run = read_run(folder)
     name = site or Path(run.summary["scene"]["file"]).stem
     title, blocks = f"Rockfall report: {name}", report_blocks(run, name)

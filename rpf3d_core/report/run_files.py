@@ -18,10 +18,17 @@ from rpf3d_core.results.inputs import INPUTS
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.unknowns.dealing import turns
-from rpf3d_core.values import DEPOSITED
+from rpf3d_core.unknowns.displacements import displacements
+from rpf3d_core.unknowns.parameter_sets import read_parameter_sets
+from rpf3d_core.values import DEPOSITED, Outcome
 
 IntArray = NDArray[np.int64]
 AT_REST = [outcome.name.lower() for outcome in DEPOSITED]
+PARAMETER_SETS = "parameter_sets.parquet"
+AS_TEXT = pyarrow.csv.ConvertOptions(
+    column_types={"source": pa.string(), "outcome": pa.string()}, strings_can_be_null=False
+)
+"""Names of sources are text in deposits.csv, also "1" and "NA"."""
 KEY = ("source", "rock", "piece")
 """Columns that identify a rock in all tables."""
 
@@ -30,12 +37,16 @@ class Ends(NamedTuple):
     """Where N rocks started and ended, in local coordinates with z up (m).
 
     key : (N,) the rock as (source, rock, piece); at_rest : (N,) True for a rock that stopped or was caught
+    on_ground : (N,) True for a rock that stopped on the ground; t : (N,) s of the end; max_speed : (N,) m/s
     release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
     set : (N,) number of the rock's parameter set; None without unknowns
     """
 
     key: list[tuple[str, int, int]]
     at_rest: NDArray[np.bool_]
+    on_ground: NDArray[np.bool_]
+    t: FloatArray
+    max_speed: FloatArray
     release: FloatArray
     end: FloatArray
     runout: FloatArray
@@ -60,6 +71,7 @@ class RunFiles(NamedTuple):
     """The content of a result folder, for a report.
 
     summary, inputs : content of summary.json and inputs.json; terrain : without zones, in the local frame
+    moves : (S, 2) m, displacement in plan of each parameter set; None if the scene states no misfit of its model
     """
 
     folder: Path
@@ -68,6 +80,7 @@ class RunFiles(NamedTuple):
     terrain: Terrain
     ends: Ends
     paths: KeptPaths
+    moves: FloatArray | None = None
 
     @property
     def sets(self) -> int:
@@ -95,9 +108,18 @@ def read_run(folder: Path) -> RunFiles:
         ground = _terrain(folder / "terrain.vtp", frame)
         ends = _ends(folder / DEPOSITS, frame, sources, sets)
         paths = _paths(folder / "trajectories.parquet", frame)
+        moves = _moves(folder, inputs["scene"]) if sets else None
     except (OSError, KeyError, pa.ArrowInvalid) as fault:
         raise InputError(f"{folder}: is damaged ({fault}); run its scene again") from fault
-    return RunFiles(folder=folder, summary=summary, inputs=inputs, terrain=ground, ends=ends, paths=paths)
+    return RunFiles(
+        folder=folder, summary=summary, inputs=inputs, terrain=ground, ends=ends, paths=paths, moves=moves
+    )  # fmt: skip
+
+
+def _moves(folder: Path, scene: dict[str, Any]) -> FloatArray | None:
+    """Return by how much the run displaced the paths of each parameter set (S, 2) m; None without a misfit."""
+    misfit = (scene["unknowns"] or {}).get("misfit")
+    return displacements(read_parameter_sets(folder / PARAMETER_SETS), misfit, scene["seed"]) if misfit else None
 
 
 def _terrain(path: Path, frame: Frame) -> Terrain:
@@ -122,13 +144,17 @@ def _inputs(folder: Path) -> dict[str, Any]:
 
 def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
     """Return the ends of rocks from deposits.csv; sets : number of parameter sets, 0 without."""
-    table = pyarrow.csv.read_csv(path)
+    table = pyarrow.csv.read_csv(path, convert_options=AS_TEXT)
     names = table["source"].to_pylist()
     rocks = table["rock"].to_numpy().astype(np.int64)
     key = list(zip(names, rocks.tolist(), table["piece"].to_pylist(), strict=True))
+    outcomes = np.array(table["outcome"].to_pylist(), dtype=object)
     return Ends(
         key=key,
-        at_rest=np.isin(np.array(table["outcome"].to_pylist(), dtype=object), np.array(AT_REST, dtype=object)),
+        at_rest=np.isin(outcomes, np.array(AT_REST, dtype=object)),
+        on_ground=np.asarray(outcomes == Outcome.STOPPED.name.lower(), dtype=bool),
+        t=table["t"].to_numpy().astype(float),
+        max_speed=table["max_speed"].to_numpy().astype(float),
         release=frame.points_to_local(_columns(table, ("release_x", "release_y", "release_z"))),
         end=frame.points_to_local(_columns(table, ("x", "y", "z"))),
         runout=table["runout_m"].to_numpy().astype(float),
@@ -165,7 +191,10 @@ def _columns(table: pa.Table, names: tuple[str, ...]) -> FloatArray:
 
 
 class ImpactRows(NamedTuple):
-    """I impacts, ordered by rock and time: row (I,) of the rock in `Ends`, t (I,) s, x (I, 3) m, speeds (I,) m/s."""
+    """I impacts, ordered by rock and time.
+
+    row : (I,) of the rock in `Ends`; t : (I,) s; x : (I, 3) m; speed_in, speed_out : (I,) m/s
+    """
 
     row: IntArray
     t: FloatArray

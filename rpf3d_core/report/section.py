@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.report.run_files import RunFiles
-from rpf3d_core.report.toe import directions, foot_of_face
+from rpf3d_core.report.toe import directions
+from rpf3d_core.terrain.faces import foot_of_face
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
 

@@ -2,7 +2,9 @@
 
 Impacts are known of every rock, and between two impacts a rock flies on a parabola that follows from both. Where speeds
 show that a piece is no such flight, because the rock slid or rolled first, the larger speed of both ends counts, and
-the height is not known: the rock may have left the ground over an edge. After its last impact a rock is on the ground.
+the height is not known: the rock may have left the ground over an edge. After its last impact, a rock that stopped is
+on the ground. Another rock, such as one that left the terrain, flies on to its end. If its times do not show such a
+flight, its largest speed counts.
 """
 
 from typing import NamedTuple
@@ -10,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.report.run_files import RunFiles, read_impacts
+from rpf3d_core.report.run_files import Ends, ImpactRows, RunFiles, read_impacts
 from rpf3d_core.terrain.frame import FloatArray
 
 IntArray = NDArray[np.int64]
@@ -58,7 +60,6 @@ def _from_impacts(run: RunFiles) -> Segments | None:
         return None
     row, t, x, into, out = found
     first = np.append(True, row[1:] != row[:-1])
-    last = np.append(first[1:], True)
     begin = np.where(first[:, None], run.ends.release[row], np.roll(x, 1, axis=0))
     time = t - np.where(first, 0.0, np.roll(t, 1))
     launched = np.where(first, np.nan, np.roll(out, 1))
@@ -66,12 +67,29 @@ def _from_impacts(run: RunFiles) -> Segments | None:
     time, speed = _flights(begin, x, time, launched, into, gravity)
     if not first.all() and (time[~first] > 0.0).mean() < MOSTLY:
         return None
-    # After the last impact a rock slides, rolls or rests: a piece from there to the end follows.
-    at = np.flatnonzero(last) + 1
+    ends = _to_the_ends(run.ends, found, gravity)
+    order = np.argsort(np.concatenate([row, ends.row]), kind="stable")  # the way to the end is the last of a rock
+    return ends._replace(
+        row=np.concatenate([row, ends.row])[order], begin=np.concatenate([begin, ends.begin])[order],
+        end=np.concatenate([x, ends.end])[order], time=np.concatenate([time, ends.time])[order],
+        speed=np.concatenate([speed, ends.speed])[order],
+    )  # fmt: skip
+
+
+def _to_the_ends(ends: Ends, impacts: ImpactRows, gravity: float) -> Segments:
+    """Return the way of each rock from its last impact, or from its release if it has none, to its end."""
+    count = len(ends.runout)
+    last = np.flatnonzero(np.append(impacts.row[1:] != impacts.row[:-1], True)[: len(impacts.row)])
+    struck = impacts.row[last]
+    begin, since, launched, landed = ends.release.copy(), np.zeros(count), np.full(count, np.nan), ends.max_speed.copy()
+    begin[struck], since[struck], launched[struck] = impacts.x[last], impacts.t[last], impacts.speed_out[last]
+    landed[struck] = np.nan
+    time, speed = _flights(begin, ends.end, ends.t - since, launched, landed, gravity)
+    time = np.where(ends.on_ground, 0.0, time)
+    slid = np.where(ends.on_ground & np.isfinite(launched), launched, ends.max_speed)
     return Segments(
-        row=np.insert(row, at, row[last]), begin=np.insert(begin, at, x[last], axis=0),
-        end=np.insert(x, at, run.ends.end[row[last]], axis=0), time=np.insert(time, at, 0.0),
-        speed=np.insert(speed, at, out[last, None], axis=0), gravity=gravity, rocks=int(last.sum()), source=IMPACTS,
+        row=np.arange(count), begin=begin, end=ends.end, time=time,
+        speed=np.where((time > 0.0)[:, None], speed, slid[:, None]), gravity=gravity, rocks=count, source=IMPACTS,
     )  # fmt: skip
 
 
@@ -87,7 +105,8 @@ def _flights(
     fall = np.zeros_like(mean)
     fall[:, 2] = 0.5 * gravity * time
     speeds = np.stack([np.linalg.norm(mean + fall, axis=1), np.linalg.norm(mean - fall, axis=1)], axis=1)
-    known = np.stack([np.where(np.isnan(launched), speeds[:, 0], launched), landed], axis=1)
+    told = np.stack([launched, landed], axis=1)
+    known = np.where(np.isnan(told), speeds, told)
     agrees = (np.abs(speeds - known) <= AGREES * known + SLOW).all(axis=1) & (time > 0.0)
     slid = np.repeat(known.max(axis=1)[:, None], 2, axis=1)
     return np.where(agrees, time, np.nan), np.where(agrees[:, None], speeds, slid)

@@ -1,7 +1,7 @@
 """Find how far beyond the toe of the face rocks stop, and how fast and high they pass there.
 
 The toe of a rock is the foot of the first face below its release, along the straight line in plan from its release to
-its end: where the ground is less steep than STEEP for FLAT metres after a stretch that is steeper.
+its end (`terrain.faces`): where the ground is less steep for a metre after a stretch that is steep and high.
 """
 
 import math
@@ -12,20 +12,19 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.report.run_files import Ends, RunFiles
+from rpf3d_core.terrain.faces import FLAT, foot_of_face
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.height_image import height_image, heights_at
+from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at
 from rpf3d_core.unknowns.predictive import ranked_if_enough
 
-STEEP = 45.0
-"""Slope (degrees) from which the ground counts as a face; bench faces have 55 to 85, catch benches below 15."""
-FLAT = 1.0
-"""Length (m) of less steep ground that ends a face."""
 MOST_ROCKS = 100_000
 """Largest number of rocks whose toe is searched; more are represented by an even selection."""
-AT_ONCE = 2000
-"""Number of rocks whose lines are processed together, which limits the memory."""
-POINTS = 200
-"""Number of points along the line of a rock."""
+AT_ONCE = 200_000
+"""Number of points on lines that are processed together, which limits the memory."""
+STEP = 0.25
+"""Distance (m) between points on the line of a rock, by which the toe is known: the finest pixel of the ground."""
+NEAR = 50.0
+"""Length (m) of the line that is searched first, because most faces end before it."""
 LEAST_REACH = 10.0
 """Least length (m) of the line on which the toe of a rock is searched."""
 SHORTEST = 1.0
@@ -50,6 +49,7 @@ class BeyondToe(NamedTuple):
     rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan
     toe : (N,) m from the release to the toe; distance : (N,) m beyond the toe, negative before it, BEYOND if the rock
         did not stop
+    shift : (N,) m by which the displacement of a rock's parameter set moves its path along its line; 0 without a misfit
     set : (N,) parameter set of each rock; None without unknowns
     """
 
@@ -57,7 +57,13 @@ class BeyondToe(NamedTuple):
     along: FloatArray
     toe: FloatArray
     distance: FloatArray
+    shift: FloatArray
     set: NDArray[np.int64] | None
+
+    @property
+    def displaced(self) -> FloatArray:
+        """Distances (N,) m beyond the toe as predictive intervals take them: with a draw of the model's misfit."""
+        return self.distance + self.shift
 
 
 def beyond_toe(run: RunFiles) -> BeyondToe:
@@ -67,10 +73,18 @@ def beyond_toe(run: RunFiles) -> BeyondToe:
     toe = toes(run, run.ends.release[rows], along, run.ends.runout[rows])
     distance = np.where(run.ends.at_rest[rows], run.ends.runout[rows] - toe, BEYOND)
     known = np.isfinite(toe)
+    rows, along = rows[known], along[known]
     return BeyondToe(
-        rows=rows[known], along=along[known], toe=toe[known], distance=distance[known],
-        set=None if run.ends.set is None else run.ends.set[rows[known]],
+        rows=rows, along=along, toe=toe[known], distance=distance[known], shift=_shift(run, rows, along),
+        set=None if run.ends.set is None else run.ends.set[rows],
     )  # fmt: skip
+
+
+def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatArray:
+    """Return by how much (N,) m the misfit of the model moves rocks along their lines (N, 2)."""
+    if run.moves is None or run.ends.set is None:
+        return np.zeros(len(rows))
+    return np.asarray((run.moves[run.ends.set[rows]] * along).sum(axis=1))
 
 
 def directions(ends: Ends) -> FloatArray:
@@ -93,47 +107,69 @@ def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArr
     length = np.maximum(runout, max(float(np.percentile(runout, 95)), LEAST_REACH))
     ends = release[:, :2] + length[:, None] * along
     image = height_image(run.terrain, np.concatenate([release[:, :2], ends]), LEAST_REACH)
-    found = []
-    for begin in range(0, len(runout), AT_ONCE):
-        some = slice(begin, begin + AT_ONCE)
-        distance = length[some, None] * np.linspace(0.0, 1.0, POINTS)
-        ground = heights_at(image, release[some, None, :2] + distance[..., None] * along[some, None, :])
-        found += [foot_of_face(s, z) for s, z in zip(distance, ground, strict=True)]
+    toe = _feet(image, release[:, :2], along, np.minimum(length, NEAR))
+    # A face that goes on, or a line that goes on, may end farther away.
+    again = np.flatnonzero((length > NEAR) & ~(toe < NEAR - FLAT - STEP))
+    toe[again] = _feet(image, release[again, :2], along[again], length[again])
+    return toe
+
+
+def _feet(image: HeightImage, start: FloatArray, along: FloatArray, length: FloatArray) -> FloatArray:
+    """Return the distance (N,) m to the foot of the first face on lines from points (N, 2) m; NaN where there is none.
+
+    along : (N, 2) unit vectors; length : (N,) m of the lines
+    """
+    if len(length) == 0:
+        return np.empty(0)
+    distance = np.arange(0.0, float(length.max()) + STEP, STEP)
+    rows, found = max(1, AT_ONCE // len(distance)), []
+    for begin in range(0, len(length), rows):
+        some = slice(begin, begin + rows)
+        ground = heights_at(image, start[some, None, :] + distance[:, None] * along[some, None, :])
+        for heights, end in zip(ground, length[some], strict=True):
+            on = slice(0, int(end / STEP) + 2)
+            found.append(foot_of_face(distance[on], heights[on]))
     return np.array(found)
 
 
-def foot_of_face(distance: FloatArray, ground: FloatArray) -> float:
-    """Return the distance (m) of the foot of the first face along a line; NaN without a face, or if the line leaves it.
+class SetValues(NamedTuple):
+    """Values (N,) of rocks from which a predictive interval is taken; set : (N,) of each; sets : number of sets."""
 
-    distance, ground : (S,) m
-    """
-    step = np.diff(distance)
-    with np.errstate(invalid="ignore"):
-        steep = np.diff(ground) < -step * math.tan(math.radians(STEEP))
-    first = np.flatnonzero(steep)
-    if len(first) == 0:
-        return math.nan
-    last = first[0]
-    for i in first[1:]:
-        if distance[i] - distance[last + 1] > FLAT:
-            break
-        last = i
-    return float(distance[last + 1]) if last + 1 < len(step) else math.nan
+    values: FloatArray
+    set: NDArray[np.int64]
+    sets: int
 
 
-def percentile_of(values: FloatArray, sets: NDArray[np.int64] | None, count: int, wanted: int) -> Figure:
+def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None) -> Figure:
     """Return a percentile of values (N,) of rocks, with its sampling interval and its interval over parameter sets.
 
-    sets : (N,) parameter set of each value, None without unknowns; count : number of sets; wanted : such as 90
+    wanted : such as 90; set_values : the values with the misfit, as far as it is known; None without unknowns
+
+    The predictive interval holds the sampling interval.
     """
     if len(values) == 0:
         return Figure(value=None, sampling=None, predictive=None)
     sample = Sample(values)
+    sampling = sample.interval(wanted)
+    over = None if set_values is None else _over_sets(set_values.values, set_values.set, set_values.sets, wanted)
     return Figure(
-        value=sample.percentiles((wanted,))[0],
-        sampling=sample.interval(wanted),
-        predictive=None if sets is None else _over_sets(values, sets, count, wanted),
-    )
+        value=sample.percentiles((wanted,))[0], sampling=sampling,
+        predictive=None if over is None else _holding(over, sampling),
+    )  # fmt: skip
+
+
+def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
+    """Return the distance (m) beyond the toe that holds a percentage of the rocks; sets : number of parameter sets."""
+    set_values = None if beyond.set is None else SetValues(values=beyond.displaced, set=beyond.set, sets=sets)
+    return percentile_of(beyond.distance, wanted, set_values)
+
+
+def _holding(
+    over: tuple[float, float], sampling: tuple[float | None, float | None]
+) -> tuple[float | None, float | None]:
+    """Return an interval over parameter sets that holds the sampling interval; an end without a bound stays so."""
+    low, high = sampling
+    return None if low is None else min(over[0], low), None if high is None else max(over[1], high)
 
 
 def _over_sets(values: FloatArray, sets: NDArray[np.int64], count: int, wanted: int) -> tuple[float, float] | None:

@@ -20,7 +20,7 @@ MOSTLY_THIN = 0.5
 NOTABLE = 0.5
 """Misfit of a calibration (m) from which this is reported."""
 NAMED = 3
-"""Largest number of places that a sentence names."""
+"""Largest number of places or unknowns that a sentence names."""
 MISFIT_HELD = (
     "predictive intervals of shares of zones and areas, of their p95 energies, of the runout and of reach probability "
     "hold the misfit of the model: the paths of each parameter set are displaced by a draw of it"
@@ -36,13 +36,17 @@ def surer_than_it_may_be(run: Run) -> list[str]:
 
 
 def _of_the_ground(run: Run) -> Iterator[str]:
-    """Yield a sentence unless the ground of the scene is calibrated."""
+    """Yield a sentence on each part of the ground of the scene that is not calibrated."""
     spec = run.scene.unknowns
     if not run.scene.has_unknowns or spec is None:
         yield ("every coefficient counts as known: no interval holds what is not known about the ground; "
                "give ranges with `library` or `prior`")  # fmt: skip
     elif spec.sample is None:
         yield "ranges of the ground are from books or estimates, not from a calibration on this slope"
+    elif ranges := _outside_sample(run):
+        more = f" and {len(ranges) - NAMED} more" if len(ranges) > NAMED else ""
+        yield (f"ranges of {', '.join(ranges[:NAMED])}{more} are from books or estimates, because the sample of the "
+               "calibration does not hold them")  # fmt: skip
     if run.scene.has_unknowns and spec is not None and spec.misfit is not None and spec.misfit >= NOTABLE:
         yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
                "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability hold "
@@ -50,6 +54,13 @@ def _of_the_ground(run: Run) -> Iterator[str]:
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
         yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals hold less "
                f"than 95 %; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
+
+
+def _outside_sample(run: Run) -> tuple[str, ...]:
+    """Return the key paths of the ranges that a scene with a sample draws from, too."""
+    from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has unknowns
+
+    return outside_sample(run.scene)
 
 
 def _of_paths(run: Run) -> Iterator[str]:

@@ -11,11 +11,13 @@ from typing import Any
 from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
 
 INPUTS = "inputs.json"
-ASSUMED, RANGES, CALIBRATED = "assumed", "ranges", "calibrated"
-"""How a scene knows its ground: single values, ranges of books or estimates, or a sample of a calibration."""
+ASSUMED, RANGES, PARTLY, CALIBRATED = "assumed", "ranges", "partly_calibrated", "calibrated"
+"""How a scene knows its ground: single values, ranges of books or estimates, a sample of a calibration with further
+ranges of books or estimates, or a sample alone."""
 
 
 def write_inputs(folder: Path, run: Run) -> None:
@@ -28,7 +30,9 @@ def inputs_section(run: Run) -> dict[str, Any]:
     """Return the scene of a run, the sources of its values, and its warnings, as plain values for JSON."""
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
+        "given": sorted(given_keys(run.scene)),
         "ground": ground_known_by(run.scene),
+        "sampled": _sampled(run.scene),
         "library": _library(run.scene),
         "warnings": warnings_of_run(run),
         "surer_than_it_may_be": surer_than_it_may_be(run),
@@ -36,14 +40,33 @@ def inputs_section(run: Run) -> dict[str, Any]:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return how a scene knows its ground: ASSUMED, RANGES or CALIBRATED."""
+    """Return how a scene knows its ground: ASSUMED, RANGES, PARTLY or CALIBRATED.
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused.
+    """
     if not scene.has_unknowns or scene.unknowns is None:
         return ASSUMED
-    return RANGES if scene.unknowns.sample is None else CALIBRATED
+    if scene.unknowns.sample is None:
+        return RANGES
+    from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has a sample
+
+    return PARTLY if outside_sample(scene) else CALIBRATED
+
+
+def _sampled(scene: Scene) -> list[str]:
+    """Return the key paths whose values a scene draws from its sample."""
+    if scene.unknowns is None or scene.unknowns.sample is None:
+        return []
+    from rpf3d_core.setup.unknowns import sampled  # imported only if the scene has a sample
+
+    return list(sampled(scene))
 
 
 def _library(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the published sources of the library entries that a scene names, and their numbers without a range."""
+    """Return the published sources of the library entries that a scene names, their numbers and ranges."""
     names = {material.library for material in scene.materials.values() if material.library is not None}
     if not names:
         return {}
@@ -54,6 +77,8 @@ def _library(scene: Scene) -> dict[str, dict[str, Any]]:
         name: {
             "ground": entry.ground, "source": entry.source, "confirmed": entry.confirmed, "note": entry.note,
             "numbers": {key: value for key, value in entry.ranges.items() if isinstance(value, float)},
+            "ranges": {key: {"min": span.low, "max": span.high, "mean": span.mean, "sd": span.sd}
+                       for key, span in entry.ranges.items() if not isinstance(span, float)},
         }
         for name, entry in found.items()
     }  # fmt: skip

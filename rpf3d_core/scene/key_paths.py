@@ -192,3 +192,22 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     return tuple(_plain(item) for item in value) if isinstance(value, tuple) else value
+
+
+def given_keys(section: BaseModel, above: Steps = ()) -> Iterator[str]:
+    """Yield the key paths of the values that a scene, or a section of it, states; everything else is a default.
+
+    above : the keys of the section; an item of a list has its number, from 0
+    """
+    for name in _given(section):
+        yield ".".join(map(str, (*above, name)))
+        yield from _given_below(getattr(section, name), (*above, name))
+
+
+def _given_below(value: Any, above: Steps) -> Iterator[str]:
+    """Yield the key paths of the stated values below a value of a scene."""
+    if isinstance(value, BaseModel):
+        yield from given_keys(value, above)
+    elif isinstance(value, Mapping | list | tuple):
+        for key, item in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from _given_below(item, (*above, key))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self, cast
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, model_validator
 
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.draws import Size, Speed, distribution_of
@@ -48,15 +48,18 @@ class RockSpec(StrictModel):
         None, description="point, sphere, or a mapping with one of box, family and files"
     )
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _a_metre_unless_told(cls, values: Any) -> Any:
-        """Add a diameter of 1 m if no size is given; boxes and files without a size keep their own."""
+    def _a_metre_unless_told(cls, values: Any, checked: ModelWrapValidatorHandler[Self]) -> Self:
+        """Add a diameter of 1 m, as a default, if no size is given; boxes and files without a size keep their own."""
         if not isinstance(values, dict) or any(name in values for name in SIZES):
-            return values
+            return checked(values)
         shape = values.get("shape")
-        own = isinstance(shape, dict) and ("box" in shape or "files" in shape)
-        return values if own else {**values, "diameter": 1.0}
+        if isinstance(shape, dict) and ("box" in shape or "files" in shape):
+            return checked(values)
+        spec = checked({**values, "diameter": 1.0})
+        spec.model_fields_set.discard("diameter")
+        return spec
 
     @model_validator(mode="after")
     def _one_size(self) -> Self:

@@ -46,6 +46,30 @@ def displacements_of_scene(scene: Scene, sets: ParameterSets) -> FloatArray | No
     return displacements(sets, spec.misfit, scene.seed)
 
 
+def sampled(scene: Scene) -> tuple[str, ...]:
+    """Return the key paths whose values a scene draws from its sample; none without a sample.
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused.
+    """
+    spec = scene.unknowns
+    return () if spec is None or spec.sample is None else read_parameter_sets(spec.sample).names
+
+
+def outside_sample(scene: Scene) -> tuple[str, ...]:
+    """Return the key paths of the ranges that a scene with a sample draws from, because the sample has none of them.
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused.
+    """
+    spec = scene.unknowns
+    return () if spec is None or spec.sample is None else tuple(left_over(scene, spec.priors, sampled(scene)))
+
+
 def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
     """Return the unknowns that a calibration or a sensitivity varies, by key path, each with its prior.
 

@@ -16,11 +16,13 @@ from rpf3d_core import simulate
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.yaml import read_yaml
-from rpf3d_core.imports.crests import OVER, crests_of
+from rpf3d_core.imports import crests
+from rpf3d_core.imports.crests import OVER, _on_the_brow, crests_of
 from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
 from rpf3d_core.scene.json_schema import scene_schema
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at
 
 FALLEN = 5.0
 """Drop (m) that shows that a rock left the crest and fell down the face of 15 m."""
@@ -99,6 +101,37 @@ def test_a_new_scene_keeps_survey_coordinates_layers_and_reference_system(tmp_pa
     x, y, _ = np.array(source.line).T
     assert x == pytest.approx(np.full(len(x), EAST + OVER), abs=0.3)
     assert y.min() >= NORTH - 20 and y.max() <= NORTH + 20
+
+
+@pytest.mark.parametrize("end", ["\x85", "\u2028", "\u2029", "\x9f", "\x7f"])
+def test_a_name_of_a_layer_adds_no_key_to_the_scene(tmp_path: Path, end: str) -> None:
+    pytest.importorskip("ezdxf")
+    vertices, triangles = surveyed()
+    bad = f"wall{end}rocks: 7 #"
+    path = write_dxf(tmp_path / "pit.dxf", at_site(vertices), triangles)
+    path.write_bytes(path.read_bytes().replace(b"wall", bad.encode()))
+    text = write_new_scene(tmp_path / "site", tmp_path / "pit.dxf", FileChoice()).path.read_text(encoding="utf-8")
+    assert end not in text and f"wall\\u{ord(end):04x}rocks: 7" in text
+    assert "rocks" not in read_yaml(tmp_path / "site" / "scene.yaml").values
+    zone = next(line for line in text.splitlines() if "wall" in line)
+    assert json.loads(zone.strip().removeprefix("# ").split(": {library")[0]) == bad
+
+
+def test_a_crest_with_one_point_over_ground_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices, triangles = surveyed()
+    terrain = Terrain(vertices, triangles, np.zeros(len(triangles), dtype=np.int32), ("bench",))
+    assert crests_of(terrain)
+
+    def with_holes(image: HeightImage, plan: np.ndarray) -> np.ndarray:
+        """Return the heights, without those over the brow after the first point."""
+        heights = heights_at(image, plan)
+        return heights if plan.ndim > 2 else np.where(np.arange(len(heights)) > 0, np.nan, heights)
+
+    image = height_image(terrain, vertices[:, :2], 1.0, 0.2)
+    line = np.column_stack([np.zeros(6), np.linspace(8.0, -8.0, 6)])
+    assert any(len(list(_on_the_brow(image, way))) == 1 for way in (line, line[::-1]))
+    monkeypatch.setattr(crests, "heights_at", with_holes)
+    assert all(list(_on_the_brow(image, way)) == [] for way in (line, line[::-1]))
 
 
 def test_a_reference_system_that_the_file_states_is_kept(tmp_path: Path) -> None:

@@ -14,12 +14,14 @@ from typer.testing import CliRunner
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.report import view
-from rpf3d_core.report.blocks import Heading, Table, Text, Warnings
+from rpf3d_core.report.blocks import Heading, Picture, Table, Text, Warnings
 from rpf3d_core.report.content import FIELDS, LIMITS, report_blocks
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import quoted, write_pdf
 from rpf3d_core.report.report import write_report
-from rpf3d_core.report.run_files import read_hazard, read_run
+from rpf3d_core.report.run_files import read_hazard, read_impacts, read_run
+from rpf3d_core.report.segments import segments_of
+from rpf3d_core.report.toe import beyond_toe
 from rpf3d_core.report.view import draped, terrain_seen
 from rpf3d_core.report.words import UNKNOWN
 from rpf3d_core.runs.run import run_scene
@@ -68,15 +70,20 @@ def test_a_report_identifies_its_run(report, unknown_ground) -> None:
     text = Page(report[0].read_text(encoding="utf-8")).text
     summary = json.loads((unknown_ground / "summary.json").read_text())
     assert "North wall <stage 3> & #[ramp]_*" in text
-    for fact in (summary["scene"]["digest"], summary["versions"]["rpf3d"], "bench_15m.yaml", "128 of 128", "64"):
-        assert fact in text
+    facts = dict(tables(report_blocks(read_run(unknown_ground), "north"), "this run")[0].rows)
+    assert facts == {
+        "site": "north", "scene file": "bench_15m.yaml", "scene digest (SHA-256)": summary["scene"]["digest"],
+        "rpf3d version": summary["versions"]["rpf3d"], "seed": "1", "rocks flown": "128 of 128",
+        "parameter sets": "64",
+    }  # fmt: skip
+    assert all(f"{name} {fact}" in text for name, fact in facts.items() if name != "site")
 
 
 def test_what_makes_the_answer_too_sure_stands_first(unknown_ground, known_ground) -> None:
     for folder, expected in ((unknown_ground, "not from a calibration"), (known_ground, "every coefficient counts as")):
         blocks = report_blocks(read_run(folder), "site")
         first = next(i for i, block in enumerate(blocks) if isinstance(block, Warnings))
-        assert first == 2, "title, facts of the run, then warnings"
+        assert first == 1, "the title, then warnings, then facts of the run"
         assert any(expected in sentence for sentence in blocks[first].sentences)
 
 
@@ -105,6 +112,46 @@ def test_every_share_has_both_intervals_the_predictive_first(unknown_ground) -> 
     assert berm[4] != berm[3] and UNKNOWN not in berm[3:]
 
 
+def answer_of(run) -> tuple[list[str], list[str]]:
+    """Return the first cells of the table of main figures, and the sentences after it up to the next heading."""
+    blocks = report_blocks(run, "site")
+    begin = blocks.index(Heading("The answer")) + 1
+    texts = []
+    for block in blocks[begin + 1 :]:
+        if not isinstance(block, Text):
+            break
+        texts.append(block.text)
+    return [row[0] for row in blocks[begin].rows], texts
+
+
+def test_the_answer_names_every_area_and_the_worst_zones(known_ground) -> None:
+    run = read_run(known_ground)
+    some = next(bench for bench in run.summary["benches"].values() if bench["retained"]["share"] is not None)
+    for share, zone in ((0.0, "holds_nothing"), (None, "not_reached"), *((0.5 + 0.01 * i, f"b{i}") for i in range(15))):
+        found = {**some["retained"], "share": share}
+        run.summary["benches"][zone] = {**some, "retained": found}
+    area = {"reached": some["reached"], "retained": some["retained"], "energy_p95_j": None}
+    run.summary["areas_of_interest"] = {f"a{i}": area for i in range(14)}
+    names, texts = answer_of(run)
+    assert [name for name in names if " area " in name] == [f"rocks that reach the area a{i}" for i in range(14)]
+    zones = [bench for bench in run.summary["benches"].values() if bench["retained"]["share"] is not None]
+    assert not any("not_reached" in name for name in names)
+    shown = sum(name.startswith("retained by") for name in names)
+    shares = sorted(bench["retained"]["share"] for bench in zones)
+    by_name = {f"retained by {name}, of the rocks that came": bench["retained"]["share"]
+               for name, bench in run.summary["benches"].items()}  # fmt: skip
+    assert sorted(by_name[name] for name in names if name in by_name) == shares[:shown] and shares[0] == 0.0
+    assert 0 < shown < len(zones) and f"and {len(zones) - shown} more in the table" in texts[0]
+
+
+def test_a_run_without_warnings_has_no_box_of_warnings(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    run.inputs.update(warnings=[], surer_than_it_may_be=[])
+    run = run._replace(ends=run.ends._replace(at_rest=np.ones(len(run.ends.key), dtype=bool)))
+    assert len(beyond_toe(run).rows) == len(run.ends.key), "no rock is without a toe"
+    assert [block for block in report_blocks(run, "site") if isinstance(block, Warnings)] == []
+
+
 def test_without_unknowns_no_predictive_interval_is_claimed(known_ground) -> None:
     blocks = report_blocks(read_run(known_ground), "site")
     answer = next(block for block in blocks if isinstance(block, Table) and block.header[0] == "")
@@ -118,12 +165,15 @@ def test_inputs_say_where_they_come_from(unknown_ground, known_ground) -> None:
     assert "library bedrock" in rows["normal restitution"][3] and " to " in rows["normal restitution"][2]
     assert list(rows["friction angle deg"][2:]) == ["30", "stated in the scene"]
     assert any(block.text.startswith("Ground: NOT calibrated") for block in blocks if isinstance(block, Text))
-    run = read_run(unknown_ground)
-    run.summary["scene"]["materials_with_default_friction"] = ["default"]
-    rows = {row[1]: row for row in tables(report_blocks(run, "site"), "material")[0].rows}
-    assert rows["friction angle deg"][3] == "NOT stated: the default of rpf3d"
     known = tables(report_blocks(read_run(known_ground), "site"), "material")[0].rows
-    assert {row[3] for row in known} == {"stated in the scene"}
+    assert {(row[0], row[1]): row[3] for row in known} == {
+        (material, coefficient): "stated in the scene"
+        for material in ("default", "spill")
+        for coefficient in ("normal restitution", "tangential restitution", "friction angle deg")
+    }
+    inputs = {row[0]: row[2] for row in tables(report_blocks(read_run(known_ground), "site"), "input")[0].rows}
+    assert inputs["stop speed"] == "stated in the scene"
+    assert inputs["gravity"] == "NOT stated: the default of rpf3d"
 
 
 def test_a_report_fetches_nothing(report) -> None:
@@ -144,9 +194,41 @@ def test_names_of_the_user_are_text_and_not_markup(tmp_path) -> None:
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_the_pdf_is_a_pdf_of_some_pages(report) -> None:
+PAGE = re.compile(rb"/Type\s*/Page\b(?!s)")
+FONT = re.compile(rb"/BaseFont\s*/(?:[A-Z]{6}\+)?([A-Za-z]+)")
+EMBEDDED = {b"LibertinusSerif", b"NewCM", b"NewCMMath", b"DejaVuSansMono"}
+"""Families of fonts that typst has in itself."""
+
+
+def test_the_pdf_has_pages_pictures_and_fonts_of_its_own(report, unknown_ground, tmp_path) -> None:
     content = report[1].read_bytes()
-    assert content.startswith(b"%PDF") and len(content) > 50_000
+    assert content.startswith(b"%PDF") and content.rstrip().endswith(b"%%EOF")
+    blocks = report_blocks(read_run(unknown_ground), "site")
+    pictures = sum(isinstance(block, Picture) for block in blocks)
+    assert pictures >= 2
+    assert len(re.findall(rb"/Subtype\s*/Image", content)) >= pictures
+    write_pdf(tmp_path / "short.pdf", "title", [Heading("title", 1), Text("text")])
+    assert len(PAGE.findall((tmp_path / "short.pdf").read_bytes())) == 1
+    assert len(PAGE.findall(content)) >= 4
+    fonts = set(FONT.findall(content))
+    assert fonts and fonts <= EMBEDDED
+
+
+def test_a_report_that_cannot_be_laid_out_says_so(tmp_path) -> None:
+    broken = [Picture(b"no picture", "a picture that is damaged")]
+    with pytest.raises(InputError, match=r"r\.pdf: could not be laid out as PDF \(.+\); the HTML report is complete"):
+        write_pdf(tmp_path / "r.pdf", "title", broken)
+    assert not (tmp_path / "r.pdf").exists()
+
+
+def test_one_path_for_both_reports_is_refused(unknown_ground, tmp_path) -> None:
+    both = tmp_path / "report"
+    done = CliRunner().invoke(
+        app, ["report", str(unknown_ground), "--out", str(both), "--pdf", f"{tmp_path}/../{tmp_path.name}/report"]
+    )
+    assert done.exit_code != 0 and not both.exists()
+    with pytest.raises(InputError, match="is named for both the HTML report and the PDF"):
+        write_report(unknown_ground, both, both)
 
 
 def test_the_draped_map_has_the_values_of_its_cells(known_ground) -> None:
@@ -185,6 +267,21 @@ def test_a_map_with_y_up_lies_where_its_rocks_start(tmp_path) -> None:
     assert grid is not None
     assert (grid.at(run.ends.release[:, :2]) > 0.0).all()
     assert np.isnan(grid.at(run.ends.release[:, :2] * (1.0, -1.0) + (0.0, 7.0))).all(), "elsewhere no rock comes"
+
+
+@pytest.mark.parametrize("names", [("1", "2"), ("NA", "null"), ("2024-01-01", "true")])
+def test_names_of_sources_are_text(tmp_path, names) -> None:
+    terrain = bench()
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in terrain.vertices.tolist()]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in terrain.triangles.tolist()]
+    (tmp_path / "bench.obj").write_text("\n".join(lines) + "\n")
+    each = ", ".join(f'{{name: "{name}", points: [[-0.5, 0, 15.5]], rocks: 2, velocity: [2, 0, 0]}}' for name in names)
+    scene = SCENE.replace(", up: y", "").replace(SCENE.splitlines()[2], f"sources: [{each}]")
+    (tmp_path / "scene.yaml").write_text(scene)
+    run_scene(read_scene(tmp_path / "scene.yaml"), tmp_path / "out", None, "reference")
+    run = read_run(tmp_path / "out")
+    assert [source for source, _, _ in run.ends.key] == [names[0]] * 2 + [names[1]] * 2
+    assert segments_of(run).rocks == 4 and read_impacts(run) is not None
 
 
 def test_a_result_of_another_version_is_refused(unknown_ground, tmp_path) -> None:

@@ -1,21 +1,24 @@
 """Distances beyond the toe, and what passes there: rocks that stop at known places, on a bench of known shape."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
+from rpf3d_core.report import toe
 from rpf3d_core.report.passing import passing, places_beyond, places_for, shares_beyond
 from rpf3d_core.report.run_files import _sets
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.segments import KEPT, segments_of
-from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, foot_of_face, percentile_of
+from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, held_beyond
 from rpf3d_core.report.words import BEYOND_TERRAIN, UNKNOWN, interval, metres
+from rpf3d_core.terrain.faces import foot_of_face
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.dealing import set_of_rock
 
-STEP = 0.5
+STEP = 0.25
 """How near (m) the toe is found: a step of the line on which it is searched."""
 
 
@@ -33,6 +36,36 @@ def test_the_toe_is_the_foot_of_the_face() -> None:
     assert beyond.distance == pytest.approx(np.linspace(10.0, 60.0, 101) - TOE, abs=STEP)
 
 
+def test_a_bump_on_the_crest_is_not_the_face() -> None:
+    run = fallen(np.full(5, 30.0))
+    bump = np.array(
+        [(x, y, z) for x, z in ((-4.0, HEIGHT), (-3.5, HEIGHT + 0.5), (-3.1, HEIGHT)) for y in (-50.0, 50.0)]
+    )
+    triangles = np.array([(0, 2, 3), (0, 3, 1), (2, 4, 5), (2, 5, 3)], dtype=np.int32) + len(run.terrain.vertices)
+    terrain = replace(run.terrain, vertices=np.concatenate([run.terrain.vertices, bump]),
+                      triangles=np.concatenate([run.terrain.triangles, triangles]),
+                      zone=np.zeros(10, dtype=np.int32))  # fmt: skip
+    behind = run.ends._replace(release=run.ends.release - (5.0, 0.0, 0.0), runout=run.ends.runout + 5.0)
+    beyond = beyond_toe(run._replace(terrain=terrain, ends=behind))
+    assert beyond.toe == pytest.approx(np.full(5, TOE + 5.0), abs=STEP)
+
+
+def test_far_rocks_do_not_make_the_toe_coarse() -> None:
+    runouts = np.linspace(100.0, 190.0, 50)
+    beyond = beyond_toe(fallen(runouts))
+    assert beyond.distance == pytest.approx(runouts - TOE, abs=STEP)
+
+
+def test_a_face_far_from_the_release_is_found() -> None:
+    run = fallen(np.full(5, 100.0))
+    behind = run.ends._replace(release=run.ends.release - (19.0, 0.0, 0.0), runout=run.ends.runout + 19.0)
+    run = run._replace(ends=behind)
+    for near in (1.0, 19.0, 20.0, 23.0, 25.0, 50.0):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(toe, "NEAR", near)
+            assert beyond_toe(run).toe == pytest.approx(np.full(5, TOE + 19.0), abs=STEP)
+
+
 def test_a_rock_that_stays_on_the_face_is_before_the_toe() -> None:
     beyond = beyond_toe(fallen([2.0, *[30.0] * 20]))
     assert beyond.distance[0] == pytest.approx(2.0 - TOE, abs=STEP)
@@ -44,20 +77,23 @@ def test_a_rock_that_stays_on_the_face_is_before_the_toe() -> None:
         ([10, 10, 5, 0, 0, 0, 0], 3.0),  # one face
         ([10, 10, 5, 4.9, 0, 0, 0], 4.0),  # a ledge of a metre is part of the face
         ([10, 10, 5, 4.9, 4.8, 4.7, 0], 2.0),  # a wider one ends it
+        ([10.3, 8.5, 8.4, 8.3, 8.2, 2.0, 0, 0], 6.0),  # a pebble before the face is no face
+        ([10, 8, 7.9, 7.8, 7.7, 5.7, 5.7], math.nan),  # two steps, neither of them 3 m high
+        ([10, 8, 7.9, 5.9, 5.9, 5.9, 5.9], 3.0),  # one face of two steps
         ([10, 10, 10, 10, 10, 10, 10], math.nan),
         ([10, 10, 10, 10, 10, 5, 0], math.nan),  # the line ends on the face
         ([10, 10, math.nan, 0, 0, 0, 0], math.nan),  # a hole hides it
     ],
 )
 def test_the_foot_of_a_face_is_where_flat_ground_begins(ground: list[float], foot: float) -> None:
-    found = foot_of_face(np.arange(7.0), np.array(ground, dtype=float))
+    found = foot_of_face(np.arange(float(len(ground))), np.array(ground, dtype=float))
     assert math.isnan(found) if math.isnan(foot) else found == foot
 
 
 def test_ninety_percent_stop_within_the_ninetieth_percentile() -> None:
     runouts = np.linspace(10.0, 110.0, 1001)
     beyond = beyond_toe(fallen(runouts))
-    figure = percentile_of(beyond.distance, None, 0, 90)
+    figure = held_beyond(beyond, 0, 90)
     assert figure.value == pytest.approx(100.0 - TOE, abs=STEP)
     assert figure.sampling is not None and figure.predictive is None
     low, high = figure.sampling
@@ -68,10 +104,10 @@ def test_rocks_that_did_not_stop_are_farther_than_all_others() -> None:
     at_rest = np.arange(1000) >= 150  # 15 % left the terrain
     beyond = beyond_toe(fallen(np.full(1000, 20.0), at_rest))
     assert np.count_nonzero(beyond.distance == BEYOND) == 150
-    figure = percentile_of(beyond.distance, None, 0, 90)
+    figure = held_beyond(beyond, 0, 90)
     assert figure.value is not None and figure.value > FAR
     assert metres(figure.value) == BEYOND_TERRAIN
-    inner = percentile_of(beyond.distance, None, 0, 75).value
+    inner = held_beyond(beyond, 0, 75).value
     assert inner == pytest.approx(20.0 - TOE, abs=STEP)
 
 
@@ -80,7 +116,7 @@ def test_the_predictive_interval_holds_the_differences_between_sets() -> None:
     reach = np.linspace(10.0, 100.0, sets)  # each set stops its rocks elsewhere
     run = fallen(np.tile(reach, each), sets=sets)
     beyond = beyond_toe(run)
-    figure = percentile_of(beyond.distance, beyond.set, sets, 90)
+    figure = held_beyond(beyond, sets, 90)
     assert figure.sampling is not None and figure.predictive is not None
     assert figure.predictive[0] < 13.0 and figure.predictive[1] > 90.0 - TOE
     assert figure.predictive[1] - figure.predictive[0] > 5 * (figure.sampling[1] - figure.sampling[0])
@@ -93,7 +129,7 @@ def test_the_predictive_interval_holds_the_differences_between_sets() -> None:
 def test_too_few_rocks_in_each_set_give_no_predictive_interval() -> None:
     run = fallen(np.linspace(10.0, 60.0, 128), sets=64)
     beyond = beyond_toe(run)
-    assert percentile_of(beyond.distance, beyond.set, 64, 90).predictive is None
+    assert held_beyond(beyond, 64, 90).predictive is None
     assert interval(None, metres) == UNKNOWN
 
 

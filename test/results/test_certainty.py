@@ -57,6 +57,14 @@ def test_known_ground_ranges_and_a_sample_differ(tmp_path: Path) -> None:
     assert not has(found, "counts as known") and not has(found, "calibration")
 
 
+def test_a_range_that_the_sample_does_not_hold_is_named(tmp_path: Path) -> None:
+    sets = parameter_sets(["materials.rock.tangential_restitution"], [[0.75], [0.8], [0.85]])
+    write_parameter_sets(tmp_path / "posterior.parquet", sets)
+    sample = ("stop_speed: 0.4", "stop_speed: 0.4\nunknowns: {sample: posterior.parquet}")
+    found = sentences(tmp_path, SPREAD, UNKNOWN, sample)
+    assert has(found, "ranges of materials.rock.normal_restitution are from books or estimates, because the sample")
+
+
 @pytest.mark.parametrize(("misfit", "named"), [(4.1, True), (0.2, False)])
 def test_the_misfit_that_a_calibration_found_is_named(tmp_path: Path, misfit: float, named: bool) -> None:
     sets = parameter_sets(["materials.rock.normal_restitution"], [[0.45], [0.5], [0.55]])

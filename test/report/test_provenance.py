@@ -1,0 +1,103 @@
+"""The inputs of a report name where each value comes from: the scene, the library, a sample, or a default."""
+
+from pathlib import Path
+
+import pytest
+from terrain_files import grid, write_binary_stl
+
+from rpf3d_core.report.blocks import Table, Text
+from rpf3d_core.report.inputs_part import DEFAULT, GROUND, STATED, inputs_part
+from rpf3d_core.report.run_files import read_run
+from rpf3d_core.results.inputs import CALIBRATED, PARTLY
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
+
+RANGE = "range stated in the scene"
+SAMPLE = "calibration sample posterior.parquet"
+SCENE = """\
+terrain: {{files: [{{path: slope.stl, zone: rock}}]}}
+materials: {{default: {material}}}
+sources: [{{name: a, points: [[1.3, 1.2, 9]]}}]
+outputs: {{pictures: false, recording: false}}
+{more}
+"""
+
+
+def flown(folder: Path, material: str, more: str = "", sample: tuple[str, ...] = ()):
+    """Return the run of a small scene; sample : key paths of a sample that the scene names."""
+    vertices, triangles = grid(5, 6)
+    write_binary_stl(folder / "slope.stl", vertices[triangles])
+    if sample:
+        write_parameter_sets(
+            folder / "posterior.parquet", parameter_sets(sample, [[0.4] * len(sample), [0.5] * len(sample)])
+        )
+        more += "\nunknowns: {sample: posterior.parquet}"
+    (folder / "scene.yaml").write_text(SCENE.format(material=material, more=more))
+    run_scene(
+        read_scene(folder / "scene.yaml"), folder / "out", 64 if "prior" in material or sample else 4, "reference"
+    )
+    return read_run(folder / "out")
+
+
+def sources(run, table: int) -> dict[str, str]:
+    """Return the source of each input by its name, from one of both tables."""
+    found = [block for block in inputs_part(run) if isinstance(block, Table)][table]
+    return {row[-3] if table else row[0]: row[-1] for row in found.rows}
+
+
+BOTH = ("materials.default.normal_restitution", "materials.default.tangential_restitution")
+
+
+@pytest.mark.parametrize(("sample", "tangential", "ground"), [(BOTH[:1], RANGE, PARTLY), (BOTH, SAMPLE, CALIBRATED)])
+def test_only_what_a_sample_holds_is_called_calibrated(tmp_path: Path, sample, tangential, ground) -> None:
+    prior = "{prior: {min: 0.6, max: 0.9}}"
+    run = flown(tmp_path, f"{{normal_restitution: 0.5, tangential_restitution: {prior}}}", sample=sample)
+    found = sources(run, 1)
+    assert found["normal restitution"] == SAMPLE
+    assert found["tangential restitution"] == tangential
+    assert run.inputs["ground"] == ground
+    assert Text(f"Ground: {GROUND[ground]}") in inputs_part(run)
+
+
+def test_a_range_that_replaces_one_of_the_library_is_not_called_published(tmp_path: Path) -> None:
+    run = flown(tmp_path, "{library: bedrock, normal_restitution: {prior: {min: 0.3, max: 0.4}}}")
+    found = sources(run, 1)
+    assert found["normal restitution"] == RANGE
+    assert found["tangential restitution"].startswith("library bedrock: ")
+
+
+def test_a_default_is_not_called_stated(tmp_path: Path) -> None:
+    material = "{normal_restitution: 0.5, tangential_restitution: 0.8}"
+    run = flown(tmp_path, material, "effects: {drag: {}}\nrebound: constant\nstop_speed: 0.4")
+    rows = next(block for block in inputs_part(run) if isinstance(block, Table)).rows
+    found = {name: source for name, _, source in rows}
+    assert found["rock density"] == found["rock size"] == found["rock shape"] == DEFAULT
+    assert found["gravity"] == found["upward axis"] == found["reference system"] == DEFAULT
+    assert found["terrain"] == found["stop speed"] == STATED
+    assert {value.split()[0]: source for name, value, source in rows if name == "effect drag"} == {
+        "acts": STATED, "coefficient": DEFAULT, "density": DEFAULT, "accuracy": DEFAULT,
+    }  # fmt: skip
+    assert {name: source for name, value, source in rows if value in ("constant", "sliding")} == {
+        "rebound": STATED, "ground": DEFAULT,
+    }  # fmt: skip
+    assert sources(run, 1) == {
+        "normal restitution": STATED, "tangential restitution": STATED, "friction angle deg": DEFAULT,
+    }  # fmt: skip
+
+
+def test_what_a_scene_states_is_called_stated(tmp_path: Path) -> None:
+    material = "{normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 30}"
+    more = "effects: {drag: {density: 1.2}}\nrock: {density: 2700, diameter: 1}\ngravity: 9.81"
+    run = flown(tmp_path, material, more)
+    rows = next(block for block in inputs_part(run) if isinstance(block, Table)).rows
+    found = {name: source for name, _, source in rows}
+    assert found["rock density"] == found["rock size"] == found["gravity"] == STATED
+    assert found["rock shape"] == found["stop speed"] == DEFAULT
+    assert {value.split()[0]: source for name, value, source in rows if name == "effect drag"}["density"] == STATED
+    assert sources(run, 1)["friction angle deg"] == STATED
+
+
+def test_rocks_with_a_shape_have_no_coefficients_of_points(tmp_path: Path) -> None:
+    run = flown(tmp_path, "{restitution: 0.3, friction: 0.6}", "rock: {shape: {box: [1, 1, 1]}}")
+    assert sources(run, 1) == {"restitution": STATED, "friction": STATED}
