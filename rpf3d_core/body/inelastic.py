@@ -38,11 +38,6 @@ Full changes can go round in circles: a rolling moment lifts a contact off the g
 """
 SETTLED, ALIGNED = 0.5, 0.9
 """Least ratio of the changes in two successive sweeps, and least cosine between them (-), for a leap ahead."""
-STEADY, DRIFT = 0.3, 10.0
-"""Changes in a sweep, over the change at which sweeps end (-), that end them too: of the body, and of each contact.
-
-Contacts that lie in one plane can pass impulses to each other for hundreds of sweeps, and the body moves on as it did.
-"""
 
 
 class Velocity(NamedTuple):
@@ -127,7 +122,7 @@ def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
 
     points : (K, CONTACT_COLUMNS), `contacts`; the impulses in it are the first guess, and receive the solution
     rows : (K, SOLVER_COLUMNS), scratch; count : number of contacts; moments : principal moments (m2)
-    within : change of a contact's velocity in a sweep (m/s) below which the sweeps end; see also STEADY
+    within : change of a contact's velocity in a sweep (m/s) below which the sweeps end
     """
     velocity, size = _start(points, rows, count, moments, velocity), size_of(moments)
     resists, moment, allowed, leaps = False, ZERO, _rolling_limit(points, rows, count), 0
@@ -136,7 +131,7 @@ def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
     if resists:
         moment, velocity, _change = _resisted(moment, velocity, moments, allowed, size)
     for sweep in range(SWEEPS):
-        share, most, limit, before = _share(sweep), 0.0, 0.0, velocity
+        share, most, limit = _share(sweep), 0.0, 0.0
         for i in range(count):
             velocity, change = solve_contact(rows[i], velocity, points[i, MU], share)
             most = max(most, change)
@@ -147,8 +142,6 @@ def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
             most = max(most, change)
         if most <= within or (count == 1 and not resists):
             break
-        if most <= DRIFT * within and _changed(before, velocity, size) <= STEADY * within:
-            break
         if sweep + 1 < UNDAMPED:
             velocity, leaps = _leapt(rows, count, velocity, leaps)
     for i in range(count):
@@ -157,12 +150,6 @@ def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
             impulse = add(impulse, scale(row[LOCAL + k], vector(row, 3 * k)))
         put(points[i], IMPULSE, impulse)
     return velocity
-
-
-@kernel
-def _changed(before: Velocity, after: Velocity, size: float) -> float:
-    """Return the change of a body's motion as a velocity (m/s); size : length of the order of the body's size (m)."""
-    return norm(subtract(after.v, before.v)) + size * norm(subtract(after.w, before.w))
 
 
 @kernel
