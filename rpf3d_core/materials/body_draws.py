@@ -2,10 +2,8 @@
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from rpf3d_core.materials.distributions import FIXED, Distribution, fixed
-from rpf3d_core.materials.draws import coefficient
+from rpf3d_core.materials.distributions import Distribution, fixed
+from rpf3d_core.materials.draws import are_fixed, coefficient, drawn_columns
 from rpf3d_core.materials.library import Materials, Surface, materials_of, surface_of
 from rpf3d_core.materials.rock_context import RockContext
 
@@ -40,21 +38,14 @@ class DrawnBodyMaterials(NamedTuple):
 
 def drawn_body_materials(surfaces: list[DrawnBodySurface]) -> Materials | DrawnBodyMaterials:
     """Return the ground of Z zones as the simulation reads it; plain `Materials` if all coefficients are fixed."""
-    draws = [surface.coefficients for surface in surfaces]
-    if all(draw.kind == FIXED for row in draws for draw in row):
+    if are_fixed(surfaces):
         return materials_of([_certain(surface) for surface in surfaces])
     return bodies_as_drawn(surfaces)
 
 
 def bodies_as_drawn(surfaces: list[DrawnBodySurface]) -> DrawnBodyMaterials:
     """Return the ground of Z zones for rocks with a shape in the form that draws."""
-    draws = [surface.coefficients for surface in surfaces]
-    return DrawnBodyMaterials(
-        kind=np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
-        numbers=np.array([[draw[1:] for draw in row] for row in draws], dtype=float),
-        stop_speed=np.array([surface.stop_speed for surface in surfaces], dtype=float),
-        per_impact=np.array([surface.per_impact for surface in surfaces], dtype=np.int64),
-    )
+    return DrawnBodyMaterials(**drawn_columns(surfaces))
 
 
 @surface_of.rule(DrawnBodyMaterials)

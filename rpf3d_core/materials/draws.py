@@ -7,7 +7,8 @@ drawn for the next impact. Otherwise the result would depend on the number of fa
 """
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,6 +26,22 @@ PURPOSES = (
 COEFFICIENTS = ("R_n", "R_t", "friction_angle", "rolling_friction")
 """Names of the ground coefficients that may be drawn at random, in the order of the columns."""
 RADIANS = math.pi / 180.0
+
+
+class Drawn(Protocol):
+    """The ground of a zone with distributions, for points or for rocks with a shape."""
+
+    @property
+    def coefficients(self) -> tuple[Distribution, ...]:
+        """The distributions of the coefficients, in the order of COEFFICIENTS."""
+
+    @property
+    def stop_speed(self) -> float:
+        """Speed (m/s) below which a rock on the ground stops."""
+
+    @property
+    def per_impact(self) -> bool:
+        """True for a new draw after each impact, False for one draw per rock."""
 
 
 class DrawnSurface(NamedTuple):
@@ -63,21 +80,30 @@ class DrawnMaterials(NamedTuple):
 
 def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
     """Return the materials of Z zones as the simulation reads them; plain `Materials` if all coefficients are fixed."""
-    draws = [surface.coefficients for surface in surfaces]
-    if all(draw.kind == FIXED for row in draws for draw in row):
+    if are_fixed(surfaces):
         return materials_of([_certain(surface) for surface in surfaces])
     return as_drawn(surfaces)
 
 
 def as_drawn(surfaces: list[DrawnSurface]) -> DrawnMaterials:
     """Return the materials of Z zones in the form that draws, whether or not a coefficient is random."""
+    return DrawnMaterials(**drawn_columns(surfaces))
+
+
+def are_fixed(surfaces: Sequence[Drawn]) -> bool:
+    """True if no coefficient of any zone is random."""
+    return all(draw.kind == FIXED for surface in surfaces for draw in surface.coefficients)
+
+
+def drawn_columns(surfaces: Sequence[Drawn]) -> dict[str, Any]:
+    """Return the fields of `DrawnMaterials` as arrays, for zones of rocks of any kind."""
     draws = [surface.coefficients for surface in surfaces]
-    return DrawnMaterials(
-        kind=np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
-        numbers=np.array([[draw[1:] for draw in row] for row in draws], dtype=float),
-        stop_speed=np.array([surface.stop_speed for surface in surfaces], dtype=float),
-        per_impact=np.array([surface.per_impact for surface in surfaces], dtype=np.int64),
-    )
+    return {
+        "kind": np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
+        "numbers": np.array([[draw[1:] for draw in row] for row in draws], dtype=float),
+        "stop_speed": np.array([surface.stop_speed for surface in surfaces], dtype=float),
+        "per_impact": np.array([surface.per_impact for surface in surfaces], dtype=np.int64),
+    }
 
 
 @surface_of.rule(DrawnMaterials)
