@@ -1,9 +1,8 @@
 """Import the libraries of the extra `report`, which only reports need."""
 
-import importlib
 from typing import Any
 
-from rpf3d_core.errors import InputError
+from rpf3d_core.formats.extras import library_of
 
 
 def needed(module: str) -> Any:
@@ -14,9 +13,4 @@ def needed(module: str) -> Any:
     InputError
         The library is not installed; the message states how to install it.
     """
-    try:
-        return importlib.import_module(module)
-    except ImportError as fault:
-        library = module.partition(".")[0]
-        raise InputError(f"a report needs the library {library}, which is not installed ({fault}); install it with: "
-                         "pip install 'rpf3d[report]'") from fault  # fmt: skip
+    return library_of("report", module, "a report needs")
