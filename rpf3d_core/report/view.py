@@ -47,9 +47,10 @@ class Seen(NamedTuple):
     of: int
 
 
-def view_html(run: RunFiles, looking: FloatArray) -> str:
+def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
     """Return the view as an HTML fragment without the script of plotly.
 
+    seen : the terrain of the view, as from `terrain_seen`
     looking : (2,) unit vector in plan, from the face outwards; the view looks against it
 
     Raises
@@ -58,7 +59,6 @@ def view_html(run: RunFiles, looking: FloatArray) -> str:
         plotly is not installed.
     """
     go = needed("plotly.graph_objects")
-    seen = terrain_seen(run)
     traces = [_terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), _releases(go, run)]
     figure = go.Figure(data=traces, layout=_layout(run, looking))
     html: str = figure.to_html(full_html=False, include_plotlyjs=False, default_height="640px", config={
