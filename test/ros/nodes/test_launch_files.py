@@ -102,17 +102,22 @@ def described(request, monkeypatch):
 
 def launched(described, **given):
     """Program -> (parameter file, its own parameters) of what is launched with arguments given."""
+    found = {}
+    for program, node in nodes_of(described, **given).items():
+        if program == "rviz2":
+            continue
+        assert node["package"] == "rpf3d"
+        file, *own = node["parameters"]
+        found[program] = file, {name: value for section in own for name, value in section.items()}
+    return found
+
+
+def nodes_of(described, **given):
+    """Program -> the keywords of each Node that is launched with arguments given."""
     defaults = {each.arguments[0]: each.named["default_value"] for each in described["DeclareLaunchArgument"]}
     assert set(given) <= set(defaults)
     (function,) = described["OpaqueFunction"]
-    found = {}
-    for node in function.named["function"]({**defaults, **given}):
-        if node.named["package"] == "rviz2":
-            continue
-        assert node.named["package"] == "rpf3d"
-        file, *own = node.named["parameters"]
-        found[node.named["executable"]] = file, {name: value for section in own for name, value in section.items()}
-    return found
+    return {node.named["executable"]: node.named for node in function.named["function"]({**defaults, **given})}
 
 
 def resolved(path):
@@ -190,13 +195,6 @@ def test_the_parameter_file_beside_a_scene_differs_from_the_other_by_the_keys_of
     without = {node: {n: v for n, v in given.items() if n not in keys} for node, given in set_by("rpf3d.yaml").items()}
     assert without != set_by("rpf3d.yaml")
     assert set_by("rpf3d_scene.yaml") == without
-
-
-def nodes_of(described, **given):
-    """Return the keywords of each Node that is launched, by its program."""
-    defaults = {each.arguments[0]: each.named["default_value"] for each in described["DeclareLaunchArgument"]}
-    (function,) = described["OpaqueFunction"]
-    return {node.named["executable"]: node.named for node in function.named["function"]({**defaults, **given})}
 
 
 @RPF3D
