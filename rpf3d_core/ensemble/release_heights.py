@@ -3,14 +3,21 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.detection.closest import closest_facet
 from rpf3d_core.detection.fallen import COLUMNS, FIRST, STEEPEST
 from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.terrain.facet_geometry import corner, stored_normal
+from rpf3d_core.vectors import dot, subtract
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LEAST_AROUND = 2.0
 """Least distance from a release to the vertical lines around it, in crack widths: the widest edge band is one crack."""
+LEAST_HEIGHT = 4.0
+"""Least height above the ground of a release to look around, in crack widths: a lower rock still meets the facet."""
+INSIDE = 1e-6
+"""Largest share by which the distance to a facet exceeds that to its plane, if the closest point is inside it (-)."""
 
 
 def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
@@ -18,30 +25,32 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
 
     A rock that starts in the ground, above an overhang, sees the back of the overhanging facets below it. The back of a
     facet excludes the facet's edges (`detection.narrow_phase`), so a vertical line through an edge of an overhang may
-    meet only the ground in front of the overhang. Therefore the result is also the back of a facet, or no facet, if
-    this holds for vertical lines on all four sides of the release.
+    meet only the ground in front of the overhang. Therefore the result is also the back of a facet if vertical lines
+    beside the release meet it, and all of them start in the ground or the facet closest to the release shows its back.
+    The closest facet decides above the foot of an overhang: a line beside the release may run along the same edge.
     """
     found = engine.ground_below(x)
     some = _to_look_around(engine, found)
     if not len(some):
         return found
-    farthest = FIRST * float(engine.facets.crack)
-    around = np.minimum(found[some, 0] / STEEPEST, farthest)
-    beside = [_below(engine, x[some], around, column) for column in COLUMNS[1:]]
-    inside = np.all([_in_the_ground(lines, found[some, 0]) for lines in beside], axis=0)
-    found[some[inside]] = beside[0][inside]
+    height, crack = found[some, 0], float(engine.facets.crack)
+    around = np.clip(height / STEEPEST, LEAST_AROUND * crack, FIRST * crack)
+    beside = np.stack([_below(engine, x[some], around, column) for column in COLUMNS[1:]])
+    backs = _meet_a_back(beside, height)
+    for i in np.flatnonzero(backs.any(0)):
+        if _all_in_the_ground(beside[:, i], backs[:, i]) or _closest_shows_its_back(engine, x[some[i]], height[i]):
+            found[some[i]] = beside[backs[:, i].argmax(), i]
     return found
 
 
 def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
     """Return the rows of the releases that lie high enough above the ground found below them to look around them.
 
-    The lines must be farther away than an edge band, and STEEPEST times closer than the ground below: at the bottom of
-    a funnel, lines farther away would start in its walls. Without overhangs, no facet below a rock shows its back.
+    Without overhangs, no facet below a rock shows its back.
     """
     if (np.asarray(engine.facets.normals)[:, 2] >= 0.0).all():
         return np.empty(0, dtype=np.int64)
-    high = found[:, 0] >= STEEPEST * LEAST_AROUND * float(engine.facets.crack)
+    high = found[:, 0] >= LEAST_HEIGHT * float(engine.facets.crack)
     return np.flatnonzero((found[:, 1] >= 0) & (found[:, 2] > 0) & high)
 
 
@@ -50,9 +59,28 @@ def _below(engine: Engine, x: FloatArray, around: FloatArray, column: tuple[floa
     return engine.ground_below(np.ascontiguousarray(x + around[:, None] * np.array([*column, 0.0])))
 
 
-def _in_the_ground(found: FloatArray, height: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (N,): a line meets no facet, or the back of one about as far below as the ground, or nearer.
+def _meet_a_back(found: FloatArray, height: FloatArray) -> NDArray[np.bool_]:
+    """Return flags (4, N): a line meets the back of a facet about as far below as the ground, or nearer.
 
-    height : (N,) m above the ground found straight below; the back of a steep facet may lie up to as far below it again
+    found : (4, N, 3); height : (N,) m above the ground found straight below; the back of a steep facet may lie up to as
+        far below it again
     """
-    return (found[:, 1] < 0) | ((found[:, 2] < 0) & (found[:, 0] < 2.0 * height))
+    return (found[:, :, 1] >= 0) & (found[:, :, 2] < 0) & (found[:, :, 0] < 2.0 * height)
+
+
+def _all_in_the_ground(found: FloatArray, backs: NDArray[np.bool_]) -> bool:
+    """True if all lines (4, 3) beside a release start in the ground: each meets no facet or, by `backs`, a back."""
+    return bool((backs | (found[:, 1] < 0)).all())
+
+
+def _closest_shows_its_back(engine: Engine, x: FloatArray, radius: float) -> bool:
+    """True if a point (3,) m lies behind the facet closest to it, by more than an edge band and within `radius` (m).
+
+    Only a closest point inside the facet counts: at an edge, the side of one facet does not say where the ground is.
+    """
+    place = (float(x[0]), float(x[1]), float(x[2]))
+    distance, facet = closest_facet(engine.locator, engine.facets, place, float(radius))
+    if facet < 0:
+        return False
+    depth = -dot(stored_normal(engine.facets, facet), subtract(place, corner(engine.facets, facet, 0)))
+    return bool(depth > LEAST_AROUND * engine.facets.crack and depth > (1.0 - INSIDE) * distance)

@@ -79,7 +79,8 @@ class Reference:
     name = "reference"
 
     def __init__(self, facets: Facets, caps: CapFacets | None = None, pieces: PieceNumbers | None = None) -> None:
-        from rpf3d_core.detection.vtk_locator import VtkLocator  # only this engine needs VTK
+        from rpf3d_core.detection import vtk_closest  # noqa: F401  (only this engine needs VTK, and its rules)
+        from rpf3d_core.detection.vtk_locator import VtkLocator
 
         self.facets = plain(facets)
         self.locator = VtkLocator(facets)
@@ -218,8 +219,6 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
     squared, every_step : as in `stepped`
     """
     other = copy(engine)
-    if isinstance(engine, Reference):
-        from rpf3d_core.detection import vtk_closest  # noqa: F401  (only this engine needs its rule)
     other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)
     return other
 
