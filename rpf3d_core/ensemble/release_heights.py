@@ -26,8 +26,8 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
     A rock that starts in the ground, above an overhang, sees the back of the overhanging facets below it. The back of a
     facet excludes the facet's edges (`detection.narrow_phase`), so a vertical line through an edge of an overhang may
     meet only the ground in front of the overhang. Therefore the result is also the back of a facet if vertical lines
-    beside the release meet it, and all of them start in the ground or the facet closest to the release shows its back.
-    The closest facet decides above the foot of an overhang: a line beside the release may run along the same edge.
+    around the release meet it, and all of them start in the ground or the facet closest to the release shows its back.
+    The closest facet decides above the foot of an overhang: a line next to the release may run along the same edge.
     """
     found = engine.ground_below(x)
     some = _to_look_around(engine, found)
@@ -69,7 +69,7 @@ def _meet_a_back(found: FloatArray, height: FloatArray) -> NDArray[np.bool_]:
 
 
 def _all_in_the_ground(found: FloatArray, backs: NDArray[np.bool_]) -> bool:
-    """True if all lines (4, 3) beside a release start in the ground: each meets no facet or, by `backs`, a back."""
+    """True if all lines (4, 3) around a release start in the ground: each meets no facet or, by `backs`, a back."""
     return bool((backs | (found[:, 1] < 0)).all())
 
 

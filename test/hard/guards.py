@@ -153,7 +153,7 @@ GUARDS = (
         " or _closest_shows_its_back(engine, x[some[i]], height[i]):",
         ":",
         "`_closest_shows_its_back`: above the foot of an overhang, the closest facet says where the ground is",
-        "a line beside the release runs along the foot and meets the floor: the rock is released in the ground",
+        "a line next to the release runs along the foot and meets the floor: the rock is released in the ground",
     ),
     Guard(
         "test_edges_and_vertices.py::"

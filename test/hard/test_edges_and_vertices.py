@@ -122,7 +122,7 @@ def test_a_rock_in_the_ground_straight_above_an_edge_of_an_overhang_is_refused(e
 @BOTH
 @pytest.mark.parametrize("height", [1e-6, 1e-5, 1e-3, 0.03])
 def test_a_rock_in_the_ground_straight_above_the_foot_of_an_overhang_is_refused(engine, height):
-    """The foot runs along a line beside the release that looks for the ground: that line meets the floor as well."""
+    """The foot runs along a line next to the release that looks for the ground: that line meets the floor as well."""
     along, out = np.array([0.4, -1.0]) / math.hypot(0.4, 1.0), np.array([1.0, 0.4]) / math.hypot(0.4, 1.0)
     profile = [(-6.0, 4.0), (2.0, 4.0), (0.0, 0.0), (6.0, 1.0)]
     corners = [(*(x * out + y * along), z) for y in (-6.0, 0.0, 6.0) for x, z in profile]
