@@ -1,6 +1,6 @@
 """Measure how fast the live node answers, with real processes: from publishing a message to receiving the answer.
 
-    python benchmarks/live.py [--only mesh cloud patch burst busy memory] [--rounds 10] [--triangles 2332287]
+    python benchmarks/live.py [--only mesh cloud patch burst busy memory rest] [--rounds 10] [--triangles 2332287]
 
 Messages travel by DDS, the network layer of ROS. The figures are medians of 10 rounds. The measuring process publishes
 bytes that were laid out earlier, and takes the time of arrival before it reads a message. A third process calls a
@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from live_messages import MARKER, Heights, cloud_bytes, mesh_bytes, poses, raise_mesh, stamp_of, stamped
+from live_rest import at_rest
 from live_stack import Heartbeat, Stack, machine
 from live_table import Row, Rows, gaps_of, print_table
 from rclpy.serialization import serialize_message
@@ -255,7 +256,17 @@ def _bursts(bench: Bench, data: Bytes, part: str, count: int) -> list[Rows]:
     return [*rows, bench.rounds(f"patch, {FEW} rocks", 0.15, count, lambda number: _patch(bench, data, number))]
 
 
-PARTS = ("mesh", "cloud", "patch", "burst", "busy", "memory")
+def _at_rest(data: Bytes) -> bool:
+    """Measure the node after an answer, without messages; return True if the goal is missed."""
+    with Stack() as stack:
+        bench = Bench(stack, FEW, FINEST, bytes(data.mesh), data.places)
+        try:
+            return at_rest(bench, SIMULATOR)
+        finally:
+            bench.close()
+
+
+PARTS = ("mesh", "cloud", "patch", "burst", "busy", "memory", "rest")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -272,7 +283,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(machine(), flush=True)
     data = Bytes(options.triangles)
     rows = measure(options, data)
-    return print_table(rows)
+    missed = "rest" in options.only and _at_rest(data)
+    return print_table(rows) or int(missed)
 
 
 if __name__ == "__main__":

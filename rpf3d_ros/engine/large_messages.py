@@ -13,7 +13,7 @@ import threading
 import weakref
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -154,8 +154,10 @@ class LargeMessages:
             )
             for topic in topics
         ]  # fmt: skip
-        self._order = InOrder([partial(self._taken, subscription) for subscription in self._subscriptions])
         self._closed = threading.Event()
+        rcl = self._rcl
+        queues = [] if rcl is None else [_Queue(each, rcl, self._closed) for each in self._subscriptions]
+        self._order = InOrder([queue.take for queue in queues])
         self._reported: deque[str] = deque(maxlen=MOST_REPORTED)
         self._thread: threading.Thread | None = None
         if self._rcl is not None:
@@ -204,15 +206,28 @@ class LargeMessages:
             self._reported.append(sentence)
             self._failed(sentence)
 
-    def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:
+
+class _Queue:
+    """The received messages of one subscription, taken through rcl.
+
+    Most checks find no message, and they are many: they use the same structures again and again.
+    """
+
+    def __init__(self, subscription: Any, rcl: _Rcl, closed: threading.Event) -> None:
+        self._handle, self._rcl, self._closed = subscription.handle, rcl, closed
+        self._info = _Info()
+        self._message = _Serialized(allocator=rcl.allocator())
+
+    def take(self) -> tuple[int, Buffer] | None:
         """Return the publication time (ns) and bytes of the next message; None if there is none or after closing."""
         if self._closed.is_set():
             return None
-        rcl = self._rcl
-        assert rcl is not None
-        message, info, handle = _Serialized(allocator=rcl.allocator()), _Info(), subscription.handle
-        with handle:  # prevents that rclpy destroys it meanwhile
-            code = rcl.take(handle.pointer, ctypes.byref(message), ctypes.byref(info), None)
+        rcl, message, info = self._rcl, self._message, self._info
+        with self._handle:  # prevents that rclpy destroys it meanwhile
+            code = rcl.take(self._handle.pointer, ctypes.byref(message), ctypes.byref(info), None)
+        if code == NOTHING_THERE and not message.buffer:
+            return None
+        self._message = _Serialized(allocator=rcl.allocator())
         if code == OK:
             return info.published_ns, _viewed(message, rcl)
         rcl.free(ctypes.byref(message))

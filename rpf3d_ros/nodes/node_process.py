@@ -40,11 +40,12 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
         return _refused(f"{unknown[0]} is no argument; {USAGE}")
     return_large_arrays()
     import rclpy
-    from rclpy.executors import SingleThreadedExecutor
+
+    from rpf3d_ros.nodes.timed_executor import TimedExecutor
 
     try:
         rclpy.init(args=list(args) if args is not None else None)
-        executor = SingleThreadedExecutor()  # raises an error if a signal has shut the context down
+        executor = TimedExecutor()  # raises an error if a signal has shut the context down
     except RuntimeError as error:  # RCLError, which has no public name
         return _refused(SOURCE_PLACE.sub("", " ".join(str(error).split())))
     listening.append(True)

@@ -1,0 +1,46 @@
+"""Measure how much computing time the simulator uses while no message arrives, against a node that does nothing."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from live_stack import Stack
+
+IDLE = Path(__file__).parent / "live_idle.py"
+REST = 20.0
+"""Time (s) over which computing time is measured; the clock of the system counts it in steps of 10 ms."""
+GOAL = 0.01
+"""Cores that the simulator may use more than the idle node (-)."""
+STARTED = 5.0
+"""Time (s) for the idle node to start."""
+
+
+class Resting(Protocol):
+    """What `at_rest` needs of the bench: its processes, and a wait until no more results arrive."""
+
+    stack: Stack
+
+    def rest(self) -> None:
+        """Wait until no more results arrive."""
+
+
+def at_rest(bench: Resting, module: str) -> bool:
+    """Print the cores that a node and an idle node use while no message arrives; return True if the goal is missed."""
+    bench.stack.start_script(IDLE)
+    time.sleep(STARTED)
+    bench.rest()
+    used, idle = _cores(bench.stack.cpu, module, IDLE.stem)
+    bench.stack.kill(IDLE.stem)
+    missed = not used - idle <= GOAL
+    print(f"without messages: {100 * used:.2f} % of a core; an idle node: {100 * idle:.2f} % "
+          f"(goal: at most {100 * GOAL:g} % more)   {'missed' if missed else 'met'}", flush=True)  # fmt: skip
+    return missed
+
+
+def _cores(cpu: Callable[[str], float], *names: str) -> list[float]:
+    """Return the cores that each process uses over the same REST seconds."""
+    before, began = [cpu(name) for name in names], time.monotonic()
+    time.sleep(REST)
+    took = time.monotonic() - began
+    return [(cpu(name) - at) / took for name, at in zip(names, before, strict=True)]

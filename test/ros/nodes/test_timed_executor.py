@@ -1,0 +1,109 @@
+"""How long the executor is busy: measured round by round, and reported once a second."""
+
+import time
+
+import pytest
+from rclpy.clock import Clock
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from rpf3d_ros.interface.health_report import HealthReport
+from rpf3d_ros.messages.health import OK, WARN
+from rpf3d_ros.nodes.heartbeat import ExecutorHeartbeat
+from rpf3d_ros.nodes.timed_executor import TimedExecutor
+
+
+@pytest.fixture
+def node():
+    context = Context()
+    context.init()
+    made = Node("timed", context=context)
+    yield made
+    made.destroy_node()
+    context.try_shutdown()
+
+
+def sleeps_once(node: Node, executor: SingleThreadedExecutor, *seconds: float) -> None:
+    """Let the node's executor be busy once for some times (s) in one round, and finish this round."""
+    done: list[float] = []
+
+    def busy(one: float) -> None:
+        time.sleep(one)
+        done.append(one)
+
+    for one in seconds:
+        timer = node.create_timer(0.0, lambda: None, clock=Clock())
+        timer.callback = lambda timer=timer, one=one: (timer.cancel(), busy(one))
+    while len(done) < len(seconds):
+        executor.spin_once(timeout_sec=0.1)
+    executor.spin_once(timeout_sec=0.0)
+
+
+def test_a_round_lasts_as_long_as_its_callbacks_together(node):
+    executor = TimedExecutor(context=node.context)
+    executor.add_node(node)
+    sleeps_once(node, executor, 0.06, 0.07)
+    assert 0.13 <= executor.longest_round() < 1.0
+    assert executor.longest_round() == 0.0, "taken once"
+
+
+def test_waiting_for_messages_is_no_round(node):
+    executor = TimedExecutor(context=node.context)
+    executor.add_node(node)
+    executor.spin_once(timeout_sec=0.2)
+    executor.spin_once(timeout_sec=0.0)
+    assert executor.longest_round() < 0.1
+
+
+class Told:
+    """Stands in for the node's health report, and keeps the last state of the executor."""
+
+    def set(self, part: str, level: int, message: str, values: dict[str, str]) -> None:
+        assert part == "executor"
+        self.level, self.gap_ms, self.longest_ms = level, float(values["gap_ms"]), float(values["longest_gap_ms"])
+
+
+@pytest.fixture
+def told() -> Told:
+    return Told()
+
+
+def test_a_busy_executor_is_a_warning_until_the_next_report(node, told):
+    executor, heartbeat = TimedExecutor(context=node.context), ExecutorHeartbeat(node, told)
+    executor.add_node(node)
+    sleeps_once(node, executor, 0.08)
+    heartbeat.beat()
+    assert (told.level, told.gap_ms) == (WARN, pytest.approx(80.0, abs=60.0))
+    heartbeat.beat()
+    assert told.level == OK
+    assert told.gap_ms < told.longest_ms
+    heartbeat.reset()
+    assert heartbeat.longest == 0.0
+
+
+def test_a_timer_that_comes_late_is_a_gap_on_any_executor(node, told):
+    executor, heartbeat = SingleThreadedExecutor(context=node.context), ExecutorHeartbeat(node, told)
+    executor.add_node(node)
+    time.sleep(1.1)
+    heartbeat.beat()
+    assert (told.level, told.gap_ms >= 90.0) == (WARN, True)
+
+
+def test_the_node_reports_it_in_diagnostics(node):
+    health = HealthReport(node)
+    ExecutorHeartbeat(node, health).beat()
+    assert health._parts["executor"].level == OK
+
+
+def test_a_node_at_rest_is_woken_a_few_times_a_second(node):
+    """A timer of 10 ms, by which the delay was measured before, took a sixth of a core."""
+    executor = TimedExecutor(context=node.context)
+    executor.add_node(node)
+    ExecutorHeartbeat(node, HealthReport(node))
+    executor.spin_once(timeout_sec=0.0)
+    rounds, until = 0, time.monotonic() + 1.0
+    while (left := until - time.monotonic()) > 0.0:
+        executor.spin_once(timeout_sec=left)
+        rounds += 1
+    assert rounds <= 8
