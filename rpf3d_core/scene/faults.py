@@ -8,7 +8,7 @@ import difflib
 import json
 import re
 import types
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import is_dataclass
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -143,7 +143,11 @@ def _known(path: KeyPath, root: Root) -> list[str]:
 
 def _nearest(path: KeyPath, root: Root) -> str | None:
     """Return the known key that a wrong key stands for: a misspelt key, one of the same meaning, or a similar word."""
-    word, known = str(path[-1]), _known(path, root)
+    return nearest_key(str(path[-1]), _known(path, root))
+
+
+def nearest_key(word: str, known: Sequence[str]) -> str | None:
+    """Return the known key that a wrong key stands for; None if none is near."""
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
     found = [*misspelt, *keys_meant(word, known), *similar]
