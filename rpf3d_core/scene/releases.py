@@ -39,6 +39,13 @@ PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 """Keys of a source that give the places of its rocks; exactly one is given."""
 
 
+def _no_line(value: Any) -> Any:
+    """Return the number of a face unchanged; refuse points or a file, which are a `line`."""
+    if isinstance(value, list | tuple | str):
+        raise refuse("is a line, but must be the number of a face of `terrain.benches`; did you mean `line`?")
+    return value
+
+
 class RockSpec(StrictModel):
     """The rocks: density (kg/m3), and one of diameter (m) of the sphere of equal volume, mass (kg) and volume (m3)."""
 
@@ -96,7 +103,7 @@ class SourceSpec(StrictModel):
     line: Track | None = Field(
         None, description="two or more points [x, y, z] (m), or the path of a file with lines and `above_ground`"
     )
-    crest: Count | None = Field(
+    crest: Annotated[Count | None, BeforeValidator(_no_line)] = Field(
         None, ge=1, description="the number of a face of `terrain.benches`, 1 the uppermost, from whose upper edge "
         "rocks fall",
     )  # fmt: skip
