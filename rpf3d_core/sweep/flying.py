@@ -1,8 +1,8 @@
 """Fly the cells of a sweep on an executor, and keep what they found, so that no cell flies twice.
 
-The record of a cell lies next to its result folder. It has the digest of its scene and files, and the version of rpf3d. A
-record with the same digest and version stands for the cell: an interrupted sweep goes on where it stopped, and a sweep
-with more values flies the new cells only.
+The record of a cell lies next to its result folder. It has the digest of its scene and files, and the version of rpf3d.
+A record with the same digest and version stands for the cell: an interrupted sweep goes on where it stopped, and a
+sweep with more values flies the new cells only.
 """
 
 import json
