@@ -144,6 +144,10 @@ They must be within the limits of the key.
 | `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
 | `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
 | `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | number above x ~ x^-exponent; 0.4 to 0.6 for volumes of rocks |
+| `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: 1 - exp(-(x/scale)^shape) below x before the cut |
+| `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
+| `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}` | sizes of rocks only: one of the list, each with the same \
+probability; a file has one number on each line, and may have a header |
 
 - A random number depends only on the seed, the source, the number of the rock and the purpose, so it is the same on
   both engines.

@@ -28,7 +28,7 @@ from rpf3d_core.scene.values import ROCKS_MARKS
 LONGEST_VALUE = 60
 """Largest number of characters of a wrong value that a message quotes."""
 
-PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
+PYDANTIC_MARKS = ("[key]", "[file]", "[numbers]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
 """Marks that pydantic adds to a key path; they are removed before messages show the path.
 
 They stand for the key of a mapping, or for the chosen type of a union.

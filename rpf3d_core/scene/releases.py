@@ -8,7 +8,8 @@ from typing import Annotated, Any, Self, cast
 from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, model_validator
 
 from rpf3d_core.formats.points import read_points
-from rpf3d_core.scene.draws import Size, Speed, distribution_of
+from rpf3d_core.scene.draws import Speed, distribution_of
+from rpf3d_core.scene.measured import Size
 from rpf3d_core.scene.shapes import ShapeSpec, shape_values
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
@@ -50,9 +51,9 @@ class RockSpec(StrictModel):
     """The rocks: density (kg/m3), and one of diameter (m) of the sphere of equal volume, mass (kg) and volume (m3)."""
 
     density: Number = Field(2700.0, gt=0, description="a number above 0 (kg/m3)")
-    diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution")
-    mass: Size | None = Field(None, description="a number above 0 (kg), or a distribution")
-    volume: Size | None = Field(None, description="a number above 0 (m3), or a distribution")
+    diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution or measured list")
+    mass: Size | None = Field(None, description="a number above 0 (kg), or a distribution or measured list")
+    volume: Size | None = Field(None, description="a number above 0 (m3), or a distribution or measured list")
     shape: Annotated[ShapeSpec | None, BeforeValidator(shape_values)] = Field(
         None, description="point, sphere, or a mapping with one of box, family and files"
     )

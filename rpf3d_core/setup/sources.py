@@ -16,6 +16,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan, plan_triangles, polygon_of, read_polygons
 from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.scene.draws import distribution_of
+from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import RockSpec, SourceSpec, source_points
 from rpf3d_core.setup.coverage import extents
@@ -64,7 +65,7 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
     measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
-        return DrawnRock(density=spec.density, measure=measure, size=distribution_of(size))
+        return DrawnRock(density=spec.density, measure=measure, size=sizes_from(size))
     if measure == "diameter":
         radius = 0.5 * size
         return Rock(spec.density * 4.0 / 3.0 * math.pi * radius**3, radius)
