@@ -5,6 +5,7 @@ python docs/scene_keys.py
 
 import re
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from pydantic import BaseModel
@@ -20,7 +21,8 @@ from rpf3d_core.scene import releases as scene_releases
 from rpf3d_core.scene import shapes as scene_shapes
 from rpf3d_core.scene import terrain as scene_terrain
 from rpf3d_core.scene import unknowns as scene_unknowns
-from rpf3d_core.terrain.pit.parameters import MEANINGS, RANGES, Pit
+from rpf3d_core.terrain.benches import parameters as benches
+from rpf3d_core.terrain.pit import parameters as pit
 
 HEAD = """# The scene file
 Look up here every key of the scene, the YAML file that describes a run, with its unit, bounds and default.
@@ -55,6 +57,16 @@ assigned to points in turn. They start evenly along a line, and evenly over the 
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
+"""
+PIT = "Lengths are in m, angles in degrees."
+BENCHES = """\
+A slope of level berms and plane faces, for a design without a mesh. Lengths are in m, angles in degrees. The uppermost
+edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is the middle of the slope.
+
+Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
+(`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
+`above_ground`. Edges stay straight in plan on rough ground; points of faces move normal to the face.
+[How to](../howto/catch-bench-design.md).
 """
 POINTS = """## Files of points
 | file | content |
@@ -132,6 +144,10 @@ They must be within the limits of the key.
 | `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
 | `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
 | `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | number above x ~ x^-exponent; 0.4 to 0.6 for volumes of rocks |
+| `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: 1 - exp(-(x/scale)^shape) below x before the cut |
+| `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
+| `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}` | sizes of rocks only: one of the list, each with the same \
+probability; a file has one number on each line, and may have a header |
 
 - A random number depends only on the seed, the source, the number of the rock and the purpose, so it is the same on
   both engines.
@@ -220,7 +236,8 @@ def document() -> str:
             table("terrain", scene_terrain.TerrainSpec, TERRAIN),
             table("terrain.files[]", scene_terrain.TerrainFile),
             table("terrain.berms[]", scene_terrain.BermSpec, BERMS),
-            pit_table(),
+            parameter_table("terrain.pit", PIT, pit.Pit(), pit),
+            parameter_table("terrain.benches", BENCHES, benches.Benches(), benches),
             table("zones[]", scene_terrain.ZoneSpec),
             table("materials.NAME", scene_model.Material, MATERIALS),
             table("materials.NAME.slip_friction", scene_shapes.SlipFrictionSpec),
@@ -291,15 +308,14 @@ def plain(value: Any) -> str:
     return str(list(value)) if isinstance(value, tuple) else str(value)
 
 
-def pit_table() -> str:
-    """Return the section on the synthetic pit: its parameters with bounds and defaults."""
-    pit = Pit()
+def parameter_table(title: str, text: str, made: object, module: ModuleType) -> str:
+    """Return the section on a made terrain: its parameters with bounds and defaults, from the module that has them."""
     rows = []
-    for name in Pit.__dataclass_fields__:
-        low, high = RANGES.get(name, (None, None))
+    for name in vars(made):
+        low, high = module.RANGES.get(name, (None, None))
         bounds = "" if low is None else f"{low:g} to {high:g}"
-        rows.append(f"| `{name}` | {MEANINGS[name]} | {bounds} | `{plain(getattr(pit, name))}` |")
-    head = ["## terrain.pit", "Lengths are in m, angles in degrees.", ""]
+        rows.append(f"| `{name}` | {module.MEANINGS[name]} | {bounds} | `{plain(getattr(made, name))}` |")
+    head = [f"## {title}", text, ""]
     return "\n".join([*head, "| key | meaning | bounds | default |", "|---|---|---|---|", *rows, ""])
 
 

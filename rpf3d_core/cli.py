@@ -28,11 +28,12 @@ from rpf3d_core.commands.schema import schema
 from rpf3d_core.commands.screen import INTERRUPTED, CommandInterrupted, complaints, screen
 from rpf3d_core.commands.sensitivity import sensitivity
 from rpf3d_core.commands.study import study
+from rpf3d_core.commands.sweep import sweep
 from rpf3d_core.errors import InputError
 
 COMMANDS = (
-    new, run, check, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare, study,
-    audit, recover,
+    new, run, check, sweep, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare,
+    study, audit, recover,
 )  # fmt: skip
 """The commands in the order of `rpf3d --help`."""
 FURTHER = "rpf3d.commands"

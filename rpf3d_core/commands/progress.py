@@ -9,17 +9,26 @@ from rich.text import Text
 
 from rpf3d_core.commands.screen import screen
 
+ROCKS = "flying rocks"
+PERIOD = 3600.0
+"""Time (s) from which the time left is estimated; a single cell of a sweep may take minutes."""
+
 
 @contextmanager
-def progress() -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
+def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
     """Show a progress bar; yield the functions `begin` and `writing`.
+
+    what : what is counted, in words; the description below is for rocks
 
     begin(rocks) : call it when rocks begin to fly; each further call adds rocks to the total. It returns a function to
         call with the number of rocks flown since its last call.
     writing() : call it when the results are being written
     """
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn())
-    with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as bar:
+    rate = (_Rate(),) if what == ROCKS else ()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *rate, TimeRemainingColumn())
+    with Progress(
+        *columns, console=screen, transient=True, disable=not screen.is_terminal, speed_estimate_period=PERIOD
+    ) as bar:
         task = bar.add_task("preparing: terrain, index, compiled code", total=None)
         total = 0
 
@@ -27,7 +36,7 @@ def progress() -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callabl
             nonlocal total, task
             if not total:
                 bar.remove_task(task)
-                task = bar.add_task("flying rocks", total=rocks)
+                task = bar.add_task(what, total=rocks)
             total += rocks
             bar.update(task, total=total)
             return lambda done: bar.advance(task, done)

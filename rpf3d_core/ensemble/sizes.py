@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rpf3d_core.ensemble.bodies import DrawnBody, shape_numbers
 from rpf3d_core.jit.dispatch import loop
-from rpf3d_core.materials.distributions import FEW, Distribution, quantiles
+from rpf3d_core.materials.distributions import FEW, Distribution, Measured, quantiles
 from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Rock
@@ -27,7 +27,7 @@ class DrawnRock:
 
     density: float
     measure: str
-    size: Distribution
+    size: Distribution | Measured
 
 
 AnyRock = Rock | DrawnRock | DrawnBody

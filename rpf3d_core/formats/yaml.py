@@ -176,6 +176,25 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
         raise SceneError(f"{path}: is nested too deeply to be a {kind} file") from None
 
 
+def yaml_values(text: str, name: str) -> Any:
+    """Return the plain values of a YAML text that is not a file; `name` stands for its path in messages.
+
+    Raises
+    ------
+    SceneError
+        The text is not YAML, or has a value that scene files may not have.
+    """
+    document, path = Document(values=None, lines={}, faults=[]), Path(name)
+    try:
+        root = yaml.compose(text, Loader=_Composer)
+        values = None if root is None else _Reading(document).value(root, ())
+    except (yaml.YAMLError, RecursionError) as error:
+        raise SceneError(f"not valid YAML: {getattr(error, 'problem', None) or type(error).__name__}") from None
+    if document.faults:
+        raise SceneError(report_of(path, document.faults))
+    return values
+
+
 def yaml_text(values: Any) -> str:
     """Return plain values (mappings, sequences, numbers, words) as the text of a YAML file, keys in their order."""
     return yaml.safe_dump(values, sort_keys=False, default_flow_style=None, allow_unicode=True, width=110)

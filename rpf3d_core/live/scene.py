@@ -29,6 +29,7 @@ EXCLUDED: Mapping[str, str] = {
     "path": "is the scene file itself",
     "terrain.files": FROM_MESSAGES,
     "terrain.pit": FROM_MESSAGES,
+    "terrain.benches": FROM_MESSAGES,
     "terrain.berms": LISTED,
     "terrain.up": "is z in every message (REP 103)",
     "zones": LISTED,

@@ -13,11 +13,15 @@ from numpy.typing import NDArray
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.materials.normal_quantile import normal_quantile
 
-FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW = range(5)
+FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW, WEIBULL, TRIANGULAR = range(7)
 """Kinds of distribution, as numbers that compiled code can compare."""
 
 RAREST = 2.0**-54
 """Number that replaces the uniform number 0 where 0 would give an infinite result: half the next larger one."""
+COMMONEST = 1.0 - 2.0**-53
+"""Largest number below 1: a probability from which a Weibull number is finite."""
+LARGEST_EXPONENT = 700.0
+"""Exponent above which a Weibull probability is 1 and its terms would overflow."""
 FEW = 5_000
 """Largest number of draws for which plain Python is used: it ends before the loop is compiled.
 
@@ -28,11 +32,12 @@ The bits are the same.
 class Distribution(NamedTuple):
     """A truncated distribution, with values computed in advance so that a draw is fast.
 
-    kind : FIXED ... POWER_LAW; low, high : bounds, in the unit of the drawn number
+    kind : FIXED ... TRIANGULAR; low, high : bounds, in the unit of the drawn number
     location, scale : the number (FIXED); low and high - low (UNIFORM); mean and standard deviation before truncation
-        (NORMAL), of the logarithm (LOGNORMAL); 0 and -1/exponent (POWER_LAW)
+        (NORMAL), of the logarithm (LOGNORMAL); 0 and -1/exponent (POWER_LAW); 1/shape and scale (WEIBULL); mode and
+        high - low (TRIANGULAR)
     first, span : probability below `low` and between the bounds, before truncation; for a POWER_LAW 0 and the share 1 -
-        (low/high)^exponent of the probability above `low`
+        (low/high)^exponent of the probability above `low`; for TRIANGULAR 0 and the probability below the mode
     """
 
     kind: int
@@ -97,6 +102,24 @@ def truncated_power_law(exponent: float, low: float, high: float) -> Distributio
     )
 
 
+def truncated_weibull(shape: float, scale: float, low: float, high: float) -> Distribution:
+    """Return the Weibull distribution P(< x) = 1 - exp(-(x/scale)^shape), truncated to two bounds.
+
+    shape, scale > 0, 0 <= low < high. With shape 1 it is exponential, with 2 a Rayleigh distribution.
+    Sizes of blocks: Rosin & Rammler 1933, whose law of ground coal is this one.
+    """
+    first, last = (_weibull(bound, shape, scale) for bound in (low, high))
+    return Distribution(
+        kind=WEIBULL, low=low, high=high, location=1.0 / shape, scale=scale, first=first, span=last - first
+    )
+
+
+def triangular_between(low: float, mode: float, high: float) -> Distribution:
+    """Return the triangular distribution between two bounds, densest at its mode; low <= mode <= high, low < high."""
+    share = (mode - low) / (high - low)
+    return Distribution(kind=TRIANGULAR, low=low, high=high, location=mode, scale=high - low, first=0.0, span=share)
+
+
 @kernel
 def quantile(d: Distribution, u: float) -> float:
     """Return the random number that belongs to a uniform number u in [0, 1): a draw is below it with probability u."""
@@ -106,6 +129,10 @@ def quantile(d: Distribution, u: float) -> float:
         x = d.location + u * d.scale
     elif d.kind == POWER_LAW:
         x = d.low * (1.0 - u * d.span) ** d.scale
+    elif d.kind == WEIBULL:
+        x = d.scale * (-math.log1p(-min(d.first + u * d.span, COMMONEST))) ** d.location
+    elif d.kind == TRIANGULAR:
+        x = _triangular(d, u)
     else:
         x = d.location + d.scale * normal_quantile(d.first + u * d.span)
         if d.kind == LOGNORMAL:
@@ -114,17 +141,47 @@ def quantile(d: Distribution, u: float) -> float:
 
 
 @kernel
+def _triangular(d: Distribution, u: float) -> float:
+    """Return the number of a triangular distribution that belongs to a uniform number u in [0, 1)."""
+    if u < d.span:
+        return d.low + d.scale * math.sqrt(u * d.span)
+    return d.high - d.scale * math.sqrt((1.0 - u) * (1.0 - d.span))
+
+
+@kernel
 def standard_normal(u: float) -> float:
     """Return a standard normal random number, from a uniform number in [0, 1); finite, at most 8.3 in size."""
     return normal_quantile(max(u, RAREST))
 
 
-def quantiles(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.float64]:
+class Measured(NamedTuple):
+    """A list of measured numbers, from which numbers are drawn with replacement: each with the same probability.
+
+    values : (N,) in ascending order, N >= 1
+    """
+
+    values: NDArray[np.float64]
+
+    @property
+    def low(self) -> float:
+        """The smallest number, in the unit of the values."""
+        return float(self.values[0])
+
+    @property
+    def high(self) -> float:
+        """The largest number, in the unit of the values."""
+        return float(self.values[-1])
+
+
+def quantiles(distribution: Distribution | Measured, u: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return random numbers (N,) of a distribution, in its unit, from uniform numbers u (N,) in [0, 1).
 
     The bits of a number do not depend on N. NumPy's own logarithm would serve all numbers at once, but its last bit
     depends on the machine and the length.
     """
+    if isinstance(distribution, Measured):
+        count = len(distribution.values)  # u * count may be rounded up to count
+        return distribution.values[np.minimum((u * count).astype(np.int64), count - 1)]
     x = np.empty(len(u))
     if len(u) <= FEW:
         _quantile_all.py_func(distribution, u.tolist(), x)  # type: ignore[attr-defined]
@@ -138,6 +195,14 @@ def _quantile_all(distribution: Distribution, u: NDArray[np.float64], x: NDArray
     """Write the random number that belongs to each uniform number u (N,) into x (N,): the loop of `quantiles`."""
     for i in range(len(x)):
         x[i] = quantile(distribution, u[i])
+
+
+def _weibull(x: float, shape: float, scale: float) -> float:
+    """Return the probability that a Weibull number stays below x >= 0, to truncate distributions."""
+    if x == 0.0:
+        return 0.0
+    exponent = min(shape * math.log(x / scale), LARGEST_EXPONENT)
+    return -math.expm1(-math.exp(exponent))
 
 
 def _normal(z: float) -> float:

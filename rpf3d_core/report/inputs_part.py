@@ -17,7 +17,7 @@ GROUND = {
     CALIBRATED: "Calibrated: coefficients marked below are a sample that a calibration on observed rocks left.",
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
-PLACES = ("points", "points_file", "line", "polygon", "zone")
+PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 IDLE = ("draw", "library", "stop_speed")
 """Keys of a material that are no coefficients."""
 STATED = "stated in the scene"
@@ -44,7 +44,7 @@ def inputs_part(run: RunFiles) -> list[Block]:
 def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
     """Yield the rows on terrain, rocks, sources, models and effects."""
     scene, facts = run.inputs["scene"], run.summary["terrain"]
-    yield "terrain", _terrain(scene["terrain"], facts), _stated(run, "terrain.files", "terrain.pit")
+    yield "terrain", _terrain(scene["terrain"], facts), _stated(run, "terrain.files", "terrain.pit", "terrain.benches")
     yield "reference system", facts["crs"] or UNKNOWN, FROM_FILES if facts["crs"] else DEFAULT
     yield "upward axis", facts["up"], _stated(run, "terrain.up")
     yield from _rock(run, scene["rock"])
@@ -83,10 +83,18 @@ def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> 
 
 
 def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
-    files = ", ".join(file["path"] for file in spec["files"] or ()) or "synthetic pit of rpf3d, no site has it"
+    files = ", ".join(file["path"] for file in spec["files"] or ()) or _made(spec)
     berms = "".join(f"; berm {berm['name']} {given(berm['height'])} m high" for berm in spec["berms"])
     holes = facts["faults"].get("holes", 0)
     return f"{files}: {facts['triangles']:,} triangles, {holes:,} holes{berms}"
+
+
+def _made(spec: dict[str, Any]) -> str:
+    """Return in words what a terrain without files is."""
+    if benches := spec.get("benches"):
+        dimensions = ", ".join(f"{name.replace('_', ' ')} {given(value)}" for name, value in benches.items())
+        return f"slope of benches, a design ({dimensions})"
+    return "synthetic pit of rpf3d, no site has it"
 
 
 def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]:

@@ -1,7 +1,7 @@
-"""Series of points of the price list of accuracy, as pictures and recordings draw them."""
+"""Series of points as pictures and recordings draw them: of the price list of accuracy, and of a sweep."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 Colour = tuple[int, int, int]
 
@@ -24,3 +24,27 @@ class Series(NamedTuple):
     errors: Sequence[float]
     words: Sequence[str]
     compiled: Sequence[float] | None = None
+
+
+class Curve(NamedTuple):
+    """One curve of a panel of a sweep, with P points.
+
+    name : "" for a single curve; at : (P,) values of the varied key, numbers or others
+    values, low, high : (P,) in the unit of the panel's axis, the figure and its 95 % interval; None for unknown ends
+    is_predictive : True if the interval holds the unknowns of the scene, False if it holds the number of rocks only
+    """
+
+    name: str
+    at: Sequence[Any]
+    values: Sequence[float | None]
+    low: Sequence[float | None]
+    high: Sequence[float | None]
+    is_predictive: bool
+
+
+class Panel(NamedTuple):
+    """One panel of the picture of a sweep: title, label of the upright axis with unit, and curves."""
+
+    title: str
+    axis: str
+    curves: Sequence[Curve]

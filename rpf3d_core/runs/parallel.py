@@ -222,15 +222,24 @@ def study(
         executor.submit(_summary_of, scene, folder): number
         for number, (scene, folder) in enumerate(zip(chosen, folders, strict=True))
     }
-    return _as_they_finish(flying, chosen)
+    return _finished_runs(flying, chosen)
 
 
-def _as_they_finish(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence[Scene]) -> Iterator[Finished]:
-    with _all_or_none(list(flying)):
-        for done in as_completed(flying):
-            number = flying[done]
+def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence[Scene]) -> Iterator[Finished]:
+    with as_they_finish(flying) as finished:
+        for done, number in finished:
             scene = scenes[number]
             yield Finished(number=number, scene=scene.path, seed=scene.seed, summary=done.result())
+
+
+@contextmanager
+def as_they_finish(flying: "dict[Future[Flown], int]") -> "Iterator[Iterator[tuple[Future[Flown], int]]]":
+    """Yield an iterator of futures with their numbers, in the order in which they finish.
+
+    When the `with` block ends, also after an error or Ctrl-C, work that has not begun is cancelled.
+    """
+    with _all_or_none(list(flying)):
+        yield ((done, flying[done]) for done in as_completed(flying))
 
 
 def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:

@@ -1,8 +1,9 @@
-"""Numbers in a scene that may be random: a fixed number, or one of four truncated distributions."""
+"""Numbers in a scene that may be random: a fixed number, or one of six bounded distributions."""
 
 from collections.abc import Mapping
 from functools import partial, reduce
 from operator import or_
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
@@ -10,12 +11,17 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from rpf3d_core.materials.distributions import (
     Distribution,
     fixed,
+    triangular_between,
     truncated_lognormal,
     truncated_normal,
     truncated_power_law,
+    truncated_weibull,
     uniform_between,
 )
 from rpf3d_core.scene.values import Number, StrictModel, refuse
+
+LEAST_SPAN = 1e-9
+"""Smallest probability between the bounds of a Weibull distribution; with less, its draws lose their digits."""
 
 
 class Normal(StrictModel):
@@ -31,6 +37,8 @@ class Normal(StrictModel):
     def _without_a_name(cls, values: Any) -> Any:
         if isinstance(values, Mapping) and "normal" in values:
             raise refuse("is not a key: a normal distribution is written {mean, sd, min, max}", "normal")
+        if isinstance(values, Mapping) and "measured" in values:
+            raise refuse("is for sizes of rocks; give a number or a distribution", "measured")
         return values
 
     @model_validator(mode="after")
@@ -146,14 +154,85 @@ class Uniform(StrictModel):
         return uniform_between(*self.uniform)
 
 
-Draw = Normal | Lognormal | PowerLaw | Uniform
+class WeibullSpec(StrictModel):
+    """A Weibull distribution, 1 - exp(-(x/scale)^shape) below x, cut off at its bounds."""
+
+    shape: Number = Field(gt=0, description="a number above 0, k in 1 - exp(-(x/scale)^k)")
+    scale: Number = Field(gt=0, description="a number above 0, below which 63 % of the numbers are before the cut")
+    min: Number = Field(ge=0, description="a number >= 0 and below max; nothing below it is drawn")
+    max: Number = Field(description="a number above min; nothing above it is drawn")
+
+    @model_validator(mode="after")
+    def _leaves_something(self) -> Self:
+        rising(self.min, self.max)
+        if self.prepared.span < LEAST_SPAN:
+            cut = f"min {self.min:g} and max {self.max:g} cut off all its numbers"
+            raise refuse(f"is {self.scale:g}, but {cut}", "scale")
+        return self
+
+    @property
+    def prepared(self) -> Distribution:
+        """The distribution in the form from which the flight loops draw."""
+        return truncated_weibull(self.shape, self.scale, self.min, self.max)
+
+
+class Weibull(StrictModel):
+    """A Weibull distribution, cut off at its bounds."""
+
+    weibull: WeibullSpec = Field(description="a mapping with shape, scale, min and max")
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The smallest and the largest number that can be drawn."""
+        return self.weibull.min, self.weibull.max
+
+    @property
+    def prepared(self) -> Distribution:
+        """The distribution in the form from which the flight loops draw."""
+        return self.weibull.prepared
+
+
+class TriangularSpec(StrictModel):
+    """A triangular distribution between two bounds, densest at its mode."""
+
+    min: Number = Field(description="a number below max, the smallest that is drawn")
+    mode: Number = Field(description="a number from min to max, the most frequent one")
+    max: Number = Field(description="a number above min, the largest that is drawn")
+
+    @model_validator(mode="after")
+    def _mode_within_bounds(self) -> Self:
+        rising(self.min, self.max)
+        if not self.min <= self.mode <= self.max:
+            raise refuse(f"is {self.mode:g}, but must lie between min {self.min:g} and max {self.max:g}", "mode")
+        return self
+
+
+class Triangular(StrictModel):
+    """A triangular distribution."""
+
+    triangular: TriangularSpec = Field(description="a mapping with min, mode and max")
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The smallest and the largest number that can be drawn."""
+        return self.triangular.min, self.triangular.max
+
+    @property
+    def prepared(self) -> Distribution:
+        """The distribution in the form from which the flight loops draw."""
+        return triangular_between(self.triangular.min, self.triangular.mode, self.triangular.max)
+
+
+Draw = Normal | Lognormal | PowerLaw | Uniform | Weibull | Triangular
 
 KINDS: dict[str, type[StrictModel]] = {
-    "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform,
+    "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform, "[weibull]": Weibull,
+    "[triangular]": Triangular,
 }  # fmt: skip
 """The distributions that a scene may use, by the mark that names each in key paths of pydantic."""
 NUMBER = "[number]"
-MARKS = (*KINDS, NUMBER)
+MEASURED = "[measured]"
+MARKS = (*KINDS, MEASURED, NUMBER)
 
 
 def distribution_of(value: float | Draw) -> Distribution:
@@ -161,19 +240,23 @@ def distribution_of(value: float | Draw) -> Distribution:
     return fixed(float(value)) if isinstance(value, int | float) else value.prepared
 
 
-def drawn(unit: str, **limits: float) -> Any:
-    """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt)."""
+def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType({}), **limits: float) -> Any:
+    """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
+
+    further : types that the field takes besides KINDS, by mark
+    """
+    kinds = {**KINDS, **further}
     number = Annotated[Number, Field(**limits)]
-    kinds = [Annotated[kind, Tag(mark)] for mark, kind in KINDS.items()]
-    union = reduce(or_, kinds, Annotated[number, Tag(NUMBER)])
-    return Annotated[union, Discriminator(_kind_of), AfterValidator(partial(_within, limits, unit))]
+    union = reduce(or_, (Annotated[kind, Tag(mark)] for mark, kind in kinds.items()), Annotated[number, Tag(NUMBER)])
+    mark = Discriminator(lambda value: _kind_of(kinds, value))
+    return Annotated[union, mark, AfterValidator(partial(_within, limits, unit))]
 
 
-def _kind_of(value: Any) -> str:
+def _kind_of(kinds: Mapping[str, type[StrictModel]], value: Any) -> str:
     """Return the mark of a value's type: a named distribution, normal (any other mapping), or a number."""
     if isinstance(value, Mapping):
-        return next((f"[{name}]" for name in value if f"[{name}]" in KINDS and name != "normal"), "[normal]")
-    return next((mark for mark, kind in KINDS.items() if type(value) is kind), NUMBER)
+        return next((f"[{name}]" for name in value if f"[{name}]" in kinds and name != "normal"), "[normal]")
+    return next((mark for mark, kind in kinds.items() if type(value) is kind), NUMBER)
 
 
 def _within(limits: Mapping[str, float], unit: str, value: float | Draw) -> float | Draw:
@@ -201,13 +284,11 @@ def rising(low: float, high: float) -> None:
 
 
 if TYPE_CHECKING:
-    Size = float | Draw
     Share = float | Draw
     FrictionAngle = float | Draw
     Coefficient = float | Draw
     Speed = float | Draw
 else:
-    Size = drawn("", gt=0)
     Share = drawn("(-)", ge=0, le=1)
     FrictionAngle = drawn("(degrees)", ge=0, lt=90)
     Coefficient = drawn("(-)", ge=0)

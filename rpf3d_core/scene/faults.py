@@ -8,7 +8,7 @@ import difflib
 import json
 import re
 import types
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import is_dataclass
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -28,7 +28,7 @@ from rpf3d_core.scene.values import ROCKS_MARKS
 LONGEST_VALUE = 60
 """Largest number of characters of a wrong value that a message quotes."""
 
-PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
+PYDANTIC_MARKS = ("[key]", "[file]", "[numbers]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
 """Marks that pydantic adds to a key path; they are removed before messages show the path.
 
 They stand for the key of a mapping, or for the chosen type of a union.
@@ -143,7 +143,11 @@ def _known(path: KeyPath, root: Root) -> list[str]:
 
 def _nearest(path: KeyPath, root: Root) -> str | None:
     """Return the known key that a wrong key stands for: a misspelt key, one of the same meaning, or a similar word."""
-    word, known = str(path[-1]), _known(path, root)
+    return nearest_key(str(path[-1]), _known(path, root))
+
+
+def nearest_key(word: str, known: Sequence[str]) -> str | None:
+    """Return the known key that a wrong key stands for; None if none is near."""
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
     found = [*misspelt, *keys_meant(word, known), *similar]

@@ -7,6 +7,7 @@ low < high, stay with `rpf3d check`.
 """
 
 from collections.abc import Iterable, Mapping
+from types import ModuleType
 from typing import Any
 
 from pydantic import BaseModel
@@ -19,7 +20,8 @@ from rpf3d_core.scene.own import OWN
 from rpf3d_core.scene.releases import PLACES, SIZES
 from rpf3d_core.scene.shapes import KINDS, POINT, SPHERE, ContactSpec
 from rpf3d_core.scene.unknowns import PRIOR, ROOTS
-from rpf3d_core.terrain.pit.parameters import MEANINGS, RANGES, WHOLE
+from rpf3d_core.terrain.benches import parameters as benches
+from rpf3d_core.terrain.pit import parameters as pit
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 DEFINITIONS = "#/$defs/"
@@ -28,8 +30,9 @@ OWN_PATH = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)+$"
 UNKNOWN = "Unknown"
 """End of the name of a definition whose numbers may be unknown."""
 ONE_OF = {
-    "TerrainSpec": ("files", "pit"), "SourceSpec": PLACES, "ShapeSpec": KINDS, "AngleTableSpec": ("rows", "law"),
-    "RoughnessSpec": ("amplitude", "angle_sd_deg"), "ForestSpec": ("file", "stems_per_ha"),
+    "TerrainSpec": ("files", "pit", "benches"), "SourceSpec": PLACES, "ShapeSpec": KINDS,
+    "AngleTableSpec": ("rows", "law"), "RoughnessSpec": ("amplitude", "angle_sd_deg"),
+    "ForestSpec": ("file", "stems_per_ha"),
 }  # fmt: skip
 """Keys of which exactly one is given, by section."""
 TOGETHER = {
@@ -55,7 +58,8 @@ def scene_schema() -> Schema:
     _add_points_in_plan(definitions)
     _add_shapes(definitions)
     _add_materials(definitions)
-    _add_pit(definitions)
+    _add_parameters(definitions["Pit"], pit)
+    _add_parameters(definitions["Benches"], benches)
     definitions["MethodSpec"] = _any_of({"const": EVENTS}, {**definitions["MethodSpec"], "minProperties": 1})
     _add_unknowns(schema)
     _prune(schema)
@@ -188,13 +192,13 @@ def _add_materials(definitions: Schema) -> None:
     material["anyOf"] = [{**point, **no_body}, bodies, _given("library")]
 
 
-def _add_pit(definitions: Schema) -> None:
-    """Add meanings and bounds to the parameters of the synthetic pit."""
-    for name, section in definitions["Pit"]["properties"].items():
-        section["description"] = MEANINGS[name]
-        if name in RANGES:
-            section["minimum"], section["maximum"] = RANGES[name]
-        if name in WHOLE:
+def _add_parameters(definition: Schema, parameters: ModuleType) -> None:
+    """Add meanings and bounds to the parameters of a made terrain; parameters : the module that states them."""
+    for name, section in definition["properties"].items():
+        section["description"] = parameters.MEANINGS[name]
+        if name in parameters.RANGES:
+            section["minimum"], section["maximum"] = parameters.RANGES[name]
+        if name in parameters.WHOLE:
             section["type"] = "integer"
 
 

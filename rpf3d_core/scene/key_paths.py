@@ -5,13 +5,14 @@ A key path has the keys of the scene file with dots between them. `*` stands for
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.yaml import Document
-from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of
+from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, nearest_key
 from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS, Material, Scene
 from rpf3d_core.scene.values import StrictModel
 
@@ -122,6 +123,8 @@ def _keys(part: Any) -> dict[str, tuple[str | int, Any]]:
     if isinstance(part, BaseModel):
         names = [name for name in type(part).model_fields if name not in NOT_SCENE_KEYS]
         return {name: (name, getattr(part, name)) for name in names}
+    if is_dataclass(part) and not isinstance(part, type):
+        return {field.name: (field.name, getattr(part, field.name)) for field in fields(part)}
     if isinstance(part, Mapping):
         return {str(key): (key, value) for key, value in part.items()}
     if isinstance(part, tuple):
@@ -135,7 +138,9 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
     if not keys:
         what = "nothing is given there" if part is None else f"there is {part!r}"
         return f"the key path `{path}` leads to no value: above `{key}` {what}"
-    return f"the key path `{path}` leads to no value: `{key}` is not one of {', '.join(keys)}"
+    near = nearest_key(key, list(keys))
+    advice = f"; did you mean `{near}`?" if near else ""
+    return f"the key path `{path}` leads to no value: `{key}` is not one of {', '.join(keys)}{advice}"
 
 
 def _put(changes: Any, steps: Steps, value: Any) -> bool:
@@ -167,6 +172,9 @@ def _merged(part: Any, changes: Any) -> Any:
     if isinstance(part, BaseModel):
         given = {_alias(part, name): getattr(part, name) for name in _given(part)}
         return given | {_alias(part, key): _merged(getattr(part, key), inner) for key, inner in changes.items()}
+    if is_dataclass(part) and not isinstance(part, type):
+        given = {field.name: getattr(part, field.name) for field in fields(part)}
+        return given | {key: _merged(given[key], inner) for key, inner in changes.items()}
     if isinstance(part, Mapping):
         return {key: _merged(value, changes[key]) if key in changes else value for key, value in part.items()}
     return tuple(_merged(item, changes[i]) if i in changes else item for i, item in enumerate(part))

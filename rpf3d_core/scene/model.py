@@ -27,7 +27,7 @@ from rpf3d_core.scene.models import (
     named_effects,
 )
 from rpf3d_core.scene.rebounds import CoulombLimitedSpec
-from rpf3d_core.scene.releases import RockSpec, SourceSpec, with_heights
+from rpf3d_core.scene.releases import RockSpec, SourceSpec, check_crests, with_heights
 from rpf3d_core.scene.shapes import SPHERE, ContactSpec, RigidSpec, SlipFrictionSpec, check_effects_on_bodies
 from rpf3d_core.scene.sphere import COULOMB_SPHERE, SPHERE_GROUND, CoulombSphereSpec
 from rpf3d_core.scene.terrain import TerrainSpec, ZoneSpec
@@ -198,7 +198,7 @@ class Scene(StrictModel):
     """All settings of a run. Equal scenes with equal files give equal results."""
 
     path: Path = Field(description="the scene file")
-    terrain: TerrainSpec = Field(description="a mapping with files or pit")
+    terrain: TerrainSpec = Field(description="a mapping with files, pit or benches")
     zones: tuple[ZoneSpec, ...] = Field((), description="a list of {zone, polygons}, later entries win")
     materials: Mapping[str, Material] = Field(
         min_length=1, description="a mapping of zone name, pattern or `default` to a material"
@@ -292,6 +292,11 @@ class Scene(StrictModel):
     def ground_model(self) -> OneOf:
         """The model of motion on the ground; the contact model of rocks with a shape is also their ground model."""
         return self.impact_model if self.rock.is_body else self.ground
+
+    @model_validator(mode="after")
+    def _crests_of_benches(self) -> Self:
+        check_crests(self.sources, self.terrain.benches)
+        return self
 
     @model_validator(mode="after")
     def _keys_for_shapes(self) -> Self:

@@ -136,7 +136,7 @@ def scene_digest(scene: Scene) -> str:
     content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
     """
     content = _without_optional(scene.model_dump(exclude={"path", "data_hint"}), scene.rock.is_body)
-    content["terrain"] = {**content["terrain"], "files": _files(scene)}
+    content["terrain"] = _given({**content["terrain"], "files": _files(scene)}, ("benches",))
     return _digest(content | {"rebound": _with_sphere(scene, content["rebound"])})
 
 
@@ -148,7 +148,7 @@ def releases_digest(scene: Scene) -> str:
     """
     return _digest({
         "rock": _rock(scene.rock.model_dump(), scene.rock.is_body),
-        "sources": [source.model_dump(exclude={"rocks"}) for source in scene.sources],
+        "sources": [_given(source.model_dump(exclude={"rocks"}), ("crest",)) for source in scene.sources],
     })  # fmt: skip
 
 
@@ -162,7 +162,8 @@ def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
     contact = _given(content["contact"], (COULOMB_SPHERE,)) if bodies and content["contact"] else None
     kept = {key: value for key, value in content.items() if key != "calibration"}  # no run reads it
     kept = _given({**kept, "contact": contact}, ("contact", "unknowns"))
-    return kept | {"rock": _rock(content["rock"], bodies), "materials": materials}
+    sources = [_given(source, ("crest",)) for source in content["sources"]]
+    return kept | {"rock": _rock(content["rock"], bodies), "materials": materials, "sources": sources}
 
 
 def _files(scene: Scene) -> list[dict[str, Any]] | None:

@@ -1,17 +1,19 @@
 """The releases of a scene: the rocks, and the sources that state their places and velocities."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self, cast
 
 from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, model_validator
 
 from rpf3d_core.formats.points import read_points
-from rpf3d_core.scene.draws import Size, Speed, distribution_of
+from rpf3d_core.scene.draws import Speed, distribution_of
+from rpf3d_core.scene.measured import Size
 from rpf3d_core.scene.shapes import ShapeSpec, shape_values
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
+    Count,
     HalfWidths,
     InputFile,
     Name,
@@ -24,6 +26,7 @@ from rpf3d_core.scene.values import (
     exactly_one,
     refuse,
 )
+from rpf3d_core.terrain.benches.parameters import Benches
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 FASTEST = 10_000.0
@@ -33,17 +36,24 @@ No blast throws a rock so fast.
 """
 SIZES = ("diameter", "mass", "volume")
 """Keys of a rock that give its size; at most one is given."""
-PLACES = ("points", "points_file", "line", "polygon", "zone")
+PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 """Keys of a source that give the places of its rocks; exactly one is given."""
+
+
+def _no_line(value: Any) -> Any:
+    """Return the number of a face unchanged; refuse points or a file, which are a `line`."""
+    if isinstance(value, list | tuple | str):
+        raise refuse("is a line, but must be the number of a face of `terrain.benches`; did you mean `line`?")
+    return value
 
 
 class RockSpec(StrictModel):
     """The rocks: density (kg/m3), and one of diameter (m) of the sphere of equal volume, mass (kg) and volume (m3)."""
 
     density: Number = Field(2700.0, gt=0, description="a number above 0 (kg/m3)")
-    diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution")
-    mass: Size | None = Field(None, description="a number above 0 (kg), or a distribution")
-    volume: Size | None = Field(None, description="a number above 0 (m3), or a distribution")
+    diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution or measured list")
+    mass: Size | None = Field(None, description="a number above 0 (kg), or a distribution or measured list")
+    volume: Size | None = Field(None, description="a number above 0 (m3), or a distribution or measured list")
     shape: Annotated[ShapeSpec | None, BeforeValidator(shape_values)] = Field(
         None, description="point, sphere, or a mapping with one of box, family and files"
     )
@@ -94,6 +104,10 @@ class SourceSpec(StrictModel):
     line: Track | None = Field(
         None, description="two or more points [x, y, z] (m), or the path of a file with lines and `above_ground`"
     )
+    crest: Annotated[Count | None, BeforeValidator(_no_line)] = Field(
+        None, ge=1, description="the number of a face of `terrain.benches`, 1 the uppermost, from whose upper edge "
+        "rocks fall",
+    )  # fmt: skip
     polygon: Outline | None = Field(
         None, description="three or more corners [x, y] (m) in plan, or the path of a GeoJSON file with polygons"
     )
@@ -155,6 +169,18 @@ class SourceSpec(StrictModel):
             if self.speed is None and getattr(self, name) is not None:
                 raise refuse("is the direction of a `speed`, and there is none", name)
         return self
+
+
+def check_crests(sources: Sequence[SourceSpec], benches: Benches | None) -> None:
+    """Raise an error if a source falls from the edge of a face that the terrain of the scene does not have."""
+    for i, source in enumerate(sources):
+        if source.crest is None:
+            continue
+        if benches is None:
+            raise refuse("is the number of a face of `terrain.benches`, and the terrain has none; give a `line`",
+                         "sources", i, "crest")  # fmt: skip
+        if source.crest > benches.number:
+            raise refuse(f"is {source.crest}, but the slope has {benches.number} faces", "sources", i, "crest")
 
 
 def with_heights(values: Mapping[str, Any]) -> Mapping[str, Any]:

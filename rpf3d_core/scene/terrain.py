@@ -1,4 +1,4 @@
-"""The terrain of a scene: files or a synthetic pit, berms on it, and the zones that its facets belong to."""
+"""The terrain of a scene: files, a synthetic pit or a slope of benches; berms on it, and its zones."""
 
 from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -10,6 +10,7 @@ from rpf3d_core.formats.meshes import LAYERED
 from rpf3d_core.formats.reference_system import are_same, reference_system_of_file, why_unusable
 from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.scene.values import Along, InputFile, Name, Number, StrictModel, exactly_one, no_two_alike, refuse
+from rpf3d_core.terrain.benches.parameters import Benches
 from rpf3d_core.terrain.pit.parameters import Pit
 
 HIGHEST, WIDEST = 50.0, 200.0
@@ -19,25 +20,34 @@ Berms of haul roads are 2 m high, waste dumps some tens of metres.
 """
 
 
-def _pit_values(pit: Any) -> Any:
-    return _as_mapping(pit) if isinstance(pit, Pit) else pit
-
-
-def _plain_pit(checked: Pit) -> Pit:
-    return Pit(**_as_mapping(checked))
-
-
-def _as_mapping(pit: Pit) -> dict[str, Any]:
-    return {field.name: getattr(pit, field.name) for field in fields(Pit)}
-
-
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+def _checked(parameters: type[Any]) -> Any:
+    """Return the type of a scene field for the parameters of a made terrain: a mapping, or the parameters themselves.
+
+    The checked value is an object of the plain dataclass.
+    """
+
+    def as_mapping(value: Any) -> dict[str, Any]:
+        return {field.name: getattr(value, field.name) for field in fields(parameters)}
+
+    def values_of(value: Any) -> Any:
+        return as_mapping(value) if isinstance(value, parameters) else value
+
+    def plain(checked: Any) -> Any:
+        return parameters(**as_mapping(checked))
+
+    strict = pydantic.dataclasses.dataclass(parameters, frozen=True, config=_STRICT)
+    return Annotated[strict, BeforeValidator(values_of), AfterValidator(plain)]
+
 
 if TYPE_CHECKING:
     PitSpec = Pit
+    BenchesSpec = Benches
 else:
-    _CHECKED_PIT = pydantic.dataclasses.dataclass(Pit, frozen=True, config=_STRICT)
-    PitSpec = Annotated[_CHECKED_PIT, BeforeValidator(_pit_values), AfterValidator(_plain_pit)]
+    PitSpec = _checked(Pit)
+    BenchesSpec = _checked(Benches)
 
 
 Unit = Literal["mm", "cm", "dm", "m", "km", "in", "ft", "yd", "us_ft", "mi"]
@@ -80,10 +90,11 @@ class TerrainFile(StrictModel):
 
 
 class TerrainSpec(StrictModel):
-    """The terrain of a scene: files or a synthetic pit."""
+    """The terrain of a scene: files, a synthetic pit or a slope of benches."""
 
     files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
+    benches: BenchesSpec | None = Field(None, description="a mapping of the parameters of a slope of benches")
     berms: Annotated[tuple[BermSpec, ...], AfterValidator(no_two_alike)] = Field(
         (), description="a list of {name, along, height, width}, each raised on the ground as a zone of its own"
     )
@@ -94,7 +105,19 @@ class TerrainSpec(StrictModel):
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
-        exactly_one(self, "files", "pit")
+        exactly_one(self, "files", "pit", "benches")
+        return self
+
+    @model_validator(mode="after")
+    def _as_benches_are(self) -> Self:
+        """Refuse what does not go with a slope of benches: another upward axis, a berm with the name of one of its."""
+        if self.benches is None:
+            return self
+        if self.up != "z":
+            raise refuse("is y, but the slope of `benches` has z up", "up")
+        for i, berm in enumerate(self.berms):
+            if berm.name in map(str, range(1, self.benches.number)):
+                raise refuse(f"is {berm.name!r}, which is also the number of a berm of `benches`", "berms", i, "name")
         return self
 
     @model_validator(mode="after")

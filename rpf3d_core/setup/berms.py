@@ -40,14 +40,15 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
     return terrain
 
 
-def with_zones_of_berms(terrain: Terrain, berms: Terrain) -> Terrain:
+def with_zones_of_berms(terrain: Terrain, berms: Terrain, scene: Scene) -> Terrain:
     """Return the terrain with berm zones copied from a second terrain, because later zones must not hide berms.
 
     terrain : terrain whose facets in a berm get the berm's zone; berms : terrain with the berm zones
+    scene : the scene that states the berms
     """
-    for number, zone in enumerate(berms.zones):
-        if zone.startswith(ZONE):
-            terrain = with_zone(terrain, zone, berms.zone == number)
+    for zone in dict.fromkeys(ZONE + spec.name for spec in scene.terrain.berms):
+        if zone in berms.zones:
+            terrain = with_zone(terrain, zone, berms.zone == berms.zones.index(zone))
     return terrain
 
 

@@ -15,7 +15,7 @@ from rpf3d_core.formats.reference_system import stated_reference_system
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import SourceSpec, source_points
 from rpf3d_core.setup.coverage import plain
-from rpf3d_core.setup.sources import line_points, source_outline
+from rpf3d_core.setup.sources import crest_points, line_points, source_outline
 from rpf3d_core.setup.terrain import surfaces_in_metres
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Up
@@ -91,14 +91,17 @@ def _sources(scene: Scene) -> Iterator[Extent | None]:
                 file = spec.polygon if isinstance(spec.polygon, Path) else None
                 yield _in_plan(name, shapely.get_coordinates(source_outline(scene, number)), scene.terrain.up, file)
             elif spec.zone is None:
-                points = _source_points(spec, scene.terrain.up)
+                points = _source_points(spec, scene)
                 file = spec.points_file or (spec.line if isinstance(spec.line, Path) else None)
                 yield _extent(name, [points], file, None if file is None else stated_reference_system(file))
         except InputError:
             continue
 
 
-def _source_points(spec: SourceSpec, up: Up) -> FloatArray:
+def _source_points(spec: SourceSpec, scene: Scene) -> FloatArray:
+    up, benches = scene.terrain.up, scene.terrain.benches
+    if spec.crest is not None and benches is not None:
+        return crest_points(spec, benches)
     if isinstance(spec.line, Path):
         return line_points(spec.line, up)
     return source_points(spec, up) if spec.points_file else np.array(spec.points or spec.line, dtype=float)

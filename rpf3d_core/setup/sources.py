@@ -16,9 +16,12 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan, plan_triangles, polygon_of, read_polygons
 from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.scene.draws import distribution_of
+from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import RockSpec, SourceSpec, source_points
 from rpf3d_core.setup.coverage import extents
+from rpf3d_core.terrain.benches.parameters import Benches
+from rpf3d_core.terrain.benches.slope import brow_of
 from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up
@@ -62,7 +65,7 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
     measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
-        return DrawnRock(density=spec.density, measure=measure, size=distribution_of(size))
+        return DrawnRock(density=spec.density, measure=measure, size=sizes_from(size))
     if measure == "diameter":
         radius = 0.5 * size
         return Rock(spec.density * 4.0 / 3.0 * math.pi * radius**3, radius)
@@ -73,29 +76,42 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
 def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
     """Return one source of a scene in the local frame, ready to release rocks."""
     spec, frame = scene.sources[number], terrain.frame
+    is_crest = spec.crest is not None
     return Source(
         name=spec.name,
-        points=_points(spec, frame),
+        points=_points(spec, terrain.frame, scene.terrain.benches),
         breaks=line_breaks(spec),
         rocks=spec.rocks,
         velocity=_vector(frame.directions_to_local(spec.velocity)),
-        line=spec.line is not None,
+        line=spec.line is not None or is_crest,
         spread=_vector(np.abs(frame.directions_to_local(spec.spread))),
         velocity_spread=_vector(np.abs(frame.directions_to_local(spec.velocity_spread))),
-        above_ground=spec.above_ground,
+        above_ground=None if is_crest else spec.above_ground,
         triangles=_triangles(scene, number, terrain),
         throw=_throw(spec),
     )
 
 
-def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
-    """Return the release points (P, 3) m of a source in the local frame; none for a source with an area."""
+def _points(spec: SourceSpec, frame: Frame, benches: Benches | None) -> FloatArray:
+    """Return the release points (P, 3) m of a source in the local frame; none for a source with an area.
+
+    Points along a crest include the height above the ground, because a search for the ground straight below an edge
+    might find the foot of the face.
+    """
+    if spec.crest is not None and benches is not None:
+        return frame.points_to_local(crest_points(spec, benches))
     if spec.points_file:
         return frame.points_to_local(source_points(spec, frame.up))
     if isinstance(spec.line, Path):
         return frame.points_to_local(line_points(spec.line, frame.up))
     written = spec.points or spec.line
     return frame.points_to_local(np.array(written, dtype=float)) if written else NO_POINTS
+
+
+def crest_points(spec: SourceSpec, benches: Benches) -> FloatArray:
+    """Return the points (P, 3) m of a source along the upper edge of a face of a slope, in the input's coordinates."""
+    above: FloatArray = np.array([0.0, 0.0, spec.above_ground or 0.0])
+    return brow_of(benches, spec.crest or 1) + above
 
 
 def line_points(path: Path, up: Up) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Read the terrain of a scene from files, or make a synthetic pit: one welded mesh with all facets facing alike."""
+"""Read the terrain of a scene from files, or make it: one welded mesh with all facets facing alike."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -17,6 +17,7 @@ from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import with_berms, with_zones_of_berms
+from rpf3d_core.terrain.benches.slope import benches_terrain
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 from rpf3d_core.terrain.mesh.edges import Index, edges_of
@@ -24,7 +25,7 @@ from rpf3d_core.terrain.mesh.faults import FaultReport, fault_report
 from rpf3d_core.terrain.mesh.welding import weld
 from rpf3d_core.terrain.mesh.winding import repair_winding
 from rpf3d_core.terrain.mesh.zero_area import NO_AREA_AT_ALL
-from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import pit_terrain
 from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 
 BLOCK = 2**14
@@ -45,11 +46,11 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
         If a file is missing, damaged, of unknown format or empty, no facet has an area, or a polygon covers no facet;
         names the file.
     """
-    raw, files, remarks = _read_files(scene.terrain) if scene.terrain.pit is None else _dug_pit(scene.terrain.pit)
+    raw, files, remarks = _raw_terrain(scene.terrain)
     raw = with_berms(raw, scene)
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
-    terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw)
+    terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw, scene)
     report = replace(fault_report(terrain, winding, edges, files), remarks=remarks)
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
@@ -78,8 +79,13 @@ def _extension(path: Path) -> str:
     return ".asc.gz" if name.endswith(".asc.gz") else path.suffix.lower()
 
 
-def _dug_pit(pit: Pit) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
-    return pit_terrain(pit), ("synthetic pit",), ()
+def _raw_terrain(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
+    """Return the terrain of files, or a made one; the names of the files; and remarks on what the files lost."""
+    if spec.pit is not None:
+        return pit_terrain(spec.pit), ("synthetic pit",), ()
+    if spec.benches is not None:
+        return benches_terrain(spec.benches), ("slope of benches",), ()
+    return _read_files(spec)
 
 
 def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:

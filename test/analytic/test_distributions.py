@@ -1,5 +1,7 @@
 """Truncated distributions against their formulas in high precision: bounds, quantiles, moments, and equal bits."""
 
+import math
+
 import mpmath
 import numpy as np
 import pytest
@@ -7,12 +9,15 @@ import pytest
 from rpf3d_core.materials.distributions import (
     FEW,
     Distribution,
+    Measured,
     fixed,
     quantile,
     quantiles,
+    triangular_between,
     truncated_lognormal,
     truncated_normal,
     truncated_power_law,
+    truncated_weibull,
     uniform_between,
 )
 from rpf3d_core.materials.normal_quantile import normal_quantile
@@ -33,6 +38,10 @@ DISTRIBUTIONS = {
     "lognormal from zero": truncated_lognormal(0.4, 0.3, 0.0, 0.6),
     "volumes of physics 6.4": truncated_power_law(0.5, 0.01, 8.0),
     "steep power law": truncated_power_law(2.5, 0.5, 0.6),
+    "weibull of shape 1.5": truncated_weibull(1.5, 0.8, 0.1, 3.0),
+    "weibull of shape 0.7, from zero": truncated_weibull(0.7, 0.8, 0.0, 3.0),
+    "triangular": triangular_between(0.2, 0.5, 1.4),
+    "triangular, mode on its bound": triangular_between(0.2, 0.2, 1.4),
 }
 SHARES = (0.0, 1e-12, 0.01, 0.25, 0.5, 0.9, 0.999, 1.0 - 2.0**-53)
 
@@ -47,6 +56,15 @@ def exact_quantile(d: Distribution, name: str, u: float) -> mpmath.mpf:
     if "power" in name or "volumes" in name:
         b = mpmath.mpf(2.5 if "steep" in name else 0.5)
         return (low**-b - u * (low**-b - high**-b)) ** (-1 / b)  # as physics.md 6.4 writes it
+    if "weibull" in name:
+        k, scale = mpmath.mpf(1.5 if "1.5" in name else 0.7), mpmath.mpf(d.scale)
+        kept = [mpmath.exp(-((edge / scale) ** k)) for edge in (low, high)]
+        return scale * (-mpmath.log(kept[0] - u * (kept[0] - kept[1]))) ** (1 / k)
+    if "triangular" in name:
+        mode = mpmath.mpf(d.location)
+        if u < (mode - low) / (high - low):
+            return low + mpmath.sqrt(u * (high - low) * (mode - low))
+        return high - mpmath.sqrt((1 - u) * (high - low) * (high - mode))
     logarithm = mpmath.log if "lognormal" in name else mpmath.mpf
     first, last = (
         mpmath.ncdf((logarithm(edge) - d.location) / d.scale) if edge > 0 or "log" not in name else mpmath.mpf(0)
@@ -124,3 +142,37 @@ def test_compiled_draws_and_plain_ones_have_the_same_bits_however_many(distribut
 def test_without_spread_a_distribution_is_its_mean(make) -> None:
     assert make(0.3, 0.0, 0.1, 0.9) == fixed(0.3)
     assert quantile(fixed(0.3), 0.77) == 0.3
+
+
+def test_weibull_draws_have_the_moments_of_the_closed_form_where_the_bounds_are_far() -> None:
+    shape, scale = 1.7, 0.6
+    x = quantiles(truncated_weibull(shape, scale, 0.0, 1e3), uniform(5, 0, np.arange(DRAWS), Purpose.ROCK_SIZE))
+    mean = scale * math.gamma(1.0 + 1.0 / shape)
+    sd = math.sqrt(scale**2 * math.gamma(1.0 + 2.0 / shape) - mean**2)
+    assert x.mean() == pytest.approx(mean, abs=4.0 * sd / DRAWS**0.5)
+    assert x.std() == pytest.approx(sd, rel=0.02)
+    assert np.mean(x < scale) == pytest.approx(1.0 - math.exp(-1.0), abs=4.0 * 0.5 / DRAWS**0.5)
+
+
+def test_triangular_draws_have_the_moments_of_the_closed_form() -> None:
+    low, mode, high = 0.2, 0.5, 1.4
+    x = quantiles(triangular_between(low, mode, high), uniform(5, 0, np.arange(DRAWS), Purpose.ROCK_SIZE))
+    variance = (low**2 + mode**2 + high**2 - low * mode - low * high - mode * high) / 18.0
+    assert x.mean() == pytest.approx((low + mode + high) / 3.0, abs=4.0 * (variance / DRAWS) ** 0.5)
+    assert x.var() == pytest.approx(variance, rel=0.02)
+
+
+def test_a_truncated_weibull_far_in_its_tail_stays_finite_and_within_its_bounds() -> None:
+    d = truncated_weibull(3.0, 1.0, 2.5, 1e6)
+    x = [quantile(d, u) for u in (0.0, 0.5, 1.0 - 2.0**-53)]
+    assert np.isfinite(x).all()
+    assert 2.5 <= x[0] < x[1] < x[2] <= 1e6
+
+
+def test_a_measured_list_is_drawn_with_replacement_each_item_alike() -> None:
+    values = np.array([0.3, 0.3, 0.9, 2.0])
+    x = quantiles(Measured(values), uniform(5, 0, np.arange(DRAWS), Purpose.ROCK_SIZE))
+    for value, share in ((0.3, 0.5), (0.9, 0.25), (2.0, 0.25)):
+        assert np.mean(x == value) == pytest.approx(share, abs=4.0 * (share * (1.0 - share) / DRAWS) ** 0.5)
+    assert set(x.tolist()) == {0.3, 0.9, 2.0}
+    assert quantiles(Measured(values), np.array([0.0, 1.0 - 2.0**-53])).tolist() == [0.3, 2.0]

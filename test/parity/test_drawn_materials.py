@@ -15,9 +15,11 @@ from rpf3d_core.materials.distributions import (
     Distribution,
     fixed,
     quantiles,
+    triangular_between,
     truncated_lognormal,
     truncated_normal,
     truncated_power_law,
+    truncated_weibull,
     uniform_between,
 )
 from rpf3d_core.materials.draws import DrawnMaterials, DrawnSurface, drawn_materials
@@ -65,6 +67,10 @@ KINDS = {
     "normal": (SANDSTONE, RANGE, ANGLE),
     "lognormal": (truncated_lognormal(0.4, 0.2, 0.05, 0.9), fixed(0.8), fixed(30.0)),
     "power_law": (fixed(0.5), truncated_power_law(1.5, 0.3, 0.9), truncated_lognormal(25.0, 8.0, 5.0, 60.0)),
+    "weibull": (
+        triangular_between(0.2, 0.4, 0.9), truncated_weibull(3.0, 0.7, 0.3, 0.95),
+        truncated_weibull(2.0, 25.0, 5.0, 60.0),
+    ),
 }
 
 

@@ -32,7 +32,7 @@ LAYERS = (
     {"sensitivity"},
     {"report"},
     {"runs"},
-    {"imports", "live"},
+    {"imports", "live", "sweep"},
     {"commands"},
     {"cli"},
     {"rpf3d_ros.messages"},

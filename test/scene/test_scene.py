@@ -32,7 +32,7 @@ NEXT_LINE = SMALL.count("\n") + 1
 
 
 A_SHARE = "a number from 0 to 1 (-),"
-PLACES = "points, points_file, line, polygon, zone"
+PLACES = "points, points_file, line, crest, polygon, zone"
 NOT_THERE = "but there is no such file (looked for"
 ONE_A_POINT = "must be a whole number from 1 to 4000000000; left out, one for each point that is given, or one"
 SPREAD_SENTENCE = (

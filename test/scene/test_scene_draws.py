@@ -8,9 +8,11 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.materials.distributions import (
     Distribution,
     fixed,
+    triangular_between,
     truncated_lognormal,
     truncated_normal,
     truncated_power_law,
+    truncated_weibull,
     uniform_between,
 )
 from rpf3d_core.scene.draws import distribution_of
@@ -56,6 +58,8 @@ def read(folder: Path, **written: str) -> Scene:
         ("{uniform: [0.2, 1]}", uniform_between(0.2, 1.0)),
         ("{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 1}}", truncated_lognormal(0.4, 0.3, 0.05, 1.0)),
         ("{power_law: {exponent: 0.5, min: 0.01, max: 0.8}}", truncated_power_law(0.5, 0.01, 0.8)),
+        ("{weibull: {shape: 1.5, scale: 0.4, min: 0.05, max: 1}}", truncated_weibull(1.5, 0.4, 0.05, 1.0)),
+        ("{triangular: {min: 0.1, mode: 0.3, max: 1}}", triangular_between(0.1, 0.3, 1.0)),
     ],
 )
 @pytest.mark.parametrize("key", ["R_n", "rock"])
@@ -97,6 +101,27 @@ def test_a_number_or_a_distribution_is_read_as_what_is_drawn(
         ("rock", "mass: {normal: {mean: 1, sd: 1, min: 0, max: 5}}", [
             "`rock.mass.normal` is not a key: a normal distribution is written {mean, sd, min, max}"]),
         ("rock", "mass: {men: 3, sd: 1, min: 1, max: 5}", ["`rock.mass.men` is not a key of a scene; did you mean"]),
+        ("rock", "mass: {weibull: {shape: 1.5, scale: 0, min: 1, max: 2}}", [
+            "`rock.mass.weibull.scale` is 0, but must be a number above 0"]),
+        ("rock", "mass: {weibull: {shape: .nan, scale: 1, min: 1, max: 2}}", [
+            "`rock.mass.weibull.shape` is nan, but must be a number above 0"]),
+        ("rock", "mass: {weibull: {shape: 2, scale: 1, min: 2, max: 1}}", [
+            "`rock.mass.weibull.min` is 2, but must be a number below max 1"]),
+        ("rock", "mass: {weibull: {shape: 9, scale: 1, min: 50, max: 90}}", [
+            "`rock.mass.weibull.scale` is 1, but min 50 and max 90 cut off all its numbers"]),
+        ("rock", "diameter: {weibull: {shape: 2, scale: 1, min: 0, max: 5}}", [
+            "`rock.diameter` may be drawn from 0 to 5, but must be above 0"]),
+        ("rock", "mass: {triangular: {min: 1, mode: 3, max: 2}}", [
+            "`rock.mass.triangular.mode` is 3, but must lie between min 1 and max 2"]),
+        ("rock", "mass: {triangular: {min: 1, max: 2}}", [
+            "`rock.mass.triangular.mode` is missing; it must be a number from min to max, the most frequent one"]),
+        ("rock", "mass: {measured: []}", [
+            "`rock.mass.measured` is [], but must be a list of at least one number, or the path of a file"]),
+        ("rock", "mass: {measured: [1, .nan]}", ["`rock.mass.measured"]),
+        ("rock", "mass: {measured: [3, 0, 1]}", ["`rock.mass` may be drawn from 0 to 3, but must be above 0"]),
+        ("rock", "mass: {measured: none.csv}", ["`rock.mass.measured` names 'none.csv', but there is no such file"]),
+        ("R_n", "{measured: [0.3, 0.4]}", [
+            "`materials.hard.normal_restitution.measured` is for sizes of rocks; give a number or a distribution"]),
         ("rock", "mass: 1, volume: 2", ["`rock` must have exactly one of diameter, mass, volume, but has mass"]),
         ("rock", "mass: [1]", ["`rock.mass` is [1], but must be a number above 0 (kg), or a distribution"]),
         ("R_n", "{mean: 0.5, sd: 0.1, min: 0.2, max: 1.2}", [

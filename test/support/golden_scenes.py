@@ -139,7 +139,8 @@ def _shipped() -> Iterator[Entry]:
         if path.stem not in WITHOUT_TERRAIN:
             text, is_study = path.read_text(), path.stem.startswith("study_")
             fine = is_study and path.stem != "study_low"
-            rocks = "200" if is_study or path.stem == "bench_15m" else "10" if path.stem.endswith("_blocks") else ""
+            many = is_study or path.stem in ("bench_15m", "catch_bench")
+            rocks = "200" if many else "10" if path.stem.endswith("_blocks") else ""
             yield Entry(path.stem, text + SHIPPED, rocks, COMPILED if fine else BOTH, beside)
 
 

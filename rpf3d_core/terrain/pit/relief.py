@@ -65,7 +65,7 @@ def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: b
 
 
 def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the height of the relief at points (P,): the sum of the waves there."""
+    """Return the height (P,) of the relief at points x, y, z (P,) m: the sum of the waves there, unit variance."""
     total = np.zeros(len(x))
     for (kx, ky, kz), phase, amplitude in zip(waves.vector, waves.phase, waves.amplitude, strict=True):
         total += amplitude * np.sin(kx * x + ky * y + (kz * z + phase))

@@ -1,0 +1,99 @@
+"""`rpf3d sweep`: fly a scene with each combination of values of some keys, to compare designs."""
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rpf3d_core.commands.options import RocksOption, SceneFile, number_of_rocks
+from rpf3d_core.commands.progress import progress
+from rpf3d_core.commands.screen import end_interrupted, print_table, screen
+from rpf3d_core.errors import InputError
+
+if TYPE_CHECKING:
+    from rpf3d_core.sweep.sweep import Sweep
+
+MOST_ROWS = 60
+"""Largest number of rows of a printed table; sweep.csv has all."""
+
+VaryOption = Annotated[
+    list[str], typer.Option(help="KEY=V1,V2,... or KEY=FIRST:LAST:NUMBER; give the option once for each key.")
+]
+WorkersOption = Annotated[int | None, typer.Option(help="Cells that fly at the same time; one for each core.")]
+
+
+def sweep(
+    scene: SceneFile,
+    vary: VaryOption,
+    out: Annotated[Path, typer.Option(help="Folder of the sweep.", show_default=False)],
+    rocks: RocksOption = None,
+    workers: WorkersOption = None,
+) -> None:
+    """Fly a scene with each combination of values of some keys, and compare what they hold: designs side by side.
+
+    Cells that have flown into the same folder do not fly again. After Ctrl-C, the same command goes on.
+    """
+    from rpf3d_core.sweep.sweep import sweep as fly
+    from rpf3d_core.sweep.varied import check_varied, varied_of
+
+    asked = [varied_of(text) for text in vary]
+    check_varied(asked)
+    try:
+        with progress("flying cells") as (begin, writing), _executor(workers) as executor:
+            found = fly(
+                scene, {one.key: one.values for one in asked}, out, executor, number_of_rocks(rocks),
+                told=_counting(begin, writing),
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        end_interrupted(f"the cells that have flown are in {out}; the same command goes on")
+    _print_sweep(found)
+    screen.print(f"results in {out.resolve()}", soft_wrap=True)
+
+
+@contextmanager
+def _executor(workers: int | None) -> Iterator[Executor]:
+    """Yield a pool of processes; when Ctrl-C ends the block, waiting cells are cancelled."""
+    if workers is not None and workers < 1:
+        raise InputError(f"--workers is {workers}; it must be at least 1")
+    pool = ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context("spawn"))
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
+    """Return the function that shows how many cells have flown, of those that had no result before."""
+    advance: list[Callable[[int], None]] = []
+
+    def told(done: int, of: int) -> None:
+        if advance:
+            advance[0](1)
+        elif done < of:
+            screen.print(f"{of} cells, of which {done} have flown before", soft_wrap=True)
+            advance.append(begin(of - done))
+        if done == of:
+            writing()
+
+    return told
+
+
+def _print_sweep(found: "Sweep") -> None:
+    """Print the tables of a sweep, and what their intervals hold."""
+    from rpf3d_core.sweep.tables import RUN_HEADER, SHARES_HEADER, notes_of, run_rows, share_rows
+
+    keys = tuple(one.key for one in found.varied)
+    for header, rows in (
+        ((*keys, *SHARES_HEADER), share_rows(found.cells, found.records)),
+        ((*keys, *RUN_HEADER), run_rows(found.cells, found.records)),
+    ):
+        print_table(header, rows[:MOST_ROWS])
+        if len(rows) > MOST_ROWS:
+            screen.print(f"{len(rows) - MOST_ROWS:,} more rows are in sweep.csv", soft_wrap=True)
+    for note in notes_of(found.cells, found.records):
+        screen.print(note, soft_wrap=True)

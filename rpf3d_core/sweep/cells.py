@@ -1,0 +1,84 @@
+"""The cells of a sweep: one scene for each combination of the values of its keys."""
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from math import prod
+from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.scene.key_paths import with_values
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import scene_digest
+from rpf3d_core.sweep.varied import Varied, check_varied
+
+MOST_CELLS = 10_000
+"""Largest number of cells of a sweep."""
+NAME = 16
+"""Number of digits of a digest that name a cell's folder."""
+SEED = "seed"
+LEFT_OUT: Mapping[str, bool] = {"pictures": False, "recording": False, "impacts": False}
+"""Outputs that cells do not write, because they take longer than the flight."""
+
+
+class Cell(NamedTuple):
+    """One cell of a sweep: the values of its keys by key path, its scene, and the digest of scene and files."""
+
+    values: Mapping[str, Any]
+    scene: Scene
+    digest: str
+
+    @property
+    def name(self) -> str:
+        """The name of the cell's folder."""
+        return self.digest[:NAME]
+
+    def describe(self) -> str:
+        """Return the values of the keys as text, for messages."""
+        return ", ".join(f"{key} {value_text(value)}" for key, value in self.values.items())
+
+
+def value_text(value: Any) -> str:
+    """Return a value of a key as text, as a scene file may have it."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {value_text(item)}" for key, item in value.items()) + "}"
+    return f"[{', '.join(map(value_text, value))}]" if isinstance(value, list | tuple) else str(value)
+
+
+def cells_of(scene: Scene, varied: Sequence[Varied]) -> list[Cell]:
+    """Return the cells of a sweep: the full grid of all values, the last key fastest.
+
+    Raises
+    ------
+    InputError
+        A key path leads nowhere, a value is refused, there are too many cells, or two cells are the same run.
+    """
+    check_varied(varied)
+    number = prod(len(one.values) for one in varied)
+    if number > MOST_CELLS:
+        raise InputError(f"the sweep has {number:,} cells, and {MOST_CELLS:,} is the most; give fewer values")
+    plain = scene.model_copy(update={"outputs": scene.outputs.model_copy(update=LEFT_OUT)})
+    keys = [one.key for one in varied]
+    cells = [
+        _cell(plain, dict(zip(keys, values, strict=True))) for values in product(*(one.values for one in varied))
+    ]  # fmt: skip
+    _refuse_same_runs(cells)
+    return cells
+
+
+def _cell(scene: Scene, values: Mapping[str, Any]) -> Cell:
+    made = with_values(scene, values)
+    return Cell(values=values, scene=made, digest=scene_digest(made))
+
+
+def _refuse_same_runs(cells: Sequence[Cell]) -> None:
+    """Refuse two cells of equal scenes: a value is given twice, or a key has no effect on a run."""
+    first: dict[str, Cell] = {}
+    for cell in cells:
+        other = first.setdefault(cell.digest, cell)
+        if other is not cell:
+            raise InputError(f"two cells are the same run: {other.describe()}; and {cell.describe()}")
+
+
+def are_alike(cells: Sequence[Cell]) -> bool:
+    """Return whether all cells have the same seed, so that their rocks are drawn from the same random numbers."""
+    return len({cell.scene.seed for cell in cells}) == 1

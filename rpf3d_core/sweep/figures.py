@@ -1,0 +1,104 @@
+"""The figures of a cell: what its run found in each place, with both intervals, in a form that JSON can hold."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.hazard.benches import bench_table
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.results.findings import Run
+from rpf3d_core.results.hazard_barriers import barriers_section
+
+REACHED, STOPPED, RETAINED = "reached", "stopped", "retained"
+ENERGY, HEIGHT, RUNOUT = "energy_p95", "height_p95", "runout_p95"
+SHARES = (REACHED, STOPPED, RETAINED)
+PREDICTIVE, SAMPLING = "predictive", "sampling"
+BARRIER = "barrier"
+"""Kind of a place that is a barrier; the others are those of the bench table."""
+P95 = 95
+Ends = tuple[float | None, float | None]
+UNKNOWN: Ends = (None, None)
+
+
+class Figure(NamedTuple):
+    """One result of a cell.
+
+    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; kind, place : of the place, "" for the whole run
+    unit : -, J or m; value : None if it is unknown, such as a share of no rocks
+    interval : PREDICTIVE or SAMPLING, what the 95 % interval from low to high holds; the wider one of both
+    sampling_low, sampling_high : the 95 % interval of the number of rocks alone; None where it is unknown
+    """
+
+    result: str
+    kind: str
+    place: str
+    unit: str
+    value: float | None
+    low: float | None
+    high: float | None
+    interval: str
+    sampling_low: float | None
+    sampling_high: float | None
+
+
+def figures_of(run: Run) -> list[Figure]:
+    """Return the figures of a run: of the whole run, then of each zone, area of interest and barrier."""
+    return [*_of_run(run), *_of_benches(run), *_of_barriers(run.maps, run.totals.rocks)]
+
+
+def _of_run(run: Run) -> Iterator[Figure]:
+    """Yield the 95th percentiles of runout, largest energy and largest height of all rocks."""
+    totals, sets = run.totals, run.maps.sets
+    samples: tuple[tuple[str, str, str, Sample], ...] = (
+        (RUNOUT, "m", "runout", totals.runout), (ENERGY, "J", "max_energy", totals.max_energy),
+        (HEIGHT, "m", "max_height", totals.max_height),
+    )  # fmt: skip
+    for result, unit, name, sample in samples:
+        predictive = UNKNOWN if sets is None else _pair(sets.percentile(name)[f"p{P95}"])
+        value = sample.summary((P95,)).get(f"p{P95}")
+        yield _figure((result, "", "", unit), value, predictive, sample.interval(P95))
+
+
+def _of_benches(run: Run) -> Iterator[Figure]:
+    """Yield shares and p95 energies of all zones and areas."""
+    for bench in bench_table(run.terrain, run.maps):
+        for name in SHARES:
+            share = getattr(bench, name)
+            sampling = share.get("sampling", share["interval_95"])
+            yield _figure((name, bench.kind, bench.name, "-"), share["share"], share.get("predictive"), sampling)
+        intervals = (bench.energy_predictive, bench.energy_sampling)
+        yield _figure((ENERGY, bench.kind, bench.name, "J"), bench.energy_p95, *intervals)
+
+
+def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
+    """Yield, for each barrier, the share of rocks that came, the share caught of these, p95 energy and p95 height."""
+    for name, facts in barriers_section(maps.barriers or ()).items():
+        shares = ((REACHED, share_of(facts["came"], rocks)), (RETAINED, facts["caught"]))
+        for result, share in shares:
+            yield _figure((result, BARRIER, name, "-"), share["share"], None, share["interval_95"])
+        for result, unit, key in ((ENERGY, "J", "first_energy_j"), (HEIGHT, "m", "first_height_over_ground_m")):
+            section: Mapping[str, Any] = facts[key]
+            yield _figure((result, BARRIER, name, unit), section.get(f"p{P95}"), None, section["p95_interval_95"])
+
+
+def _figure(what: tuple[str, str, str, str], value: Any, predictive: Any, sampling: Any) -> Figure:
+    """Return a figure; what : result, kind, place and unit; predictive, sampling : both ends each, or None."""
+    result, kind, place, unit = what
+    wide, narrow = _pair(predictive), _pair(sampling)
+    is_predictive = wide != UNKNOWN
+    low, high = wide if is_predictive else narrow
+    return Figure(
+        result=result, kind=kind, place=place, unit=unit, value=_known(value), low=low, high=high,
+        interval=PREDICTIVE if is_predictive else SAMPLING, sampling_low=narrow[0], sampling_high=narrow[1],
+    )  # fmt: skip
+
+
+def _pair(ends: Any) -> Ends:
+    """Return both ends of an interval as plain numbers; None for an end that is not known."""
+    return UNKNOWN if ends is None else (_known(ends[0]), _known(ends[1]))
+
+
+def _known(value: Any) -> float | None:
+    """Return a value as a plain number; None if it is not known or not finite."""
+    return None if value is None or not abs(float(value)) < float("inf") else float(value)

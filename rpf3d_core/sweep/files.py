@@ -1,0 +1,122 @@
+"""Write a sweep: sweep.csv with all figures, and sweep.png with a curve for each place and percentile."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.results.hazard_benches import write_csv
+from rpf3d_core.results.series import Curve, Panel
+from rpf3d_core.sweep.cells import Cell, value_text
+from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, STOPPED
+from rpf3d_core.sweep.flying import CELLS, Record
+from rpf3d_core.sweep.tables import (
+    CSV_COLUMNS,
+    RUN_HEADER,
+    RUN_RESULTS,
+    Place,
+    csv_rows,
+    figure_of,
+    place_name,
+    places_that_hold,
+)
+from rpf3d_core.sweep.varied import Varied
+
+NEARLY_ALL = 0.9
+"""Retained share (-) from which the picture shows instead how many rocks reached the place, such as a floor."""
+TABLE, PICTURE = "sweep.csv", "sweep.png"
+MOST_PLACES = 6
+"""Largest number of places in the picture, those that hold the largest shares of all rocks; sweep.csv has all."""
+
+
+def check_out(out: str | Path) -> Path:
+    """Return the absolute path of the folder of a sweep, which is new, empty, or that of an earlier sweep.
+
+    Raises
+    ------
+    InputError
+        The path is a file, or the folder holds other files.
+    """
+    folder = Path(out).resolve()
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{out}: is a file; a sweep needs the path of a folder")
+    foreign = sorted({entry.name for entry in folder.iterdir()} - {CELLS, TABLE, PICTURE}) if folder.exists() else []
+    if foreign:
+        raise InputError(f"{out}: holds {foreign[0]!r}, which is not of a sweep; give a new folder, or that of a sweep")
+    return folder
+
+
+def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record]) -> None:
+    """Write sweep.csv and sweep.png into an existing folder.
+
+    Raises
+    ------
+    InputError
+        A file could not be written.
+    """
+    from rpf3d_core.results.plots_sweep import write_curves  # the import of matplotlib takes most of a second
+
+    keys, scene = [one.key for one in varied], cells[0].scene
+    title = f"{scene.path.stem}: {len(cells)} cells of about {records[0].rocks:,} rocks, seed {scene.seed}"
+    try:
+        write_csv(folder / TABLE, [*keys, *CSV_COLUMNS], csv_rows(cells, records))
+        write_curves(folder / PICTURE, title, keys[0], panels_of(varied, cells, records))
+    except OSError as fault:
+        raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
+
+
+def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record]) -> list[Panel]:
+    """Return the panels of the picture: shares in the places that hold most, then percentiles of the runs."""
+    places = sorted(places_that_hold(records), key=lambda place: -_most_held(records, place))[:MOST_PLACES]
+    panels = [_panel(varied, cells, records, place) for place in places]
+    for title, (result, scale) in zip(RUN_HEADER, RUN_RESULTS, strict=True):
+        curves = _curves(varied, cells, records, (result, ("", "")), scale)
+        panels.append(Panel(title=title.partition(" (")[0], axis=title, curves=curves))
+    return panels
+
+
+def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record], place: Place) -> Panel:
+    """Return the panel of a place: the share retained, or the share that reached it if it holds nearly all of them."""
+    retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
+    result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED
+    name = place_name(place)
+    title, of = (f"reached {name}", "all rocks") if result == REACHED else (f"retained by {name}", "rocks that came")
+    curves = _curves(varied, cells, records, (result, place), 100.0)
+    return Panel(title=title, axis=f"share of {of} (%)", curves=curves)
+
+
+def _most_held(records: Sequence[Record], place: Place) -> float:
+    """Return the largest share of all rocks that a place holds in any cell; areas and barriers come first."""
+    shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, STOPPED, place))]
+    return max(shares, default=1.0) + (place[0] != "zone")
+
+
+def _curves(
+    varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record], what: tuple[str, Place], scale: float
+) -> list[Curve]:
+    """Return the curves of a figure over the values of the first key: one for each combination of the other values."""
+    found, keys = dict[str, list[tuple[object, Record]]](), _short([one.key for one in varied])[1:]
+    for cell, record in zip(cells, records, strict=True):
+        first, *others = cell.values.values()
+        first = first if isinstance(first, int | float) else value_text(first)
+        name = ", ".join(f"{key} {value_text(value)}" for key, value in zip(keys, others, strict=True))
+        found.setdefault(name, []).append((first, record))
+    return [_curve(name, points, what, scale) for name, points in found.items()]
+
+
+def _short(keys: Sequence[str]) -> Sequence[str]:
+    """Return key paths without the sections above the key, if that leaves them different."""
+    last = [key.rpartition(".")[2] for key in keys]
+    return last if len(set(last)) == len(last) else keys
+
+
+def _curve(name: str, points: Sequence[tuple[object, Record]], what: tuple[str, Place], scale: float) -> Curve:
+    found = [(at, figure_of(record, *what)) for at, record in points]
+    figures = [(at, figure) for at, figure in found if figure is not None and figure.value is not None]
+    scaled = [
+        [None if end is None else scale * end for end in (each.value, each.low, each.high)] for _, each in figures
+    ]  # fmt: skip
+    return Curve(
+        name=name, at=[at for at, _ in figures], values=[value for value, _, _ in scaled],
+        low=[low for _, low, _ in scaled], high=[high for *_, high in scaled],
+        is_predictive=any(figure.interval == PREDICTIVE for _, figure in figures),
+    )  # fmt: skip

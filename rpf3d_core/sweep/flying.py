@@ -1,0 +1,112 @@
+"""Fly the cells of a sweep on an executor, and keep what they found, so that no cell flies twice.
+
+The record of a cell lies next to its result folder. It has the digest of its scene and files, and the version of rpf3d.
+A record with the same digest and version stands for the cell: an interrupted sweep goes on where it stopped, and a
+sweep with more values flies the new cells only.
+"""
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.results.folder import check_folder
+from rpf3d_core.results.summary import plain, versions
+from rpf3d_core.runs.parallel import as_they_finish
+from rpf3d_core.runs.run import RunControl, run_scene
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import scene_digest
+from rpf3d_core.sweep.cells import Cell
+from rpf3d_core.sweep.figures import Figure, figures_of
+
+CELLS = "cells"
+"""Name of the folder of all cells in the folder of a sweep."""
+
+
+class Record(NamedTuple):
+    """What the run of a cell found.
+
+    digest : of scene and files; version : of rpf3d; rocks : that flew
+    """
+
+    digest: str
+    version: str
+    rocks: int
+    figures: tuple[Figure, ...]
+
+
+def fly_cells(
+    cells: Sequence[Cell], folder: Path, executor: Executor, threads: int | None, flown: Callable[[], None]
+) -> list[Record]:
+    """Fly the cells that have no record in a folder, each on a free worker, and return the records of all cells.
+
+    threads : of each run, for the compiled engine; None for one thread for each core
+    flown : called after each cell that has flown
+
+    Raises
+    ------
+    InputError
+        The run of a cell is refused; the message has the values of the cell. Cells that have not begun are cancelled.
+    """
+    records = {cell.digest: record_of(cell, folder) for cell in cells}
+    missing = [cell for cell in cells if records[cell.digest] is None]
+    for cell in missing:
+        check_folder(folder / cell.name)
+    flying = {
+        executor.submit(fly_cell, cell.scene, cell.digest, folder / cell.name, threads): number
+        for number, cell in enumerate(missing)
+    }
+    with as_they_finish(flying) as finished:
+        for future, number in finished:
+            try:
+                records[missing[number].digest] = future.result()
+            except InputError as fault:
+                raise InputError(f"cell {missing[number].describe()}: {fault}") from fault
+            flown()
+    return [record for cell in cells if (record := records[cell.digest]) is not None]
+
+
+def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Record:
+    """Fly one cell in this process, write its result folder and its record, and return the record.
+
+    Raises
+    ------
+    InputError
+        As `run_scene`; or the files of the scene are not those of the digest.
+    """
+    if scene_digest(scene) != digest:
+        raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
+    run = run_scene(scene, folder, control=RunControl(threads=threads), recording=False)
+    record = Record(digest=digest, version=_version(), rocks=run.totals.rocks, figures=tuple(figures_of(run)))
+    _write(_path(folder), record)
+    return record
+
+
+def record_of(cell: Cell, folder: Path) -> Record | None:
+    """Return the record of a cell in a folder; None if the cell has not flown, or another version has flown it."""
+    try:
+        content = json.loads(_path(folder / cell.name).read_text(encoding="utf-8"))
+        figures = tuple(Figure(**each) for each in content.pop("figures"))
+        record = Record(figures=figures, **content)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+    return record if (record.digest, record.version) == (cell.digest, _version()) else None
+
+
+def _path(folder: Path) -> Path:
+    return folder.with_name(f"{folder.name}.json")
+
+
+def _write(path: Path, record: Record) -> None:
+    """Write a record completely or not at all."""
+    content: dict[str, Any] = {**record._asdict(), "figures": [figure._asdict() for figure in record.figures]}
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part.write_text(json.dumps(plain(content), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    part.replace(path)
+
+
+def _version() -> str:
+    return str(versions()["rpf3d"])

@@ -1,0 +1,71 @@
+"""Sweep a scene: fly each combination of values of some keys, and write table and picture of what they found."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.choices import Rocks, chosen_scene
+from rpf3d_core.sweep.cells import Cell, cells_of
+from rpf3d_core.sweep.files import check_out, write_sweep
+from rpf3d_core.sweep.flying import CELLS, Record, fly_cells, record_of
+from rpf3d_core.sweep.varied import Varied
+
+
+class Sweep(NamedTuple):
+    """A sweep that has flown: its keys with their values, its cells, and the record of each cell."""
+
+    varied: tuple[Varied, ...]
+    cells: tuple[Cell, ...]
+    records: tuple[Record, ...]
+
+
+def sweep(
+    scene: Scene | str | Path,
+    varied: Mapping[str, Sequence[Any]],
+    out: str | Path,
+    executor: Executor,
+    rocks: Rocks = None,
+    threads: int | None = 1,
+    told: Callable[[int, int], None] = lambda done, of: None,
+) -> Sweep:
+    """Fly a scene with each combination of values of some keys, and write sweep.csv and sweep.png into a folder.
+
+    A cell that has flown into the same folder, with the same scene, files and version of rpf3d, does not fly again.
+
+    Parameters
+    ----------
+    varied : the values of each key, in the scene's unit, by key path such as `terrain.benches.berm`
+    out : folder of the sweep, which every worker can write to; each cell writes a result folder below it
+    executor : any `concurrent.futures.Executor`; every worker must see the scene's files at the same paths
+    rocks : of each cell, as in `rpf3d_core.simulate`
+    threads : of each cell, for the compiled engine; None for one thread for each core
+    told : called with the number of cells that have flown and of all cells, at first with those that flew before
+
+    Raises
+    ------
+    InputError
+        The scene, a key path, a value or a cell is refused, or the folder holds other files.
+    """
+    folder = check_out(out)
+    asked = tuple(Varied(key=key, values=tuple(values)) for key, values in varied.items())
+    cells = cells_of(chosen_scene(scene, rocks, None, None), asked)
+    done = sum(record_of(cell, folder / CELLS) is not None for cell in cells)
+    told(done, len(cells))
+
+    def flown() -> None:
+        nonlocal done
+        done += 1
+        told(done, len(cells))
+
+    try:
+        (folder / CELLS).mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
+    found = Sweep(
+        varied=asked, cells=tuple(cells), records=tuple(fly_cells(cells, folder / CELLS, executor, threads, flown))
+    )
+    write_sweep(folder, found.varied, found.cells, found.records)
+    return found

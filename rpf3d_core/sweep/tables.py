@@ -1,0 +1,110 @@
+"""The tables of a sweep: all figures for sweep.csv, and shares and percentiles side by side for the screen."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from rpf3d_core.hazard.benches import AREA, SHORT, ZONE, in_percent, interval_in_percent, three_figures
+from rpf3d_core.sweep.cells import Cell, are_alike, value_text
+from rpf3d_core.sweep.figures import BARRIER, ENERGY, HEIGHT, PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED, Figure
+from rpf3d_core.sweep.flying import Record
+
+CSV_COLUMNS = ("cell", "rocks", *Figure._fields)
+"""Columns of sweep.csv after those of the keys; `cell` is the name of the cell's result folder."""
+SHARES_HEADER = ("place", "reached", "retained")
+RUN_HEADER = ("runout p95 (m)", "energy p95 (kJ)", "height p95 (m)")
+RUN_RESULTS = ((RUNOUT, 1.0), (ENERGY, 1e-3), (HEIGHT, 1.0))
+SUFFIX = {ZONE: "", AREA: " (area)", BARRIER: " (barrier)"}
+COMMON = (
+    "all cells have seed {seed}: their rocks are drawn from the same random numbers, so chance moves all cells alike; "
+    "differences between cells are surer than the intervals of the cells"
+)
+BRACKETS = {
+    True: "the 95 % predictive interval, which holds the unknowns of the scene, and then the sampling interval of the "
+    "number of rocks",
+    False: "the 95 % sampling interval of the number of rocks; the scene has no unknowns",
+}
+"""What stands in the brackets of the tables, by whether there are predictive intervals."""
+
+Place = tuple[str, str]
+"""Kind and name of a place."""
+
+
+def csv_rows(cells: Sequence[Cell], records: Sequence[Record]) -> Iterator[list[Any]]:
+    """Yield the rows of sweep.csv: the values of the keys, then CSV_COLUMNS; a row for each figure of each cell."""
+    for cell, record in zip(cells, records, strict=True):
+        for figure in record.figures:
+            yield [*map(value_text, cell.values.values()), cell.name, record.rocks, *figure]
+
+
+def places_that_hold(records: Sequence[Record]) -> list[Place]:
+    """Return the places in which rocks stopped in any cell, and all areas and barriers, in the order of the cells."""
+    found = dict[Place, None]()
+    for record in records:
+        for figure in record.figures:
+            holds = figure.result == STOPPED and (figure.value or figure.kind == AREA)
+            if holds or (figure.kind == BARRIER and figure.result == RETAINED):
+                found[figure.kind, figure.place] = None
+    return sorted(found, key=lambda place: (ZONE, AREA, BARRIER).index(place[0]))
+
+
+def figure_of(record: Record, result: str, place: Place = ("", "")) -> Figure | None:
+    """Return one figure of a cell; None if the cell has no such place."""
+    wanted = (result, *place)
+    return next((each for each in record.figures if (each.result, each.kind, each.place) == wanted), None)
+
+
+def share_rows(cells: Sequence[Cell], records: Sequence[Record]) -> list[tuple[str, ...]]:
+    """Return the rows of shares on the screen: the values of the keys, then SHARES_HEADER, place after place."""
+    return [
+        (*_values(cell), place_name(place), *(_percent(figure_of(record, one, place)) for one in (REACHED, RETAINED)))
+        for place in places_that_hold(records)
+        for cell, record in zip(cells, records, strict=True)
+        if figure_of(record, RETAINED, place) is not None
+    ]
+
+
+def run_rows(cells: Sequence[Cell], records: Sequence[Record]) -> list[tuple[str, ...]]:
+    """Return the rows of percentiles on the screen: the values of the keys, then RUN_HEADER, a row for each cell."""
+    return [
+        (*_values(cell), *(_number(figure_of(record, result), scale) for result, scale in RUN_RESULTS))
+        for cell, record in zip(cells, records, strict=True)
+    ]
+
+
+def notes_of(cells: Sequence[Cell], records: Sequence[Record]) -> list[str]:
+    """Return what a reader of the tables must know: what the intervals hold, and common random numbers."""
+    predictive = any(figure.interval == PREDICTIVE for record in records for figure in record.figures)
+    notes = [f"reached: of all rocks; retained: of those that came; in brackets {BRACKETS[predictive]}"]
+    return [*notes, COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else notes
+
+
+def place_name(place: Place) -> str:
+    """Return the name of a place as the tables show it, with its kind if it is not a zone."""
+    kind, name = place
+    return name + SUFFIX[kind]
+
+
+def _values(cell: Cell) -> tuple[str, ...]:
+    return tuple(map(value_text, cell.values.values()))
+
+
+def _percent(figure: Figure | None) -> str:
+    """Return a share in per cent with its intervals, the wider first, such as `84.5 % (79-89; 83-86)`."""
+    if figure is None or figure.value is None:
+        return "-"
+    texts = dict.fromkeys(interval_in_percent(*ends) for ends in _intervals(figure))
+    return f"{in_percent(figure.value, SHORT)} %" + (f" ({'; '.join(texts)})" if texts else "")
+
+
+def _number(figure: Figure | None, scale: float) -> str:
+    """Return a figure times a scale with its intervals, the wider first, such as `84.8 (11.2-136; 83.1-86.6)`."""
+    if figure is None or figure.value is None:
+        return "-"
+    texts = dict.fromkeys("-".join(three_figures(scale * end) for end in ends) for ends in _intervals(figure))
+    return three_figures(scale * figure.value) + (f" ({'; '.join(texts)})" if texts else "")
+
+
+def _intervals(figure: Figure) -> list[tuple[float, float]]:
+    """Return the intervals of a figure whose ends are both known, the wider first."""
+    pairs = ((figure.low, figure.high), (figure.sampling_low, figure.sampling_high))
+    return [(low, high) for low, high in pairs if low is not None and high is not None]

@@ -1,0 +1,81 @@
+"""The profile of a slope of benches: its points from the crest down to the floor, in a plane across the faces."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.terrain.benches.parameters import Benches
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.pit.relief import SMOOTH_SHARE
+
+CREST, FACE, BERM, FLOOR = "crest", "face_", "berm_", "floor"
+"""Zones of a slope; the number of a face or berm follows, from 1 at the top."""
+UPRIGHT = (0.0, 1.0)
+"""Direction in which relief moves the points of level ground, and of all edges."""
+
+
+class Part(NamedTuple):
+    """A plane part of the profile: its zone, its vector (x, z) m down the slope, and the direction of its relief.
+
+    rough : the relief's share of the full relief (-)
+    """
+
+    zone: str
+    way: tuple[float, float]
+    normal: tuple[float, float] = UPRIGHT
+    rough: float = 1.0
+
+
+class Profile(NamedTuple):
+    """The P points of a profile, from the crest down, and the P - 1 strips between them.
+
+    points : (P, 2) x and z, m; normal : (P, 2) unit vector in which relief moves a point; rough : (P,) its share (-)
+    zone : (P - 1,) index into zones; zones : names from the top
+    edges : for each part the number of its first point
+    """
+
+    points: FloatArray
+    normal: FloatArray
+    rough: FloatArray
+    zone: IntArray
+    zones: tuple[str, ...]
+    edges: list[int]
+
+
+def parts_of(benches: Benches) -> Iterator[Part]:
+    """Yield the parts of a profile from the crest down: crest, faces and berms in turn, floor."""
+    slant = math.hypot(benches.height, benches.run)
+    way, normal = (benches.run, -benches.height), (benches.height / slant, benches.run / slant)
+    yield Part(CREST, (benches.crest, 0.0))
+    for face in range(1, benches.number + 1):
+        yield Part(f"{FACE}{face}", way, normal)
+        if face < benches.number and benches.berm > 0.0:
+            yield Part(f"{BERM}{face}", (benches.berm, 0.0))
+    yield Part(FLOOR, (benches.floor, 0.0), rough=SMOOTH_SHARE)
+
+
+def profile_of(benches: Benches) -> Profile:
+    """Return the profile of a slope.
+
+    Its upper edge is at x = 0, its floor at z = 0, and x points away from the faces.
+
+    Edges move up and down only. So they stay straight in plan, and each berm has the width that was asked for.
+    """
+    parts = list(parts_of(benches))
+    counts = [benches.cells(length) for length in benches.lengths]
+    start = (-benches.crest, benches.number * benches.height)
+    corners = np.cumsum([start, *(part.way for part in parts)], axis=0)
+    points, normals, rough = [corners[:1]], [np.array([UPRIGHT])], [[1.0]]
+    for part, count, begin, end in zip(parts, counts, corners[:-1], corners[1:], strict=True):
+        share = np.arange(1, count)[:, None] / count
+        points += [begin + share * (end - begin), end[None]]
+        normals += [np.tile(part.normal, (count - 1, 1)), np.array([UPRIGHT])]
+        rough.append([part.rough] * count)
+    return Profile(
+        points=np.concatenate(points), normal=np.concatenate(normals), rough=np.concatenate(rough),
+        zone=np.repeat(np.arange(len(parts), dtype=np.int32), counts), zones=tuple(part.zone for part in parts),
+        edges=[0, *np.cumsum(counts)[:-1].tolist()],
+    )  # fmt: skip

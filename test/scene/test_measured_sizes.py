@@ -1,0 +1,83 @@
+"""Sizes of rocks may be a measured list, in the scene or in a file with one number on each line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rpf3d_core as rpf3d
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.numbers import read_numbers
+from rpf3d_core.scene.reading import read_scene, scene_digest
+
+SCENE = """\
+terrain: {{benches: {{number: 1, height: 8}}}}
+materials: {{default: {{normal_restitution: 0.4, tangential_restitution: 0.8}}}}
+rock: {{density: 2500, {size}}}
+sources: [{{name: top, crest: 1, above_ground: 1, rocks: 400, velocity: [2, 0, 0]}}]
+"""
+
+
+def written(folder: Path, size: str) -> Path:
+    (folder / "scene.yaml").write_text(SCENE.format(size=size))
+    return folder / "scene.yaml"
+
+
+def masses(scene: Path, engine: str) -> np.ndarray:
+    return rpf3d.simulate(scene, engine=engine).flights.deposits.mass
+
+
+@pytest.mark.parametrize("measure", ["mass", "volume", "diameter"])
+def test_rocks_have_the_measured_sizes_on_both_engines(tmp_path: Path, measure: str) -> None:
+    (tmp_path / "blocks.csv").write_text("size\n0.8\n0.4\n1.6\n0.4\n")
+    from_file, inline = (written(tmp_path, f"{measure}: {{measured: {given}}}") for given in ("blocks.csv", "x.csv"))
+    (tmp_path / "x.csv").write_text("0.4\n0.4\n0.8\n1.6\n")
+    found = masses(from_file, "reference")
+    of_size = {"mass": lambda x: x, "volume": lambda x: 2500.0 * x, "diameter": lambda x: 2500.0 * np.pi / 6.0 * x**3}
+    exact = np.array([of_size[measure](size) for size in (0.4, 0.8, 1.6)])
+    assert np.allclose(np.unique(found), exact, rtol=1e-12)
+    assert np.mean(np.isclose(found, exact[0])) == pytest.approx(0.5, abs=4.0 * (0.25 / 400) ** 0.5)
+    assert np.array_equal(found, masses(inline, "compiled"))
+
+
+def test_a_list_in_the_scene_is_drawn_like_that_list_in_a_file(tmp_path: Path) -> None:
+    (tmp_path / "blocks.txt").write_text("# kg, weighed\n900\n\n250  # broken\n400\n")
+    of_file = masses(written(tmp_path, "mass: {measured: blocks.txt}"), "reference")
+    of_scene = masses(written(tmp_path, "mass: {measured: [400, 250, 900]}"), "reference")
+    assert np.array_equal(of_file, of_scene)
+
+
+def test_the_digest_follows_the_content_of_the_file(tmp_path: Path) -> None:
+    digests = []
+    for content in ("250\n400\n", "250\n401\n", "250\n400\n"):
+        (tmp_path / "blocks.txt").write_text(content)
+        digests.append(scene_digest(read_scene(written(tmp_path, "mass: {measured: blocks.txt}"))))
+    assert digests[0] == digests[2] != digests[1]
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("", "holds no number; each line must have one"),
+        ("mass\n", "holds no number"),
+        ("mass\n1,5\n", "line 2: must be one plain, finite number, but is '1,5'"),
+        ("1;2\n", "line 1: must be one plain, finite number, but is 2 cells (1, 2)"),
+        ("1\nx\n", "line 2: must be one plain, finite number, but is 'x'"),
+        ("1\nnan\n", "line 2: must be one plain, finite number, but is 'nan'"),
+        ("1\n1e999\n", "line 2: must be one plain, finite number"),
+        ("1 2\n", "line 1: must be one plain, finite number, but is 2 cells (1, 2)"),
+    ],
+)
+def test_a_file_that_is_no_list_is_refused_by_its_line(tmp_path: Path, content: str, sentence: str) -> None:
+    (tmp_path / "sizes.csv").write_text(content)
+    with pytest.raises(InputError) as caught:
+        read_numbers(tmp_path / "sizes.csv")
+    assert sentence in str(caught.value)
+    with pytest.raises(InputError, match="rock"):
+        read_scene(written(tmp_path, "mass: {measured: sizes.csv}"))
+
+
+def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "sizes.csv").write_text("0\n1\n")
+    with pytest.raises(InputError, match=r"`rock\.mass` may be drawn from 0 to 1, but must be above 0"):
+        read_scene(written(tmp_path, "mass: {measured: sizes.csv}"))
