@@ -15,6 +15,7 @@ from rpf3d_core.commands.calibrate import calibrate
 from rpf3d_core.commands.check import check
 from rpf3d_core.commands.compare import compare
 from rpf3d_core.commands.cost import cost
+from rpf3d_core.commands.desk import desk
 from rpf3d_core.commands.effects import effects
 from rpf3d_core.commands.imports import app as imports
 from rpf3d_core.commands.materials import materials
@@ -31,8 +32,8 @@ from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
 COMMANDS = (
-    new, run, check, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare, study,
-    audit, recover,
+    new, desk, run, check, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare,
+    study, audit, recover,
 )  # fmt: skip
 """The commands in the order of `rpf3d --help`."""
 FURTHER = "rpf3d.commands"

@@ -33,7 +33,7 @@ def test_a_slanted_ray_meets_the_nearest_facet_and_one_that_misses_meets_none() 
     terrain = floor()
     twice = replace(
         terrain,
-        vertices=np.concatenate([terrain.vertices, terrain.vertices + [0.0, 0.0, 2.0]]),
+        vertices=np.concatenate([terrain.vertices, terrain.vertices + np.array([0.0, 0.0, 2.0])]),
         triangles=np.concatenate([terrain.triangles, terrain.triangles + len(terrain.vertices)]),
         zone=np.concatenate([terrain.zone, terrain.zone]),
     )
@@ -73,7 +73,7 @@ def test_a_source_of_too_few_clicks_says_how_many_it_needs(kind: str, least: str
 
 
 def test_an_outline_that_crosses_itself_is_refused_by_its_name() -> None:
-    with pytest.raises(InputError, match="the area 'bow' must be the corners of a polygon.*crosses itself"):
+    with pytest.raises(InputError, match=r"the area 'bow' must be the corners of a polygon.*crosses itself"):
         area_of(drawn(AREA, (0, 0, 0), (4, 4, 0), (4, 0, 0), (0, 4, 0)), FRAMES[0], "bow")
     with pytest.raises(InputError, match="at least 3 places"):
         area_of(drawn(AREA, (0, 0, 0), (4, 4, 0)), FRAMES[0], "thin")

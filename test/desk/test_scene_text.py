@@ -93,14 +93,17 @@ def test_what_the_user_types_is_a_value_and_comes_back_as_the_same_value(text: s
     assert coefficient_of(coefficient_text(value)) == value
 
 
-@pytest.mark.parametrize("text", ["", "  ", "[1, 2]", "{mean: 0.4", "*a", "!!python/object:x {}", "a: b: c", "{a: 1, a: 2}"])
+@pytest.mark.parametrize(
+    "text", ["", "  ", "[1, 2]", "{mean: 0.4", "*a", "!!python/object:x {}", "a: b: c", "{a: 1, a: 2}"]
+)
 def test_what_is_no_value_is_refused_with_an_example(text: str) -> None:
-    with pytest.raises(InputError, match="type a number, a range such as 0.3 to 0.5"):
+    with pytest.raises(InputError, match=r"type a number, a range such as 0\.3 to 0\.5"):
         coefficient_of(text)
 
 
 def test_the_usual_coefficients_are_shown_even_if_left_out() -> None:
-    shown = dict(materials_of({"materials": {"a": {"normal_restitution": 0.3}, "b": {"restitution": 0.1, "friction": 1}}}))
+    materials = {"a": {"normal_restitution": 0.3}, "b": {"restitution": 0.1, "friction": 1}}
+    shown = dict(materials_of({"materials": materials}))
     assert [(each.key, each.text) for each in shown["a"]] == [
         ("normal_restitution", "0.3"), ("tangential_restitution", ""), ("friction_angle_deg", ""),
     ]  # fmt: skip
