@@ -95,7 +95,7 @@ def _run_part(html: Any, actions: Actions) -> None:
                         click=lambda layer=layer: actions.show_layer(layer))  # fmt: skip
     with html.Div(classes="row"):
         html.Span("View:", classes="quiet")
-        html.Button("all", click=lambda: actions.look("all"))
+        html.Button("all", id="look_all", click=lambda: actions.look("all"))
         html.Button("sources", id="look_sources", click=lambda: actions.look("sources"))
 
 

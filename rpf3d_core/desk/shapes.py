@@ -27,6 +27,8 @@ RAMP = np.array([[255, 255, 178], [254, 204, 92], [253, 141, 60], [240, 59, 32],
 
 NEARBY = 100.0
 """Least distance (m) around sources within which lower ground is looked for."""
+MARKS_RAISED = 0.001
+"""Height of marks above the terrain, as a share (-) of its extent."""
 MOST_MARKS = 500
 """Largest number of release points that are marked."""
 
@@ -146,10 +148,14 @@ def ramp_colours(shares: FloatArray) -> Colours:
 
 
 def release_lines(sources: Sequence[Source], seen: Seen) -> tuple[FloatArray, Lines]:
-    """Return points (N, 3) m of sources to mark, at most MOST_MARKS, and their lines; areas are not marked."""
+    """Return points (N, 3) m of sources to mark, at most MOST_MARKS, and their lines.
+
+    Areas are marked by middles of their triangles.
+    """
     points, parts = [np.empty((0, 3))], list[FloatArray]()
     for source in sources:
         if source.triangles is not None:
+            points.append(source.triangles.corners.mean(axis=1))
             continue
         if source.line:
             ends = [0, *source.breaks, len(source.points)]
@@ -183,8 +189,9 @@ def _refined(ring: FloatArray, step: float) -> FloatArray:
 
 
 def on_ground(seen: Seen, points: FloatArray) -> FloatArray:
-    """Return points (N, 3) m at the height of the nearest vertex in plan, so that marks are seen on the terrain."""
+    """Return points (N, 3) m just above the nearest vertex in plan, so that marks are seen on the terrain."""
     found, plan = points.copy(), seen.vertices[:, :2]
+    raised = MARKS_RAISED * float(np.ptp(plan, axis=0).max())
     for row, point in enumerate(points):
-        found[row, 2] = seen.vertices[int(np.argmin(((plan - point[:2]) ** 2).sum(axis=1))), 2]
+        found[row, 2] = seen.vertices[int(np.argmin(((plan - point[:2]) ** 2).sum(axis=1))), 2] + raised
     return found

@@ -101,7 +101,8 @@ class Shown:
             return
         if where == "sources" and len(self._releases):
             middle = self._releases.mean(axis=0)
-            half = 0.5 * max(LEAST_SEEN, 1.5 * float(np.ptp(self._releases, axis=0).max()))
+            extent = float(np.ptp(self._releases, axis=0).max())
+            half = 0.5 * min(max(LEAST_SEEN, 2.0 * extent), float(np.ptp(self.terrain.vertices, axis=0).max()))
             self.window.look_at(np.stack([middle - half, middle + half]), downhill(self._seen, self._releases))
         else:
             self.window.look_at(self.terrain.vertices)
