@@ -48,7 +48,7 @@ $(VENV)/.core: setup.py
 	@touch $@
 
 $(VENV)/.everything: $(VENV)/.core
-	$(PIP) --editable '.[ros,mine,report,test]'
+	$(PIP) --editable '.[ros,mine,report,desk,test]'
 	-@$(BYTE_CODE) $(VENV)/lib
 	@touch $@
 

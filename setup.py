@@ -17,7 +17,7 @@ setup(
     maintainer_email="maintainers@rpf3d.example.org",
     license="Apache-2.0",
     packages=find_packages(include=["rpf3d_core", "rpf3d_core.*", "rpf3d_ros", "rpf3d_ros.*"]),
-    package_data={"rpf3d_core": ["*.json"]},
+    package_data={"rpf3d_core": ["*.json", "desk/*.css"]},
     python_requires=">=3.11",
     install_requires=[
         "matplotlib>=3.8",
@@ -38,6 +38,12 @@ setup(
     extras_require={
         # Warnings of these tools are errors in `make docs`, so a new major version waits until someone has tried it.
         "docs": ["furo>=2025.7.19", "myst-parser>=5,<6", "sphinx>=9,<10", "sphinx-autoapi>=3.8,<4"],
+        # `rpf3d desk` (docs/howto/install.md says why these three).
+        "desk": [
+            "ruamel.yaml>=0.18",  # edits a scene file and keeps its comments
+            "trame>=4.0,<5",  # the page in the browser
+            "trame-vtk>=2.11,<3",  # the view in the page
+        ],
         # Files that mines have; each library is imported only to read such a file (docs/reference/formats.md).
         "mine": [
             "laspy[lazrs]>=2.5",  # LAS, and LAZ through lazrs

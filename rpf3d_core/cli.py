@@ -15,6 +15,7 @@ from rpf3d_core.commands.calibrate import calibrate
 from rpf3d_core.commands.check import check
 from rpf3d_core.commands.compare import compare
 from rpf3d_core.commands.cost import cost
+from rpf3d_core.commands.desk import desk
 from rpf3d_core.commands.effects import effects
 from rpf3d_core.commands.imports import app as imports
 from rpf3d_core.commands.materials import materials
@@ -32,7 +33,7 @@ from rpf3d_core.commands.sweep import sweep
 from rpf3d_core.errors import InputError
 
 COMMANDS = (
-    new, run, check, sweep, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare,
+    new, desk, run, check, sweep, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare,
     study, audit, recover,
 )  # fmt: skip
 """The commands in the order of `rpf3d --help`."""

@@ -166,9 +166,14 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
     SceneError
         If the file cannot be opened, is not UTF-8 text or is not YAML; names the file and, if known, the line.
     """
+    return parse_yaml(_text(path, kind), path, kind)
+
+
+def parse_yaml(text: str, path: Path, kind: str = "scene") -> Document:
+    """Return the text of a YAML file of one document as `read_yaml` does; messages show `path` as its file."""
     document = Document(values=None, lines={}, faults=[], kind=kind)
     try:
-        root = yaml.compose(_text(path, kind), Loader=_Composer)
+        root = yaml.compose(text, Loader=_Composer)
         return document if root is None else document._replace(values=_Reading(document).value(root, ()))
     except yaml.YAMLError as error:
         raise SceneError(_yaml_sentence(path, error)) from None

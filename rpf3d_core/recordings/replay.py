@@ -10,6 +10,7 @@ from pathlib import Path
 from rpf3d_core.errors import InputError
 
 RECORDING = "run.rrd"
+SUFFIX = ".rrd"
 LOOPBACK = "127.0.0.1"
 """Address at which the viewer listens for live data: only programs on this machine can reach it."""
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
@@ -18,7 +19,7 @@ SETTLED = 4.0
 
 
 def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
-    """Open the viewer with the recording of a result folder; return the viewer's process.
+    """Open the viewer with the recording of a result folder, or with a file; return the viewer's process.
 
     Returns after SETTLED seconds, or when the viewer ends.
 
@@ -47,16 +48,21 @@ def _check_display(recording: Path) -> None:
     """Raise an error if there is no display, because the viewer's own message is long."""
     if sys.platform.startswith("linux") and not any(map(os.environ.get, DISPLAYS)):
         raise InputError(
-            f"{recording}: there is no display to show it on (neither {' nor '.join(DISPLAYS)} is set); open the file "
-            "in the rerun viewer of a machine that has one"
+            f"{recording}: there is no display to show it on (neither {' nor '.join(DISPLAYS)} is set); open it in a "
+            "browser with --web"
         )
 
 
 def recording_of(folder: str | Path) -> Path:
-    """Return the path of the recording in a result folder; `InputError` if there is none."""
-    path = Path(folder) / RECORDING
+    """Return the path of the recording in a result folder, or of a recording itself; `InputError` if there is none."""
+    path = Path(folder)
+    if path.suffix == SUFFIX and path.is_file():
+        return path
+    path = path / RECORDING
     if not Path(folder).is_dir():
-        raise InputError(f"{folder}: is not a folder; give the folder that `rpf3d run --out` wrote")
+        raise InputError(
+            f"{folder}: is not a folder; give the folder that `rpf3d run --out` wrote, or a recording (*{SUFFIX})"
+        )
     if not path.is_file():
         raise InputError(f"{folder}: holds no {RECORDING}; give the folder that `rpf3d run --out` wrote")
     return path
@@ -64,6 +70,11 @@ def recording_of(folder: str | Path) -> Path:
 
 def viewer_command(recording: Path) -> list[str]:
     """Return the command line that opens the viewer with a recording; `InputError` if rerun is not installed."""
+    check_rerun()
+    return [sys.executable, "-m", "rerun", "--bind", LOOPBACK, str(recording)]
+
+
+def check_rerun() -> None:
+    """Raise an `InputError` if rerun is not installed."""
     if importlib.util.find_spec("rerun") is None:
         raise InputError("replay needs rerun: pip install 'rerun-sdk>=0.41,<0.42'")
-    return [sys.executable, "-m", "rerun", "--bind", LOOPBACK, str(recording)]

@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from rpf3d_core.ensemble.batches import Progress
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
-from rpf3d_core.ensemble.stream import Sink, Stream, blocks_of, shown_of
+from rpf3d_core.ensemble.fly import spread_over
+from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Step, is_enough, step_of
@@ -30,7 +33,7 @@ from rpf3d_core.setup.prepared import (
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.setup.rounds import Round, rounds_of
+from rpf3d_core.setup.rounds import Round, growing_rounds, rounds_of
 from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.values import Outcome
 
@@ -46,12 +49,17 @@ class RunControl:
     stop : called while rocks fly; after a return value of True no further rock flies
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
+    first : number of rocks after which the first results are known; the rocks then fly in rounds that double their
+        number. None for the rounds of the scene
+    after_round : called after each round but the last, with the result so far
     """
 
     progress: Progress | None = None
     stop: Callable[[], bool] | None = None
     writing: Callable[[], None] | None = None
     threads: int | None = None
+    first: int | None = None
+    after_round: Callable[[Run], None] | None = None
 
 
 UNCONTROLLED = RunControl()
@@ -125,6 +133,21 @@ def run_scene(
     return run
 
 
+def fly_into(folder: Path, prepared: Prepared, control: RunControl = UNCONTROLLED) -> Run:
+    """Fly the rocks of a prepared scene, and write the tables of all rocks into an existing folder.
+
+    `results.folder.write_findings` adds the other files of a result. After `control.stop`, the result contains the
+    rocks flown so far.
+
+    Raises
+    ------
+    InputError
+        A source is under the ground or off the terrain.
+    """
+    with _tables(folder, prepared) as sink:
+        return _fly(prepared, Precompiler(), SHOWN, sink, control)
+
+
 def replay(
     scene: Scene | str | Path, source: str | int, rock: int, engine: str = "reference", seed: int | None = None
 ) -> Run:
@@ -190,10 +213,9 @@ def _fly(
     of_sets = _flights_over_sets(prepared) if scene.has_unknowns else None
     prepared = prepared if of_sets is None else replace(prepared, flight=of_sets[1][0])
     tallies, totals = empty_tallies(prepared), empty_totals(prepared)
-    plan = rounds or rounds_of(scene, places_of(prepared))
+    plan = rounds or _plan(prepared, control.first, 0 if of_sets is None else len(of_sets[0]))
     compile_s = precompiler.compile(prepared, tallies, lambda: _check_all(prepared, plan[0]))
-    # All kept rocks belong to the first round, because with `rocks: auto` the number of later rocks is unknown.
-    kept = shown_of(plan[0].rocks, shown, scene.outputs.trajectories)
+    kept = _kept(prepared, plan, shown)
     stream = Stream(
         engine=prepared.engine, flight=prepared.flight, shown=kept, watch=tallies, sink=_both(totals, sink),
         stop=control.stop, threads=control.threads,
@@ -202,12 +224,38 @@ def _fly(
     )  # fmt: skip
     flyer = _flyer(prepared, stream, of_sets, tallies)
     began = time.perf_counter()
-    planned, steps = _fly_rounds(
-        prepared, stream, flyer.fly, plan, control, lambda: tallies.places(totals.rocks, prepared.area_names)
-    )
-    totals.dust = stream.dust
-    flights = stream.flights(compile_s, time.perf_counter() - began)
-    return finished_run(prepared, tallies, totals, flights, planned, steps, flyer.figures())
+
+    def so_far(planned: int, steps: Sequence[Step]) -> Run:
+        totals.dust = stream.dust
+        flights = stream.flights(compile_s, time.perf_counter() - began)
+        return finished_run(prepared, tallies, totals, flights, planned, steps, flyer.figures())
+
+    return so_far(*_fly_rounds(
+        prepared, stream, flyer.fly, plan, control, lambda: tallies.places(totals.rocks, prepared.area_names), so_far
+    ))  # fmt: skip
+
+
+def _plan(prepared: Prepared, first: int | None, sets: int) -> list[Round]:
+    """Return the rounds of a run; first : as `RunControl.first`; sets : number of parameter sets, 0 without unknowns.
+
+    With `rocks: auto`, the scene's rounds double already. A first round with sets has a rock of each set.
+    """
+    scene = prepared.scene
+    if first is None or scene.rocks == "auto":
+        return rounds_of(scene, places_of(prepared))
+    return growing_rounds([source.rocks for source in scene.sources], max(first, sets))
+
+
+def _kept(prepared: Prepared, plan: Sequence[Round], shown: int | None) -> Shown:
+    """Return the rocks to keep for display; shown : their number, None for all."""
+    paths = prepared.scene.outputs.trajectories
+    if prepared.scene.rocks == "auto" or len(plan) == 1:
+        # All kept rocks belong to the first round, because with `rocks: auto` the number of later rocks is unknown.
+        return shown_of(plan[0].rocks, shown, paths)
+    rocks = sum(plan[-1].last)
+    some = spread_over(rocks, rocks if shown is None else shown)
+    drawn = np.arange(min(paths, rocks))  # the first of all rounds, so that the first results have paths
+    return Shown(None if shown is None else np.union1d(some, drawn), drawn)
 
 
 @dataclass(frozen=True)
@@ -248,7 +296,7 @@ def _flyer(prepared: Prepared, stream: Stream, of_sets: Any, tallies: Tallies) -
 
 def _fly_rounds(
     prepared: Prepared, stream: Stream, fly: Callable[[Round], bool], plan: Sequence[Round], control: RunControl,
-    places: Callable[[], HazardMaps],
+    places: Callable[[], HazardMaps], so_far: Callable[[int, Sequence[Step]], Run],
 ) -> tuple[int, list[Step]]:  # fmt: skip
     """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
 
@@ -256,6 +304,7 @@ def _fly_rounds(
     already checked.
     fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the shares of zones and areas of all rocks flown so far
+    so_far : function that returns the result so far, from the number of planned rocks and the convergence
     """
     scene, steps, planned = prepared.scene, list[Step](), 0
     for each in plan:
@@ -269,7 +318,11 @@ def _fly_rounds(
             steps.append(step_of(places(), prepared.terrain.zones))
             if is_enough(steps, scene.target.half_width, scene.target.p95_energy):
                 break
-    return planned, steps
+        if control.after_round and each is not plan[-1]:
+            control.after_round(so_far(sum(plan[-1].last), steps))
+            if control.stop and control.stop():
+                break
+    return sum(plan[-1].last) if scene.rocks != "auto" else planned, steps
 
 
 def finished_run(

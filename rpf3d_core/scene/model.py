@@ -38,6 +38,7 @@ from rpf3d_core.scene.values import (
     InputFile,
     Name,
     Number,
+    Outline,
     Rocks,
     RocksOrAuto,
     StrictModel,
@@ -155,7 +156,9 @@ class AreaSpec(StrictModel):
     """A named area of interest: the summary of a run counts the rocks in the area."""
 
     name: Name = Field(description="a name that no other area has")
-    polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")
+    polygons: Outline = Field(
+        description="three or more corners [x, y] (m) in plan, or the path of a GeoJSON file with polygons"
+    )
 
 
 class OutputSpec(StrictModel):

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.meshes import companion_of
-from rpf3d_core.formats.yaml import Document, read_yaml, report_of
+from rpf3d_core.formats.yaml import Document, parse_yaml, read_yaml, report_of
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import BODY_KEYS, Scene
@@ -41,8 +41,19 @@ def read_scene(path: str | Path) -> Scene:
     InputError
         A file of points is damaged and the number of its points sets the number of rocks.
     """
-    path = Path(path)
-    document = read_yaml(path)
+    return _checked(Path(path), read_yaml(Path(path)))
+
+
+def scene_of_text(text: str, path: Path) -> Scene:
+    """Return the scene from the text of a scene file, after a check, as `read_scene`.
+
+    path : the file that messages show; files in the scene are relative to its folder
+    """
+    return _checked(path, parse_yaml(text, path))
+
+
+def _checked(path: Path, document: Document) -> Scene:
+    """Return the scene of a document, after a check of every value; errors are as in `read_scene`."""
     if not isinstance(document.values, dict):
         raise SceneError(f"{path}: must hold a mapping of keys (terrain, materials, sources, ...), but does not")
     faults = [unknown_key((key,), document) for key in document.values if key in NOT_SCENE_KEYS]

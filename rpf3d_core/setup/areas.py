@@ -8,8 +8,8 @@ import shapely
 from shapely.geometry import MultiPolygon
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.polygons import local_plan, read_polygons
-from rpf3d_core.scene.model import Scene
+from rpf3d_core.formats.polygons import local_plan, polygon_of, read_polygons
+from rpf3d_core.scene.model import AreaSpec, Scene
 from rpf3d_core.setup.coverage import extents, lies_off
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
@@ -25,7 +25,14 @@ def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
 
     Errors are as in `read_polygons`. Overlapping polygons of one area are united, so the overlap lies inside the area.
     """
-    return {area.name: _united(read_polygons(area.polygons)) for area in scene.areas_of_interest}
+    return {area.name: _united(area_polygons(area)) for area in scene.areas_of_interest}
+
+
+def area_polygons(area: AreaSpec) -> MultiPolygon:
+    """Return the polygons of an area of interest, from its corners or its file; errors are as in `read_polygons`."""
+    if isinstance(area.polygons, Path):
+        return read_polygons(area.polygons)
+    return polygon_of(area.polygons)
 
 
 def _united(polygons: MultiPolygon) -> MultiPolygon:
@@ -48,8 +55,9 @@ def area_outlines(
     for spec in scene.areas_of_interest:
         if lies_off(terrain, areas[spec.name]):
             where = extents(terrain, shapely.get_coordinates(areas[spec.name]))
+            file = spec.polygons if isinstance(spec.polygons, Path) else scene.path
             raise InputError(
-                f"{spec.polygons}: the area of interest {spec.name!r} lies off the terrain: {where}; it must be in the "
+                f"{file}: the area of interest {spec.name!r} lies off the terrain: {where}; it must be in the "
                 "plan coordinates of the terrain's own input (x y, or x z where y is up)"
             )
     return {name: local_outlines(terrain.frame, area) for name, area in areas.items()}

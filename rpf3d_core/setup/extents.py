@@ -1,6 +1,7 @@
 """Find where the terrain, sources, areas and other inputs of a scene lie, for `rpf3d check` to print."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from rpf3d_core.formats.polylines import lines_along
 from rpf3d_core.formats.reference_system import stated_reference_system
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import SourceSpec, source_points
+from rpf3d_core.setup.areas import area_polygons
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.setup.sources import crest_points, line_points, source_outline
 from rpf3d_core.setup.terrain import surfaces_in_metres
@@ -108,13 +110,14 @@ def _source_points(spec: SourceSpec, scene: Scene) -> FloatArray:
 
 
 def _areas(scene: Scene) -> Iterator[Extent | None]:
-    files = [(f"area {area.name}", area.polygons) for area in scene.areas_of_interest]
-    files += [(f"zone {zone.zone}", zone.polygons) for zone in scene.zones]
-    for name, file in files:
-        try:
-            yield _in_plan(name, shapely.get_coordinates(read_polygons(file)), scene.terrain.up, file)
-        except InputError:
-            continue
+    for area in scene.areas_of_interest:
+        file = area.polygons if isinstance(area.polygons, Path) else None
+        with suppress(InputError):
+            yield _in_plan(f"area {area.name}", shapely.get_coordinates(area_polygons(area)), scene.terrain.up, file)
+    for zone in scene.zones:
+        file = zone.polygons
+        with suppress(InputError):
+            yield _in_plan(f"zone {zone.zone}", shapely.get_coordinates(read_polygons(file)), scene.terrain.up, file)
 
 
 def _lines(scene: Scene) -> Iterator[Extent | None]:

@@ -1,7 +1,7 @@
 """Divide the rocks of a run into rounds that fly one after another, or into parts for several workers."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import count, pairwise, takewhile
 from typing import NamedTuple
 
 from rpf3d_core.ensemble.releases import share_out
@@ -39,6 +39,17 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
     while 2 * sum(totals[-1]) <= most:
         totals.append([2 * n for n in totals[-1]])
     return rounds_up_to(totals)
+
+
+def growing_rounds(counts: Sequence[int], first: int) -> list[Round]:
+    """Return rounds that each about double the number of flown rocks, from about `first` rocks to all.
+
+    counts : number of rocks of each source; every round has rocks of each source in proportion
+    """
+    total = sum(counts)
+    sizes = takewhile(lambda size: size < total, (first << k for k in count()))
+    totals = [[-(-n * size // total) for n in counts] for size in sizes]
+    return [each for each in rounds_up_to([*totals, list(counts)]) if each.rocks]
 
 
 def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:

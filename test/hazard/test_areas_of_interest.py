@@ -129,3 +129,11 @@ def test_parts_that_overlap_are_one_area(tmp_path) -> None:
     write_area(tmp_path / "overlap.json", Frame(), SHAPES["parts that overlap"])
     area = read_areas(scene(tmp_path, "areas_of_interest: [{name: both, polygons: overlap.json}]\n"))["both"]
     assert len(area.geoms) == 1 and area.area == 2 * 64.0 - 16.0 and shapely.contains_xy(area, 9.0, 9.0)
+
+
+def test_corners_in_the_scene_are_the_same_area_as_a_file_with_them(tmp_path: Path) -> None:
+    corners = [[4, 4], [14, 4], [14, 14], [4, 14]]
+    (tmp_path / "a.json").write_text(json.dumps({"type": "Polygon", "coordinates": [[*corners, corners[0]]]}))
+    read = scene(tmp_path, f"areas_of_interest: [{{name: a, polygons: a.json}}, {{name: b, polygons: {corners}}}]\n")
+    areas = read_areas(read)
+    assert areas["a"].equals_exact(areas["b"])

@@ -33,6 +33,7 @@ LAYERS = (
     {"report"},
     {"runs"},
     {"imports", "live", "sweep"},
+    {"desk"},
     {"commands"},
     {"cli"},
     {"rpf3d_ros.messages"},
@@ -63,7 +64,7 @@ CONFINED = {
     "vtk": ("rpf3d_core/detection/vtk_", "rpf3d_core/formats/vtk_", "rpf3d_core/accuracy/decimated.py"),
     "vtkmodules": (
         "rpf3d_core/detection/vtk_", "rpf3d_core/formats/vtk_", "rpf3d_core/accuracy/decimated.py",
-        "rpf3d_core/results/profiles.py",
+        "rpf3d_core/results/profiles.py", "rpf3d_core/desk/window.py",
     ),
     "scipy": ("rpf3d_core/shapes/polyhedron.py",),
     "rclpy": ("rpf3d_ros/",),

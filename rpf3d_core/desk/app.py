@@ -1,0 +1,285 @@
+"""The desk: what happens when the user clicks, types and presses, and how results come back to the page."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.desk.coefficients import coefficient_of
+from rpf3d_core.desk.drawing import AREA, Drawing, area_of, source_of
+from rpf3d_core.desk.page import STILL, Actions, build_page
+from rpf3d_core.desk.picking import place_on
+from rpf3d_core.desk.runner import Listener, Runner, Written
+from rpf3d_core.desk.scene_state import SceneState, check_target, opened, saved
+from rpf3d_core.desk.scene_text import (
+    AREAS,
+    MATERIALS,
+    SOURCES,
+    free_name,
+    with_item,
+    with_value,
+    without_item,
+    without_value,
+)
+from rpf3d_core.desk.shown import Shown
+from rpf3d_core.desk.tables import bench_section, progress_words, run_notes, scene_section
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.extras import library_of
+from rpf3d_core.results.findings import Run
+from rpf3d_core.setup.prepared import Prepared
+from rpf3d_core.setup.warnings import warnings_of
+
+REFUSAL, NOTE, GOOD = "refusal", "note", "good"
+"""Kinds of messages on the page."""
+
+
+class Desk:
+    """The desk of one user: the scene, what is drawn on it, and the page."""
+
+    def __init__(self) -> None:
+        """Build the page without a scene, and start the thread that flies rocks."""
+        self.server: Any = library_of("desk", "trame.app", "the desk needs").get_server("rpf3d", client_type="vue3")
+        self.shown = Shown()
+        self.scene: SceneState | None = None
+        self.drawing = Drawing()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._waiting: list[Callable[[], None]] = []
+        self.runner = Runner(Listener(
+            prepared=lambda written, prepared: self._later(lambda: self._prepared(written, prepared)),
+            results=self._results, report=lambda path: self._later(lambda: self._reported(path)),
+            refused=lambda text: self._later(lambda: self._refused(text)),
+            busy=lambda text: self._later(lambda: self._busy(text)),
+        ))  # fmt: skip
+        self.view = build_page(self.server, self.shown.window, self._actions())
+
+    @property
+    def state(self) -> Any:
+        """The values of the page."""
+        return self.server.state
+
+    def connected(self) -> None:
+        """Take up work that came before browsers could connect; call it once in the server's thread."""
+        self._loop = asyncio.get_event_loop()
+        waiting, self._waiting = self._waiting, []
+        for work in waiting:
+            self._do(work)
+
+    def open(self, path: Path) -> None:
+        """Open a scene file; errors are as in `read_scene`."""
+        self._take(opened(path))
+        assert self.scene is not None
+        self.state.save_path, self.state.report_path = str(self.scene.default_path), str(self.scene.report_path)
+
+    def close(self) -> None:
+        """Stop the rocks and delete results that are in no report."""
+        self.runner.close()
+
+    def _actions(self) -> Actions:
+        """Return what the page calls; every refusal becomes a message on it."""
+        return Actions(**{
+            name: self._told(getattr(self, f"_{name}")) for name in Actions._fields
+        })  # fmt: skip
+
+    def _told(self, action: Callable[..., None]) -> Callable[..., None]:
+        """Return an action that shows the sentence of a refusal instead of raising it."""
+
+        def told(*values: Any, **_: Any) -> None:
+            self.state.messages = []
+            try:
+                action(*values)
+            except InputError as fault:
+                self._refused(str(fault))
+
+        return told
+
+    # What the user does
+
+    def _choose(self, kind: str) -> None:
+        self.drawing = Drawing(kind)
+        taken = [*self.state.sources, *self.state.areas]
+        stem = "area" if kind == AREA else "source"
+        self.state.new_name = free_name([each["name"] for each in taken], stem)
+        self._drawn()
+
+    def _click(self, event: Any, moved: float = 0.0) -> None:
+        """Take a click in the view; a drag also ends with one, which places nothing."""
+        if not self.drawing.kind or not event or moved > STILL or self.shown.terrain is None:
+            return
+        near, far = np.array(event["ray"][0], dtype=float), np.array(event["ray"][1], dtype=float)
+        place = place_on(self.shown.terrain, near, far)
+        if place is not None:
+            self.drawing = self.drawing.clicked(place)
+            self._drawn()
+
+    def _undo_click(self) -> None:
+        self.drawing = self.drawing.undone()
+        self._drawn()
+
+    def _cancel(self) -> None:
+        self.drawing = Drawing()
+        self._drawn()
+
+    def _finish(self) -> None:
+        """Add what was drawn to the scene."""
+        frame, name = self._terrain().frame, str(self.state.new_name)
+        if self.drawing.kind == AREA:
+            key, item = AREAS, area_of(self.drawing, frame, name)
+        else:
+            rocks, height = self.state.new_rocks, self.state.new_height
+            key, item = SOURCES, source_of(self.drawing, frame, name, rocks, height)
+        self._edited(lambda text: with_item(text, key, item))
+        self._cancel()
+
+    def _remove(self, key: str, name: str) -> None:
+        self._edited(lambda text: without_item(text, key, name))
+
+    def _edit(self, material: str, key: str, typed: str) -> None:
+        """Change a coefficient; with nothing typed, its default holds."""
+        path = (MATERIALS, material, key)
+        try:
+            if typed.strip():
+                value = coefficient_of(typed)
+                self._edited(lambda text: with_value(text, path, value))
+            else:
+                self._edited(lambda text: without_value(text, path))
+        except InputError:
+            self._list_scene()  # the field shows again what holds
+            raise
+
+    def _undo(self) -> None:
+        self._take(self._opened().undone())
+
+    def _run(self) -> None:
+        self.state.flying, self.state.has_run = True, False
+        self.runner.fly(self._opened().written)
+
+    def _stop(self) -> None:
+        self.runner.stop_flying()
+
+    def _save(self) -> None:
+        """Save the scene; its results stay if only the name of the file changes."""
+        self.scene = saved(self._opened(), Path(self.state.save_path), bool(self.state.save_over))
+        self.state.report_path, self.state.has_run = str(self.scene.report_path), False
+        self._list_scene()
+        self._say(GOOD, f"scene in {self.scene.path}")
+
+    def _report(self) -> None:
+        scene, path = self._opened(), Path(self.state.report_path).resolve()
+        if scene.unsaved:
+            raise InputError("save the scene first: a report names the scene file that its rocks were flown from")
+        check_target(path, bool(self.state.report_over))
+        self.runner.write_report(scene.written, path)
+
+    def _show_layer(self, layer: str) -> None:
+        self.state.layer = layer
+        self.state.legend = self.shown.drape(layer)
+        self.view.update()
+
+    def _look(self, where: str) -> None:
+        self.shown.look(where)
+        self.view.push_camera()
+
+    def _open(self) -> None:
+        self.open(Path(str(self.state.open_path)))
+
+    def _create(self) -> None:
+        """Write a scene for a terrain file, as `rpf3d new`, and open it."""
+        from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
+
+        written = write_new_scene(Path(self.state.new_folder), Path(self.state.new_terrain), FileChoice())
+        self.open(written.path)
+        for sentence in written.warnings:
+            self._say(NOTE, sentence)
+
+    # What comes back from the thread
+
+    def _prepared(self, written: Written, prepared: Prepared) -> None:
+        """Show terrain, sources and areas of a scene that is ready to fly, and warnings about it."""
+        if self.scene is None or written != self.scene.written:
+            return
+        new = self.shown.show_scene(prepared)
+        self.state.ready = True
+        for sentence in (*prepared.faults.remarks, *warnings_of(prepared.scene)):
+            self._say(NOTE, sentence)
+        self.view.update()
+        if new:
+            self.view.push_camera()
+
+    def _results(self, run: Run, last: bool) -> None:
+        """Take results in the thread that flies; they are laid out there, because the run goes on afterwards."""
+        shown, layer = self.shown.laid_out(run), self.state.layer
+        values = {"benches": bench_section(run), "progress": progress_words(run)}
+        notes = run_notes(run) if last else []
+
+        def show() -> None:
+            self.state.update({**values, "notes": notes, "flying": not last, "has_run": last})
+            self.shown.show_run(shown)
+            self.state.legend = self.shown.drape(layer)
+            self.view.update()
+
+        self._later(show)
+
+    def _reported(self, path: Path) -> None:
+        self._say(GOOD, f"report in {path}")
+
+    def _refused(self, text: str) -> None:
+        self.state.flying = False
+        self._say(REFUSAL, text)
+
+    def _busy(self, text: str) -> None:
+        self.state.busy = text
+
+    # The scene on the page
+
+    def _opened(self) -> SceneState:
+        if self.scene is None:
+            raise InputError("open a scene first")
+        return self.scene
+
+    def _terrain(self) -> Any:
+        if self.shown.terrain is None:
+            raise InputError("the terrain is not read yet")
+        return self.shown.terrain
+
+    def _edited(self, edit: Callable[[str], str]) -> None:
+        self._take(self._opened().edited(edit))
+
+    def _take(self, scene: SceneState) -> None:
+        """Take a scene as the one that is edited, and let it be prepared."""
+        self.scene = scene
+        self.state.has_run = False
+        self._list_scene()
+        self.runner.prepare(scene.written)
+
+    def _list_scene(self) -> None:
+        """Show name, sources, areas and materials of the scene."""
+        scene = self._opened()
+        section = scene_section(scene.scene, scene.values)
+        self.state.update({
+            **section, "name": scene.path.stem, "path": str(scene.path), "unsaved": scene.unsaved,
+        })  # fmt: skip
+        self.state.dirty("materials")
+
+    def _drawn(self) -> None:
+        """Show what has been drawn so far."""
+        self.state.kind, self.state.clicks = self.drawing.kind, len(self.drawing.points)
+        self.shown.show_drawing(self.drawing)
+        self.view.update()
+
+    def _say(self, kind: str, text: str) -> None:
+        self.state.messages = [*self.state.messages, {"kind": kind, "text": text}]
+
+    def _later(self, work: Callable[[], None]) -> None:
+        """Do something in the server's thread, now or when browsers can connect."""
+        if self._loop is None:
+            self._waiting.append(work)
+        else:
+            self._loop.call_soon_threadsafe(self._do, work)
+
+    def _do(self, work: Callable[[], None]) -> None:
+        """Do something and send what has changed to the page."""
+        with self.state:
+            work()
+

@@ -1,0 +1,67 @@
+"""Coefficients of materials as the user types them: a number, a range such as `0.3 to 0.5`, or a distribution."""
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError, SceneError
+from rpf3d_core.formats.yaml import parse_yaml, yaml_text
+from rpf3d_core.scene.model import BODY_KEYS
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+RANGE = re.compile(rf"\s*({NUMBER})\s*(?:to|-|\.\.)\s*({NUMBER})\s*")
+OF_POINTS = ("normal_restitution", "tangential_restitution", "friction_angle_deg")
+OF_BODIES = ("restitution", "friction", "rolling_resistance")
+"""Coefficients that are always shown, also if the scene leaves them out: of points and spheres, of other shapes."""
+
+
+class Coefficient(NamedTuple):
+    """A value of a material; key : of the scene; text : as the user types it, "" if left out."""
+
+    key: str
+    text: str
+
+
+def coefficients_of(material: Mapping[str, Any]) -> list[Coefficient]:
+    """Return all values of a material of a scene, and the usual coefficients that it leaves out."""
+    usual = OF_BODIES if any(key in material for key in BODY_KEYS) else OF_POINTS
+    keys = dict.fromkeys((*material, *usual))
+    return [Coefficient(key, coefficient_text(material[key]) if key in material else "") for key in keys]
+
+
+def coefficient_text(value: Any) -> str:
+    """Return a value of a scene as the user types it: `0.45`, `0.3 to 0.5` for unknown values, or a mapping."""
+    if isinstance(value, Mapping):
+        prior = value.get("prior")
+        if set(value) == {"prior"} and isinstance(prior, Mapping) and set(prior) == {"min", "max"}:
+            return f"{prior['min']:.12g} to {prior['max']:.12g}"
+        return "{" + ", ".join(f"{key}: {coefficient_text(item)}" for key, item in value.items()) + "}"
+    return yaml_text(value).removesuffix("...\n").strip()
+
+
+def coefficient_of(text: str) -> Any:
+    """Return the value of a scene for what the user typed; a range is a value that is unknown within its ends.
+
+    Raises
+    ------
+    InputError
+        The text is none of a number, a range, a word and a mapping.
+    """
+    if found := RANGE.fullmatch(text):
+        low, high = (float(end) for end in found.groups())
+        return {"prior": {"min": low, "max": high}}
+    try:
+        document = parse_yaml(text, Path("value"), "value")
+    except SceneError:
+        document = None
+    if document is None or document.faults or isinstance(document.values, tuple) or document.values is None:
+        raise InputError(f"{text!r} is not a value; type a number, a range such as 0.3 to 0.5, or "
+                         "{mean: 0.4, sd: 0.1, min: 0.2, max: 0.6}")  # fmt: skip
+    return document.values
+
+
+def materials_of(values: Mapping[str, Any]) -> Iterator[tuple[str, list[Coefficient]]]:
+    """Yield name and values of each material of a scene's plain values."""
+    for name, material in values["materials"].items():
+        yield name, coefficients_of(material)

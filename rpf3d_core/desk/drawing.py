@@ -1,0 +1,78 @@
+"""What the user draws by clicking on the terrain, and the sources and areas of interest that it becomes."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import polygon_of
+from rpf3d_core.terrain.frame import FloatArray, Frame
+
+POINTS, LINE, AREA = "points", "line", "area"
+"""What is drawn: release points of a source, a crest line along which rocks are released, or an area of interest."""
+LEAST = {POINTS: 1, LINE: 2, AREA: 3}
+"""Smallest number of clicks for each kind."""
+DECIMALS = 2
+"""Decimals of a coordinate (m) that a click gives: centimetres."""
+
+
+class Drawing(NamedTuple):
+    """Clicked places; kind : POINTS, LINE or AREA, "" for none; points : (N, 3) m, local frame."""
+
+    kind: str = ""
+    points: tuple[tuple[float, float, float], ...] = ()
+
+    def clicked(self, point: FloatArray) -> "Drawing":
+        """Return the drawing with one more place (3,) m; unchanged if nothing is drawn."""
+        x, y, z = (float(value) for value in point)
+        return self._replace(points=(*self.points, (x, y, z))) if self.kind else self
+
+    def undone(self) -> "Drawing":
+        """Return the drawing without its last place."""
+        return self._replace(points=self.points[:-1])
+
+
+def source_of(drawing: Drawing, frame: Frame, name: str, rocks: int, above_ground: float) -> dict[str, Any]:
+    """Return the source that was drawn, as the values of a scene in the coordinates of the input.
+
+    rocks : their number; above_ground : m, height of the release
+
+    Raises
+    ------
+    InputError
+        Too few places were clicked.
+    """
+    _check(drawing, "source")
+    places = _rounded(frame.points_to_input(np.array(drawing.points)))
+    return {"name": name, drawing.kind: places, "above_ground": above_ground, "rocks": rocks}
+
+
+def area_of(drawing: Drawing, frame: Frame, name: str) -> dict[str, Any]:
+    """Return the area of interest that was drawn, as the values of a scene in plan coordinates of the input.
+
+    Raises
+    ------
+    InputError
+        Fewer than three places were clicked, or the outline crosses itself.
+    """
+    _check(drawing, "area")
+    points = frame.points_to_input(np.array(drawing.points))
+    corners = _rounded(points[:, [0, 1] if frame.up == "z" else [0, 2]])
+    try:
+        polygon_of([(x, y) for x, y in corners])
+    except InputError as fault:
+        raise InputError(f"the area {name!r} {fault}") from fault
+    return {"name": name, "polygons": corners}
+
+
+def _check(drawing: Drawing, noun: str) -> None:
+    least = LEAST.get(drawing.kind, 1)
+    if len(drawing.points) < least:
+        places = "1 place" if least == 1 else f"{least} places"
+        raise InputError(f"the {noun} has too few places; click at least {places} on the terrain")
+
+
+def _rounded(points: FloatArray) -> list[Sequence[float]]:
+    found: list[Sequence[float]] = np.round(points, DECIMALS).tolist()
+    return found

@@ -1,0 +1,166 @@
+"""Read scenes, fly rocks and write reports in one thread, so that the server answers the page at the same time.
+
+The process stays warm: terrain, search structure and compiled loops are kept until they change.
+"""
+
+import queue
+import shutil
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.results.findings import Run
+from rpf3d_core.runs.run import RunControl, fly_into
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import scene_of_text
+from rpf3d_core.setup.precompiler import Precompiler
+from rpf3d_core.setup.prepared import Prepared, empty_tallies, prepare
+from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.mesh.faults import FaultReport
+
+FIRST = 16
+"""Rocks after which the first results are shown."""
+QUIETEST = 0.4
+"""Shortest time (s) between two results that are shown, so that the browser keeps up; the last is always shown."""
+
+
+class Written(NamedTuple):
+    """A scene as the user edits it: its text, and the file whose folder its paths are relative to."""
+
+    text: str
+    path: Path
+
+
+class Listener(NamedTuple):
+    """Functions that the thread calls, each from the thread.
+
+    prepared : a scene is ready to fly; results : results so far, True if they are the last
+    report : the report was written to a path; refused : an error that the user can correct; busy : what is done now
+    """
+
+    prepared: Callable[[Written, Prepared], None]
+    results: Callable[[Run, bool], None]
+    report: Callable[[Path], None]
+    refused: Callable[[str], None]
+    busy: Callable[[str], None]
+
+
+class Runner:
+    """A thread that does one thing after another: prepare a scene, fly its rocks, write a report."""
+
+    def __init__(self, listener: Listener) -> None:
+        """Start the thread."""
+        self._listener = listener
+        self._tasks: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
+        self._stop = threading.Event()
+        self._ground: tuple[Any, tuple[Terrain, FaultReport]] | None = None
+        self._prepared: tuple[Written, Prepared] | None = None
+        self._flown: tuple[Written, Run] | None = None
+        self._folder: Path | None = None
+        self._thread = threading.Thread(target=self._work, name="desk", daemon=True)
+        self._thread.start()
+
+    def prepare(self, written: Written) -> None:
+        """Prepare a scene and compile its loops, so that its rocks fly at once."""
+        self._tasks.put(lambda: self._prepare(written, warm=True))
+
+    def fly(self, written: Written) -> None:
+        """Fly the rocks of a scene, and show results as they come."""
+        self._stop.clear()
+        self._tasks.put(lambda: self._fly(written))
+
+    def write_report(self, written: Written, path: Path) -> None:
+        """Write the report of the rocks that have flown, if they are those of this scene."""
+        self._tasks.put(lambda: self._report(written, path))
+
+    def stop_flying(self) -> None:
+        """Let no further rock fly; the rocks flown so far are a result."""
+        self._stop.set()
+
+    def close(self) -> None:
+        """Stop the rocks, end the thread, and delete the results that were not written to a report."""
+        self._stop.set()
+        self._tasks.put(None)
+        self._thread.join()
+        self._forget()
+
+    def _work(self) -> None:
+        """Do the tasks in their order until the end."""
+        while (task := self._tasks.get()) is not None:
+            try:
+                task()
+            except InputError as fault:
+                self._listener.refused(str(fault))
+            except Exception as fault:
+                self._listener.refused(f"an error of rpf3d: {type(fault).__name__}: {fault}")
+            self._listener.busy("")
+
+    def _prepare(self, written: Written, warm: bool) -> Prepared:
+        """Return the prepared scene, from the last one if it is the same."""
+        if self._prepared is not None and self._prepared[0] == written:
+            return self._prepared[1]
+        self._listener.busy("reading the terrain")
+        scene = scene_of_text(written.text, written.path)
+        prepared = prepare(scene, terrain_read=self._ground_of(scene))
+        self._prepared = written, prepared
+        self._listener.prepared(written, prepared)
+        if warm:
+            self._listener.busy("compiling, so that rocks fly at once")
+            Precompiler().compile(prepared, empty_tallies(prepared))
+        return prepared
+
+    def _ground_of(self, scene: Scene) -> tuple[Terrain, FaultReport]:
+        """Return the terrain of a scene and its faults, read again only if the scene names other terrain or zones."""
+        key = scene.terrain, scene.zones
+        if self._ground is None or self._ground[0] != key:
+            self._ground = key, read_terrain(scene)
+        return self._ground[1]
+
+    def _fly(self, written: Written) -> None:
+        """Fly the rocks of a scene into a folder of this process."""
+        prepared = self._prepare(written, warm=False)
+        self._forget()
+        self._listener.busy("flying")
+        self._folder = Path(tempfile.mkdtemp(prefix="rpf3d-desk-"))
+        control = RunControl(first=FIRST, stop=self._stop.is_set, after_round=_not_too_often(self._listener.results))
+        run = fly_into(self._folder, prepared, control)
+        self._flown = written, run
+        self._listener.results(run, True)
+
+    def _report(self, written: Written, path: Path) -> None:
+        """Write the report of the last run."""
+        from rpf3d_core.report.report import write_report
+        from rpf3d_core.results.folder import SUMMARY, write_findings
+
+        if self._flown is None or self._flown[0] != written or self._folder is None:
+            raise InputError("the rocks of this scene have not flown; press Run, then Report")
+        self._listener.busy("writing the report")
+        if not (self._folder / SUMMARY).is_file():
+            write_findings(self._folder, self._flown[1])
+        write_report(self._folder, path)
+        self._listener.report(path)
+
+    def _forget(self) -> None:
+        """Delete the results of the last run."""
+        self._flown = None
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder = None
+
+
+def _not_too_often(show: Callable[[Run, bool], None]) -> Callable[[Run], None]:
+    """Return a function that shows a result unless the last one was shown less than QUIETEST seconds ago."""
+    last = -QUIETEST
+
+    def shown(run: Run) -> None:
+        nonlocal last
+        if time.monotonic() - last >= QUIETEST:
+            show(run, False)
+            last = time.monotonic()
+
+    return shown

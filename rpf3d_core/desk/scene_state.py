@@ -1,0 +1,138 @@
+"""The scene that the user edits: its text, the texts before it, and where it is saved. Nothing else is kept.
+
+An edit that makes the text no valid scene is refused with the sentence of `rpf3d check`, and the text stays.
+"""
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.desk.runner import Written
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.yaml import parse_yaml
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene, scene_of_text
+
+SUFFIX = "_desk"
+"""What the name of a scene file gets by default when it is saved, so that the file that was opened stays."""
+
+
+class SceneState(NamedTuple):
+    """A scene that is edited.
+
+    path : its file; text : as edited; saved : as in the file; before : the texts before each edit
+    """
+
+
+    path: Path
+    text: str
+    saved: str
+    before: tuple[str, ...] = ()
+
+    @property
+    def unsaved(self) -> bool:
+        """True if the text differs from the file."""
+        return self.text != self.saved
+
+    @property
+    def written(self) -> Written:
+        """The scene for the runner."""
+        return Written(text=self.text, path=self.path)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as values."""
+        return scene_of_text(self.text, self.path)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The plain values of the text, by key."""
+        return dict(parse_yaml(self.text, self.path).values)
+
+    @property
+    def default_path(self) -> Path:
+        """Where the scene is saved by default: a new file next to the one that was opened."""
+        stem = self.path.stem if self.path.stem.endswith(SUFFIX) else f"{self.path.stem}{SUFFIX}"
+        return self.path.with_name(f"{stem}.yaml")
+
+    @property
+    def report_path(self) -> Path:
+        """Where the report is written by default."""
+        return self.path.with_name(f"{self.path.stem}_report.html")
+
+    def edited(self, edit: Callable[[str], str]) -> "SceneState":
+        """Return the state after an edit of the text.
+
+        Raises
+        ------
+        InputError
+            The edit cannot be made, or the result is not a valid scene.
+        """
+        text = edit(self.text)
+        scene_of_text(text, self.path)
+        return self if text == self.text else self._replace(text=text, before=(*self.before, self.text))
+
+    def undone(self) -> "SceneState":
+        """Return the state before the last edit; unchanged without edits."""
+        return self._replace(text=self.before[-1], before=self.before[:-1]) if self.before else self
+
+
+def opened(path: Path) -> SceneState:
+    """Return the state of a scene file that was just opened; errors are as in `read_scene`."""
+    path = path.resolve()
+    read_scene(path)
+    text = path.read_text(encoding="utf-8-sig")
+    return SceneState(path=path, text=text, saved=text)
+
+
+def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
+    """Write the scene to a file, and return the state with that file.
+
+    replace : True if the file may exist
+
+    Raises
+    ------
+    InputError
+        The file exists or cannot be written, or files that the scene names are not found from its folder.
+    """
+    path = path.resolve()
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        raise InputError(f"{path}: a scene file ends in .yaml")
+    check_target(path, replace)
+    scene_of_text(state.text, path)  # paths in the scene are relative to its folder
+    write_whole(path, state.text)
+    return state._replace(path=path, saved=state.text)
+
+
+def check_target(path: Path, replace: bool) -> None:
+    """Raise an `InputError` if a file to write exists and may not be replaced, or if its folder does not exist."""
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {path.parent}")
+    if path.exists() and not replace:
+        raise InputError(f"{path}: exists; tick `replace`, or give another name")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file completely, or leave what was there; `InputError` if it cannot be written."""
+    try:
+        number, part = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        try:
+            with os.fdopen(number, "w", encoding="utf-8") as file:
+                file.write(text)
+            mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_mask()
+            os.chmod(part, mode)
+            os.replace(part, path)
+        except OSError:
+            os.unlink(part)
+            raise
+    except OSError as fault:
+        raise InputError(f"{path}: could not be written ({fault.strerror or fault})") from fault
+
+
+def _mask() -> int:
+    """Return the mask of permissions of new files."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,197 @@
+"""What the view draws of a scene and of a run, as arrays: terrain, paths, hazard maps, places of releases, outlines."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.accuracy.decimated import decimated_mesh
+from rpf3d_core.ensemble.fly import spread_over
+from rpf3d_core.ensemble.paths import displayed_rows, sample_paths
+from rpf3d_core.ensemble.releases import Source
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
+from rpf3d_core.report.run_files import HazardGrid
+from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, Seen, draped
+from rpf3d_core.results.findings import Run
+from rpf3d_core.terrain.facets import Terrain, unit_normals
+from rpf3d_core.terrain.frame import FloatArray
+
+REACH, ENERGY = "reach", "energy"
+"""The two hazard maps that can be draped over the terrain: reach probability (%) and p95 energy (kJ)."""
+DARK, LIGHT_COLOUR = np.array([62.0, 55.0, 44.0]), np.array([226.0, 219.0, 203.0])
+"""Colours (red, green, blue) of ground in the shade and in the light."""
+RAMP = np.array([[255, 255, 178], [254, 204, 92], [253, 141, 60], [240, 59, 32], [189, 0, 38]], dtype=float)
+"""Colours of a hazard map from 0 to its largest value: YlOrRd of ColorBrewer."""
+
+NEARBY = 100.0
+"""Least distance (m) around sources within which lower ground is looked for."""
+MARKS_RAISED = 0.001
+"""Height of marks above the terrain, as a share (-) of its extent."""
+MOST_MARKS = 500
+"""Largest number of release points that are marked."""
+
+Colours = NDArray[np.uint8]
+
+
+class Mesh(NamedTuple):
+    """Triangles to draw; vertices : (V, 3) m, local frame; triangles : (F, 3); colours : (F, 3) of each triangle."""
+
+    vertices: FloatArray
+    triangles: NDArray[np.int32]
+    colours: Colours
+
+
+class Lines(NamedTuple):
+    """Polylines to draw; points : (P, 3) m; starts : (N + 1,) first point of each of N lines, and their number."""
+
+    points: FloatArray
+    starts: NDArray[np.int64]
+
+
+NO_LINES = Lines(points=np.empty((0, 3)), starts=np.zeros(1, dtype=np.int64))
+
+
+class DrapedMap(NamedTuple):
+    """A hazard map over the terrain.
+
+    title, unit : in words; largest : value of the last colour; mesh : None if no cell has a value
+    """
+
+
+    title: str
+    unit: str
+    largest: float
+    mesh: Mesh | None
+
+
+def ground_seen(terrain: Terrain) -> Seen:
+    """Return the terrain with at most about MOST_TRIANGLES triangles, because browsers turn more only with a jerk."""
+    number = len(terrain.triangles)
+    vertices, triangles = terrain.vertices, terrain.triangles
+    if number > MOST_TRIANGLES:
+        vertices, triangles = decimated_mesh(vertices, triangles, MOST_TRIANGLES / number)
+    return Seen(vertices=vertices, triangles=triangles.astype(np.int32), of=number)
+
+
+def ground_mesh(seen: Seen) -> Mesh:
+    """Return the terrain with shade from a light in the north-west, as on maps."""
+    shade = np.clip(0.5 + 0.5 * (unit_normals(seen.vertices, seen.triangles) @ LIGHT), 0.0, 1.0)[:, None]
+    colours = (DARK + shade * (LIGHT_COLOUR - DARK)).astype(np.uint8)
+    return Mesh(vertices=seen.vertices, triangles=seen.triangles, colours=colours)
+
+
+def path_lines(run: Run) -> Lines:
+    """Return the kept paths of the rocks flown so far."""
+    paths = run.flights.paths
+    rows = displayed_rows(paths, run.scene.outputs.trajectories)
+    if not len(rows):
+        return NO_LINES
+    samples = sample_paths(paths, rows, gravity=run.scene.gravity)
+    return Lines(points=samples.x, starts=np.append(samples.starts, len(samples.x)))
+
+
+def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
+    """Return a hazard map of a run draped over the terrain; kind : REACH or ENERGY."""
+    if kind == REACH:
+        title, unit, values = "reach probability", "%", 100.0 * reach_probability(maps.cells, maps.flown)
+    else:
+        title, unit, values = f"p95 energy, cells with {FEWEST_ROCKS} rocks or more", "kJ", maps.cells.energy.p95 / 1e3
+    laid_out = maps.cells.everywhere(np.asarray(values, dtype=float), np.nan)
+    if not (laid_out > 0.0).any():
+        return DrapedMap(title=title, unit=unit, largest=0.0, mesh=None)
+    grid = _grid(maps, laid_out)
+    corners, drawn = draped(_near(seen, grid), grid)
+    largest = float(np.nanmax(laid_out))
+    triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
+    mesh = Mesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=ramp_colours(drawn / largest))
+    return DrapedMap(title=title, unit=unit, largest=largest, mesh=mesh if len(corners) else None)
+
+
+def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:
+    """Return the values (C,) of all map cells as a map, NaN where there is none or 0."""
+    raster = maps.raster
+    values = np.where(laid_out > 0.0, laid_out, np.nan).reshape(raster.ny, raster.nx)
+    return HazardGrid(values=values, x=raster.x, y=raster.y, dx=raster.cell, dy=raster.cell)
+
+
+def _near(seen: Seen, grid: HazardGrid) -> Seen:
+    """Return the part of the terrain around the cells with a value; a map is raised by a share of this extent."""
+    rows, columns = np.nonzero(~np.isnan(grid.values))
+    low = np.array([grid.x + grid.dx * (columns.min() - 1), grid.y + grid.dy * (rows.min() - 1)])
+    high = np.array([grid.x + grid.dx * (columns.max() + 2), grid.y + grid.dy * (rows.max() + 2)])
+    plan = seen.vertices[seen.triangles][:, :, :2]
+    near = ((plan.max(axis=1) >= low) & (plan.min(axis=1) <= high)).all(axis=1)
+    used, inverse = np.unique(seen.triangles[near], return_inverse=True)
+    return Seen(vertices=seen.vertices[used], triangles=inverse.reshape(-1, 3).astype(np.int32), of=seen.of)
+
+
+def downhill(seen: Seen, places: FloatArray) -> FloatArray:
+    """Return the unit vector (2,) in plan from places (N, 3) m to lower ground around them, south if there is none.
+
+    Ground counts up to three times as far away as the places reach, and at least NEARBY.
+    """
+    middle = places.mean(axis=0)
+    reach = max(NEARBY, 3.0 * float(np.ptp(places[:, :2], axis=0).max()))
+    away = seen.vertices - middle
+    near = (np.hypot(away[:, 0], away[:, 1]) < reach) & (away[:, 2] < 0.0)
+    towards = (away[near, :2] * -away[near, 2:]).sum(axis=0)
+    length = float(np.hypot(*towards))
+    return towards / length if length > 0.0 else np.array([0.0, -1.0])
+
+
+def ramp_colours(shares: FloatArray) -> Colours:
+    """Return the colours (N, 3) of shares (N,) from 0 to 1 of the largest value."""
+    at = np.linspace(0.0, 1.0, len(RAMP))
+    return np.stack([np.interp(shares, at, channel) for channel in RAMP.T], axis=1).astype(np.uint8)
+
+
+def release_lines(sources: Sequence[Source], seen: Seen) -> tuple[FloatArray, Lines]:
+    """Return points (N, 3) m of sources to mark, at most MOST_MARKS, and their lines.
+
+    Areas are marked by middles of their triangles.
+    """
+    points, parts = [np.empty((0, 3))], list[FloatArray]()
+    for source in sources:
+        if source.triangles is not None:
+            points.append(source.triangles.corners.mean(axis=1))
+            continue
+        if source.line:
+            ends = [0, *source.breaks, len(source.points)]
+            parts += [on_ground(seen, source.points[a:b]) for a, b in pairwise(ends)]
+        points.append(source.points)
+    found = np.concatenate(points)
+    return on_ground(seen, found[spread_over(len(found), MOST_MARKS)]), lines_of(parts)
+
+
+def lines_of(parts: Sequence[FloatArray]) -> Lines:
+    """Return polylines from their points (N, 3) m each."""
+    if not parts:
+        return NO_LINES
+    starts = np.concatenate([[0], np.cumsum([len(part) for part in parts])]).astype(np.int64)
+    return Lines(points=np.concatenate(parts), starts=starts)
+
+
+def outline_lines(seen: Seen, rings: Sequence[FloatArray], step: float) -> Lines:
+    """Return outlines in plan, rings (N, 2) m, laid on the terrain; step : longest distance (m) between two points."""
+    return lines_of([on_ground(seen, _refined(ring, step)) for ring in rings])
+
+
+def _refined(ring: FloatArray, step: float) -> FloatArray:
+    """Return points (M, 3) m along a ring in plan, at most `step` apart; their height is 0."""
+    parts = []
+    for a, b in pairwise(ring):
+        pieces = max(int(np.ceil(np.linalg.norm(b - a) / step)), 1)
+        parts.append(a + np.linspace(0.0, 1.0, pieces, endpoint=False)[:, None] * (b - a))
+    plan = np.concatenate([*parts, ring[-1:]])
+    return np.column_stack([plan, np.zeros(len(plan))])
+
+
+def on_ground(seen: Seen, points: FloatArray) -> FloatArray:
+    """Return points (N, 3) m just above the nearest vertex in plan, so that marks are seen on the terrain."""
+    found, plan = points.copy(), seen.vertices[:, :2]
+    raised = MARKS_RAISED * float(np.ptp(plan, axis=0).max())
+    for row, point in enumerate(points):
+        found[row, 2] = seen.vertices[int(np.argmin(((plan - point[:2]) ** 2).sum(axis=1))), 2] + raised
+    return found

@@ -1,0 +1,108 @@
+"""What the view shows of the scene and of the last results, and the arrays that this needs."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.desk.drawing import Drawing
+from rpf3d_core.desk.shapes import (
+    ENERGY,
+    NO_LINES,
+    REACH,
+    DrapedMap,
+    Lines,
+    downhill,
+    ground_mesh,
+    ground_seen,
+    hazard_map,
+    outline_lines,
+    path_lines,
+    release_lines,
+)
+from rpf3d_core.desk.window import AREAS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
+from rpf3d_core.hazard.benches import three_figures
+from rpf3d_core.report.view import Seen
+from rpf3d_core.results.findings import Run
+from rpf3d_core.setup.prepared import Prepared
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+
+LEAST_SEEN = 60.0
+"""Smallest extent (m) of what the camera looks at around sources."""
+
+
+class RunShown(NamedTuple):
+    """What the view shows of results: paths, and the hazard maps by kind."""
+
+    paths: Lines
+    maps: dict[str, DrapedMap]
+
+
+NO_RUN = RunShown(paths=NO_LINES, maps={})
+
+
+class Shown:
+    """The window, and what it shows; only the thread of the server calls what changes it."""
+
+    def __init__(self) -> None:
+        """Show nothing."""
+        self.window = Window()
+        self.terrain: Terrain | None = None
+        self._seen: Seen | None = None
+        self._releases: FloatArray = np.empty((0, 3))
+        self._run = NO_RUN
+
+    def show_scene(self, prepared: Prepared) -> bool:
+        """Show terrain, sources and areas of a scene, without results; return True if the terrain is another one."""
+        new = self._seen is None or self.terrain is not prepared.terrain
+        if self._seen is None or new:
+            self.terrain, self._seen = prepared.terrain, ground_seen(prepared.terrain)
+            self.window.show_mesh(GROUND, ground_mesh(self._seen))
+        self._releases, lines = release_lines(prepared.sources, self._seen)
+        self.window.show_points(RELEASES, self._releases)
+        self.window.show_lines(CRESTS, lines)
+        rings = [ring for rings in prepared.outlines.values() for ring in rings]
+        step = float(np.ptp(prepared.terrain.vertices[:, :2], axis=0).max()) / 300.0
+        self.window.show_lines(AREAS, outline_lines(self._seen, rings, step))
+        self.show_run(NO_RUN)
+        self.drape("")
+        if new:
+            self.look("sources")
+        return new
+
+    def laid_out(self, run: Run) -> RunShown:
+        """Return what to show of results so far; any thread may call it."""
+        if self._seen is None:
+            return NO_RUN
+        maps = {kind: hazard_map(self._seen, run.maps, kind) for kind in (REACH, ENERGY)}
+        return RunShown(paths=path_lines(run), maps=maps)
+
+    def show_run(self, run: RunShown) -> None:
+        """Show the paths of results; `drape` shows a map of them."""
+        self._run = run
+        self.window.show_lines(PATHS, run.paths, THIN)
+
+    def drape(self, kind: str) -> dict[str, Any]:
+        """Show a hazard map of the results; return its legend, empty without a map. kind : REACH, ENERGY or ""."""
+        found = self._run.maps.get(kind)
+        self.window.show_mesh(MAP, None if found is None else found.mesh)
+        if found is None:
+            return {}
+        empty = "" if found.mesh is not None else ": no values yet"
+        return {"title": found.title + empty, "unit": found.unit, "largest": three_figures(found.largest)}
+
+    def show_drawing(self, drawing: Drawing) -> None:
+        """Show the places that the user has clicked."""
+        self.window.show_points(DRAWN, np.array(drawing.points).reshape(-1, 3))
+
+    def look(self, where: str) -> None:
+        """Turn the camera to "sources", or to "all" of the terrain."""
+        if self.terrain is None or self._seen is None:
+            return
+        if where == "sources" and len(self._releases):
+            middle = self._releases.mean(axis=0)
+            extent = float(np.ptp(self._releases, axis=0).max())
+            half = 0.5 * min(max(LEAST_SEEN, 2.0 * extent), float(np.ptp(self.terrain.vertices, axis=0).max()))
+            self.window.look_at(np.stack([middle - half, middle + half]), downhill(self._seen, self._releases))
+        else:
+            self.window.look_at(self.terrain.vertices)

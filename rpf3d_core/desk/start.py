@@ -1,0 +1,42 @@
+"""Start the desk: check what it needs, serve it until Ctrl-C, and leave nothing behind."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rpf3d_core.desk.server import new_gate, open_browser, serve
+from rpf3d_core.formats.extras import library_of
+
+LIBRARIES = ("trame.app", "trame.widgets.vtk", "aiohttp.web", "ruamel.yaml")
+"""Modules of the extra `desk`."""
+
+
+def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], None]) -> None:
+    """Serve the desk until it is interrupted.
+
+    scene : file to open, or None; port : 0 for any free port; browser : True to open the user's browser
+    say : prints a line for the user
+
+    Raises
+    ------
+    InputError
+        The extra `desk` is not installed, the scene is refused, or the port cannot be used.
+    """
+    for module in LIBRARIES:
+        library_of("desk", module, "the desk needs")
+    from rpf3d_core.desk.app import Desk  # needs the libraries
+
+    gate = new_gate(port)
+    desk = Desk()
+    try:
+        if scene is not None:
+            desk.open(scene)
+
+        def ready() -> None:
+            desk.connected()
+            say(f"desk on {gate.address}\nonly browsers on this machine reach it; Ctrl-C ends it")
+            if browser:
+                open_browser(gate.address)
+
+        serve(desk.server, gate, ready)
+    finally:
+        desk.close()

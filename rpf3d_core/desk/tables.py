@@ -1,0 +1,55 @@
+"""The tables of the desk as plain values for the page: benches with both intervals, sources, areas, materials."""
+
+from typing import Any
+
+from rpf3d_core.desk.coefficients import materials_of
+from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, text_header, text_rows
+from rpf3d_core.results.certainty import surer_than_it_may_be
+from rpf3d_core.results.findings import Run
+from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.scene.model import Scene
+
+
+def bench_section(run: Run) -> dict[str, Any]:
+    """Return the bench table of the rocks flown so far, as the screen of `rpf3d run` shows it.
+
+    The wider interval stands first. `header` : words; `rows` : words; `notes` : sentences below the table.
+    """
+    benches = bench_table(run.terrain, run.maps)
+    more = left_out(benches)
+    notes = [*notes_of(run.maps), *([f"{more:,} more zones that rocks reached are in the report"] if more else [])]
+    return {"header": list(text_header(benches)), "rows": [list(row) for row in text_rows(benches)], "notes": notes}
+
+
+def progress_words(run: Run) -> str:
+    """Return how many of the planned rocks have flown, in words."""
+    totals = run.totals
+    planned = "" if run.planned <= totals.rocks else f" of {run.planned:,}"
+    engine = f"{run.flights.engine} engine, {run.flights.fly_s:.1f} s"
+    return f"{totals.rocks:,}{planned} rocks, {totals.impacts:,} impacts ({engine})"
+
+
+def run_notes(run: Run) -> list[str]:
+    """Return the warnings that the screen of `rpf3d run` shows, and where its answer is surer than it may be."""
+    return [*warnings_of_run(run), *(f"surer than it may be: {why}" for why in surer_than_it_may_be(run))]
+
+
+def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
+    """Return the lists of the page on a scene; values : the plain values of its file."""
+    return {
+        "sources": [{"name": each.name, "rocks": each.rocks, "kind": _kind(each)} for each in scene.sources],
+        "areas": [{"name": area.name} for area in scene.areas_of_interest],
+        "materials": [
+            {"name": name, "values": [each._asdict() for each in coefficients]}
+            for name, coefficients in materials_of(values)
+        ],
+        "rock": f"density {scene.rock.density:g} kg/m3",
+    }
+
+
+def _kind(source: Any) -> str:
+    """Return what the rocks of a source start from, in words."""
+    if source.points is not None:
+        return f"{len(source.points)} points"
+    return next(kind for kind in ("points_file", "line", "polygon", "zone") if getattr(source, kind) is not None)
+

@@ -1,0 +1,128 @@
+"""The window of VTK whose content trame sends to the browser, where vtk.js draws it; nothing is drawn here."""
+
+from typing import Any
+
+import numpy as np
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  # registers the classes that the window is made of
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
+from vtkmodules.vtkRenderingOpenGL2 import vtkGenericOpenGLRenderWindow
+
+from rpf3d_core.desk.shapes import Lines, Mesh
+from rpf3d_core.terrain.frame import FloatArray
+
+GROUND, MAP, PATHS, RELEASES, CRESTS, AREAS, DRAWN = (
+    "ground", "map", "paths", "releases", "crests", "areas", "drawn",
+)  # fmt: skip
+"""Names of the things that the window shows."""
+COLOURS = {
+    PATHS: (0.06, 0.13, 0.25), RELEASES: (0.70, 0.0, 0.48), CRESTS: (0.70, 0.0, 0.48), AREAS: (0.0, 0.35, 0.75),
+    DRAWN: (0.0, 0.55, 0.1),
+}  # fmt: skip
+POINT_SIZE, LINE_WIDTH, THIN = 9.0, 3.0, 1.2
+SOUTH = np.array([0.0, -1.0])
+DISTANCE, LEVEL, RAISED = 1.6, 0.8, 0.6
+"""Distance of the eye from what is looked at, in extents of it, and its parts in plan and upwards."""
+
+
+class Window:
+    """The content of the view, by name."""
+
+    def __init__(self) -> None:
+        """Make a window that shows nothing; a generic window needs no display."""
+        self.render_window: Any = vtkGenericOpenGLRenderWindow()
+        self.renderer: Any = vtkRenderer()
+        self.renderer.SetBackground(1.0, 1.0, 1.0)
+        self.render_window.AddRenderer(self.renderer)
+        self._actors: dict[str, Any] = {}
+
+    def show_mesh(self, name: str, mesh: Mesh | None) -> None:
+        """Show triangles in their own colours; None for nothing."""
+        if mesh is None:
+            return self._replace(name, None)
+        data = vtkPolyData()
+        data.SetPoints(_points(mesh.vertices))
+        ends = np.arange(0, 3 * len(mesh.triangles) + 1, 3)
+        data.SetPolys(_cells(ends, mesh.triangles.ravel()))
+        colours = numpy_to_vtk(np.ascontiguousarray(mesh.colours), deep=True)
+        colours.SetName("colours")
+        data.GetCellData().SetScalars(colours)
+        actor = _actor(data)
+        actor.GetMapper().SetColorModeToDirectScalars()
+        actor.GetMapper().SetScalarModeToUseCellData()
+        actor.GetProperty().LightingOff()
+        return self._replace(name, actor)
+
+    def show_lines(self, name: str, lines: Lines, width: float = LINE_WIDTH) -> None:
+        """Show polylines; width : pixels."""
+        if not len(lines.points):
+            return self._replace(name, None)
+        data = vtkPolyData()
+        data.SetPoints(_points(lines.points))
+        data.SetLines(_cells(lines.starts, np.arange(len(lines.points))))
+        actor = _actor(data, COLOURS[name])
+        actor.GetProperty().SetLineWidth(width)
+        return self._replace(name, actor)
+
+    def show_points(self, name: str, points: FloatArray) -> None:
+        """Show points (N, 3) m, joined by a line if they are being drawn."""
+        if not len(points):
+            return self._replace(name, None)
+        data = vtkPolyData()
+        data.SetPoints(_points(points))
+        data.SetVerts(_cells(np.arange(len(points) + 1), np.arange(len(points))))
+        if name == DRAWN:
+            data.SetLines(_cells(np.array([0, len(points)]), np.arange(len(points))))
+        actor = _actor(data, COLOURS[name])
+        actor.GetProperty().SetPointSize(POINT_SIZE)
+        actor.GetProperty().SetLineWidth(LINE_WIDTH)
+        return self._replace(name, actor)
+
+    def look_at(self, points: FloatArray, side: FloatArray = SOUTH) -> None:
+        """Turn the camera so that points (N, 3) m fill the view; side : (2,) unit vector in plan from them to the eye.
+        """
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 1.0)
+        camera = self.renderer.GetActiveCamera()
+        camera.SetFocalPoint(*middle)
+        camera.SetPosition(*(middle + DISTANCE * size * np.array([*(LEVEL * side), RAISED])))
+        camera.SetViewUp(0.0, 0.0, 1.0)
+
+    def _replace(self, name: str, actor: Any) -> None:
+        if (old := self._actors.pop(name, None)) is not None:
+            self.renderer.RemoveActor(old)
+        if actor is not None:
+            self._actors[name] = actor
+            self.renderer.AddActor(actor)
+
+
+def _actor(data: Any, colour: tuple[float, float, float] | None = None) -> Any:
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    if colour is not None:
+        mapper.ScalarVisibilityOff()
+        actor.GetProperty().SetColor(*colour)
+        actor.GetProperty().LightingOff()
+        actor.PickableOff()
+    return actor
+
+
+def _points(points: FloatArray) -> Any:
+    found = vtkPoints()
+    found.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=True))
+    return found
+
+
+def _cells(starts: NDArray[Any], corners: NDArray[Any]) -> Any:
+    """Return cells of VTK; starts : (N + 1,) first corner of each cell; corners : (K,) numbers of points."""
+    cells = vtkCellArray()
+    cells.SetData(
+        numpy_to_vtkIdTypeArray(starts.astype(np.int64), deep=True),
+        numpy_to_vtkIdTypeArray(corners.astype(np.int64), deep=True),
+    )
+    return cells

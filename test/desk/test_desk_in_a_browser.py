@@ -1,0 +1,205 @@
+"""The desk in Chromium, as a user: draw, edit, run, stop, save, report; no request leaves the machine."""
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browsers import browser
+from matplotlib.image import imread
+from served_desk import served_desk
+
+from rpf3d_core.scene.reading import read_scene
+
+SCENES = Path(__file__).parents[2] / "config" / "scenes"
+LONGEST = 180_000
+"""Milliseconds for what takes some seconds on an idle machine."""
+SCENE = """\
+# A pit that is small enough for a test.
+terrain:
+  pit: {triangles: 6000, waste_benches: 6, ore_benches: 0, floor_radius: 120, crest_altitude: 72, spills: 0}
+materials:
+  default: {normal_restitution: 0.45, tangential_restitution: 0.8, friction_angle_deg: 32}   # of no site
+sources:
+  - {name: top, zone: bench_1, above_ground: 8, rocks: 200, velocity_spread: [9, 9, 0]}
+engine: reference
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    (tmp_path / "pit.yaml").write_text(SCENE)
+    return tmp_path / "pit.yaml"
+
+
+@contextmanager
+def page_of(*words: object, cwd: Path | None = None) -> Iterator[Any]:
+    """Open the desk in a browser; at the end no request went elsewhere, and no script failed."""
+    with served_desk(*words, cwd=cwd) as desk, browser() as running:
+        page = running.new_page(viewport={"width": 1400, "height": 900})
+        sent, faults = [], []
+        page.on("request", lambda request: sent.append(request.url))
+        page.on("websocket", lambda socket: sent.append(socket.url))
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("console", lambda line: faults.append(line.text) if "Content Security" in line.text else None)
+        page.set_default_timeout(LONGEST)
+        page.goto(desk.address)
+        page.wait_for_selector("#busy", state="attached")
+        yield page
+        here = (desk.base, desk.base.replace("http", "ws", 1), "data:", "blob:")
+        assert [url for url in sent if not url.startswith(here)] == []
+        assert any(url.startswith("ws:") for url in sent)
+        assert faults == []
+
+
+def picture(page: Any) -> np.ndarray:
+    return imread(io.BytesIO(page.locator("#view").screenshot()), format="png")[..., :3]
+
+
+def ready(page: Any) -> None:
+    """Wait until rocks can fly, and the view is drawn."""
+    page.wait_for_selector("#view canvas")
+    page.wait_for_selector("#run:enabled")
+    page.wait_for_timeout(2000)
+
+
+def click_terrain(page: Any, *places: tuple[float, float]) -> None:
+    """Click in the view, at shares of its width and height, and wait until each place is counted."""
+    page.wait_for_selector("#finish")
+    page.wait_for_function("document.querySelector('#finish').innerText.includes('(0 places)')")
+    box = page.locator("#view").bounding_box()
+    for number, (x, y) in enumerate(places, start=1):
+        page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+        page.wait_for_function(f"document.querySelector('#finish').innerText.includes('({number} places)')")
+
+
+def run_to_the_end(page: Any) -> str:
+    page.click("#run")
+    page.wait_for_selector("#progress")
+    page.wait_for_selector("#report:enabled")
+    return str(page.inner_text("#progress"))
+
+
+@pytest.mark.long
+def test_a_user_draws_edits_runs_saves_and_writes_a_report(scene: Path) -> None:
+    pytest.importorskip("plotly", reason="the extra `report` is not installed")
+    with page_of(scene) as page:
+        ready(page)
+        page.click("#look_all")
+        page.wait_for_timeout(1000)
+        before = picture(page)
+        colours = len(np.unique((before.reshape(-1, 3) * 255).astype(np.uint8), axis=0))
+        assert colours > 50, "terrain in light and shade has many colours"
+
+        page.click("#tool_line")
+        click_terrain(page, (0.40, 0.41), (0.46, 0.395))
+        page.fill("#new_name", "crest")
+        page.fill("#new_rocks", "30")
+        page.click("#finish")
+        page.wait_for_selector("text=30 rocks, line")
+        page.click("#tool_area")
+        click_terrain(page, (0.45, 0.5), (0.6, 0.5), (0.6, 0.6), (0.45, 0.6))
+        page.click("#finish")
+        page.wait_for_selector("text=area_1")
+
+        field = page.locator('input[data-key="default.friction_angle_deg"]')
+        field.fill("28 to 36")
+        field.press("Enter")
+        page.wait_for_selector("#run:enabled")
+        page.wait_for_timeout(500)
+        assert page.inner_text("#messages") == ""
+        assert run_to_the_end(page).startswith("230 rocks, ")
+        rows = page.locator("#benches tbody tr").all_inner_texts()
+        assert any(row.startswith("area_1 (area)") for row in rows)
+        assert "; " in " ".join(rows), "both intervals, the wider one first"
+        page.wait_for_timeout(2000)
+        assert (np.abs(picture(page)[: len(before)] - before[: len(picture(page))]).max(axis=2) > 0.1).mean() > 0.01
+        page.click("#layer_energy")
+        page.wait_for_selector("text=p95 energy, cells")
+
+        page.click("#report")
+        page.wait_for_selector("text=save the scene first")
+        page.click("#save")
+        page.wait_for_selector(f"text=scene in {scene.with_name('pit_desk.yaml')}")
+        run_to_the_end(page)
+        page.click("#report")
+        page.wait_for_selector("text=report in ")
+    made = read_scene(scene.with_name("pit_desk.yaml"))
+    assert [(source.name, source.rocks) for source in made.sources] == [("top", 200), ("crest", 30)]
+    assert made.sources[1].line is not None and made.has_unknowns and len(made.areas_of_interest) == 1
+    text = scene.with_name("pit_desk.yaml").read_text()
+    assert "# A pit that is small enough for a test." in text and "# of no site" in text
+    assert scene.read_text() == SCENE
+    assert "crest" in scene.with_name("pit_desk_report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.long
+def test_what_is_refused_is_said_as_on_the_command_line_and_changes_nothing(scene: Path) -> None:
+    with page_of(scene) as page:
+        ready(page)
+        field = page.locator('input[data-key="default.normal_restitution"]')
+        field.fill("3")
+        field.press("Enter")
+        page.wait_for_selector("text=`materials.default.normal_restitution` is 3")
+        page.wait_for_function("document.querySelector('[data-key=\"default.normal_restitution\"]').value === '0.45'")
+        page.click("#tool_points")
+        page.click("#finish")
+        page.wait_for_selector("text=click at least 1 place on the terrain")
+        page.click("text=Cancel")
+        page.click("text=remove")
+        page.wait_for_selector("text='top' is the only source")
+        assert page.locator("#undo").is_disabled()
+
+
+@pytest.mark.long
+def test_a_drag_turns_the_view_and_places_nothing(scene: Path) -> None:
+    with page_of(scene) as page:
+        ready(page)
+        page.click("#tool_points")
+        before, box = picture(page), page.locator("#view").bounding_box()
+        page.mouse.move(box["x"] + 300, box["y"] + 300)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 500, box["y"] + 330, steps=6)
+        page.mouse.up()
+        page.wait_for_timeout(2000)
+        assert (np.abs(picture(page) - before).max(axis=2) > 0.1).mean() > 0.02
+        assert page.inner_text("#finish") == "Add (0 places)"
+
+
+@pytest.mark.long
+def test_a_run_is_stopped_and_says_how_many_rocks_have_flown(scene: Path) -> None:
+    scene.write_text(SCENE.replace("rocks: 200", "rocks: 20000"))
+    with page_of(scene) as page:
+        ready(page)
+        page.click("#run")
+        page.wait_for_selector("text=of 20,000 rocks")
+        page.click("#stop")
+        page.wait_for_selector("#report:enabled")
+        assert " of 20,000 rocks" in page.inner_text("#progress")
+
+
+@pytest.mark.long
+def test_without_a_scene_one_is_opened_or_written_for_a_terrain_file(tmp_path: Path) -> None:
+    (tmp_path / "lab.obj").write_bytes((SCENES / "bench_15m_face.obj").read_bytes())
+    with page_of(cwd=tmp_path) as page:
+        page.fill("#open_path", "nothing.yaml")
+        page.click("#open")
+        page.wait_for_selector("text=there is no such scene file")
+        page.fill("#new_terrain", "lab.obj")
+        page.fill("#new_folder", "site")
+        page.click("#create")
+        page.wait_for_selector("#run")
+        ready(page)
+    assert (tmp_path / "site" / "scene.yaml").is_file()
+
+
+@pytest.mark.long
+def test_a_wrong_token_opens_nothing() -> None:
+    with served_desk() as desk, browser() as running:
+        page = running.new_page()
+        answer = page.goto(f"{desk.base}/?token=wrong")
+        assert answer is not None and answer.status == 403
+        assert "open the whole address" in page.inner_text("body") and page.locator("canvas").count() == 0

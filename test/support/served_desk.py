@@ -1,0 +1,61 @@
+"""The desk as a user starts it: in a process of its own, on a free port."""
+
+import re
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+import pytest
+from command_line import COMMAND, environment
+from listening import listening_addresses
+
+LONGEST = 120.0
+"""Seconds until the desk must have printed its address, on a busy machine."""
+
+
+class ServedDesk(NamedTuple):
+    """A running desk; address : with its token; heard : addresses where it listened until it was ready."""
+
+    process: "subprocess.Popen[str]"
+    address: str
+    heard: set[str]
+
+    @property
+    def base(self) -> str:
+        """The address without the token, such as http://127.0.0.1:40001."""
+        return f"http://{urlsplit(self.address).netloc}"
+
+    @property
+    def port(self) -> int:
+        return int(urlsplit(self.address).port or 0)
+
+
+@contextmanager
+def served_desk(*words: object, cwd: Path | None = None) -> Iterator[ServedDesk]:
+    """Start `rpf3d desk` with some arguments; end it if the test has not."""
+    for library in ("trame", "trame_vtk", "ruamel.yaml"):
+        pytest.importorskip(library, reason="the extra `desk` is not installed")
+    command = [*COMMAND, "desk", "--no-open", *map(str, words)]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd, start_new_session=True,
+        env=environment(TRAME_ARGS="--host 0.0.0.0 --port 1", TRAME_DEFAULT_HOST="0.0.0.0"),
+    )  # fmt: skip
+    heard: set[str] = set()
+    lines: list[str] = []
+    try:
+        reader = threading.Thread(target=lambda: lines.append(process.stdout.readline()))  # type: ignore[union-attr]
+        reader.start()
+        while reader.is_alive():
+            heard |= listening_addresses(process.pid)
+            reader.join(0.02)
+        found = re.findall(r"desk on (http://\S+)", lines[0])
+        assert found, process.communicate(timeout=LONGEST)[1]
+        yield ServedDesk(process, found[0], heard | listening_addresses(process.pid))
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
