@@ -33,8 +33,8 @@ from rpf3d_core.commands.sweep import sweep
 from rpf3d_core.errors import InputError
 
 COMMANDS = (
-    new, desk, run, check, sweep, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay, compare,
-    study, audit, recover,
+    new, desk, run, check, sweep, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay,
+    compare, study, audit, recover,
 )  # fmt: skip
 """The commands in the order of `rpf3d --help`."""
 FURTHER = "rpf3d.commands"

@@ -35,7 +35,7 @@ GROUND = "ground"
 @contextmanager
 def open_tables(
     folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True,
-    obstacles: Obstacles = NO_OBSTACLES, spins: bool = False, shapes: Sequence[str] = (),
+    obstacles: Obstacles = NO_OBSTACLES, spins: bool = False,
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
     """Open deposits.csv (a line for each rock) and impacts.parquet (a row for each impact), to write them in parts.
 
@@ -43,7 +43,6 @@ def open_tables(
 
     density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : the scene's
     spins : True if rocks spin; both tables then have rotational and total energies as well
-    shapes : names of the shapes, written instead of their numbers
     """
     with ExitStack() as files:
         deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
@@ -52,7 +51,7 @@ def open_tables(
         def write(deposits: Deposits, struck: Impacts) -> None:
             lines = deposits_table(sources, terrain, deposits, density)
             lines = with_energies(lines, deposits) if spins else lines
-            lines = with_poses(lines, terrain, deposits, shapes) if deposits.pose is not None else lines
+            lines = with_poses(lines, terrain, deposits) if deposits.pose is not None else lines
             _write_lines(deposits_file, lines, header=not deposits_file.tell())
             if not impacts:
                 return
@@ -175,21 +174,18 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
     )
 
 
-def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits, shapes: Sequence[str] = ()) -> pa.Table:
+def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Table:
     """Return the table of R deposits with the shape, orientation and reason to stop of rocks with a shape.
 
     The quaternion turns vectors from the block's principal axes into the input's axes. `stopped_because` is empty for
-    rocks that did not stop on the ground.
-
-    shapes : names of the shapes, written instead of their numbers
+    rocks that did not stop on the ground. The summary has the names of the shapes by their numbers.
     """
-    shape, why = np.asarray(deposits.shape), np.asarray(deposits.why)
     return _extended(
         table,
         {
-            "shape": _names(shapes, shape) if shapes else shape,
+            "shape": np.asarray(deposits.shape),
             **quaternions_of(terrain, deposits.pose),
-            "stopped_because": _names(WHY_STOPPED, why),
+            "stopped_because": _names(WHY_STOPPED, np.asarray(deposits.why)),
         },
     )
 
