@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from cpp_engine import CppEngine, CppFlights
 
-from rpf3d_core.ensemble.batches import LARGEST_BATCH, Flight, flight_order
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flight_order import LARGEST_BATCH, flight_order
 from rpf3d_core.ensemble.flights import Deposits, IntArray
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, Source, releases_of

@@ -24,7 +24,7 @@ from scenes_of_facets import (
     turned,
 )
 
-from rpf3d_core.ensemble import batches
+from rpf3d_core.ensemble import batches, flight_order
 from rpf3d_core.values import Outcome
 
 HARD_PLACES = {
@@ -59,7 +59,7 @@ def test_hard_places_give_the_same_bits_on_both_engines(place, model):
 @MODELS
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_the_number_of_threads_changes_no_bit(monkeypatch, threads, model):
-    monkeypatch.setattr(batches, "LARGEST_BATCH", 3)
+    monkeypatch.setattr(flight_order, "LARGEST_BATCH", 3)
     over = engine_over("compiled", HARD_PLACES["rough slope"])
     physics = flight(surface(0.5, 0.9, 15.0), model)
     parts = rocks_over("rough slope", 40)
@@ -74,8 +74,8 @@ def test_the_order_of_rocks_and_batches_changes_no_bit(monkeypatch, engine, mode
     over, physics = engine_over(engine, HARD_PLACES[place]), flight(surface(0.5, 0.9, 15.0), model, max_impacts=500)
     whole = fly(over, physics, x, v).deposits
     order = np.random.default_rng(2).permutation(len(x))
-    monkeypatch.setattr(batches, "LARGEST_BATCH", 4)
-    monkeypatch.setattr(batches, "REFERENCE_BATCH", 4)
+    monkeypatch.setattr(flight_order, "LARGEST_BATCH", 4)
+    monkeypatch.setattr(flight_order, "REFERENCE_BATCH", 4)
     shuffled = fly(over, physics, x[order], v[order]).deposits
     for name in ("x", "t", "path", "outcome", "facet", "impacts", "max_speed"):
         np.testing.assert_array_equal(getattr(shuffled, name), getattr(whole, name)[order])
@@ -155,7 +155,7 @@ def test_a_smooth_scene_turned_by_33_degrees_gives_the_turned_answer_to_a_nanome
 @pytest.mark.parametrize("batches_until_stop", [1, 2, 5])
 def test_a_flight_that_is_stopped_has_flown_whole_groups(monkeypatch, batches_until_stop):
     """A group stands for all releases, a batch of it for a part of the ground only."""
-    monkeypatch.setattr(batches, "LARGEST_BATCH", 4)
+    monkeypatch.setattr(flight_order, "LARGEST_BATCH", 4)
     over = engine_over("compiled", HARD_PLACES["rough slope"])
     physics = flight(surface(0.5, 0.9, 15.0), "sliding")
     x, v = rocks_over("rough slope", 100)
@@ -164,7 +164,7 @@ def test_a_flight_that_is_stopped_has_flown_whole_groups(monkeypatch, batches_un
         over, physics, released(x, v), batches.Keep(*np.zeros((2, 100), dtype=bool)),
         control=batches.BatchControl(threads=2, stop=lambda: next(asked) >= batches_until_stop - 1),
     )  # fmt: skip
-    groups = [set(np.concatenate(group).tolist()) for group in batches._dealt(released(x, v), 2, 4)]
+    groups = [set(np.concatenate(group).tolist()) for group in flight_order.dealt(released(x, v), 2, 4)]
     taken = [group for group in groups if group & set(flown.rows.tolist())]
     assert set(flown.rows.tolist()) == set().union(*taken) and 0 < len(taken) < len(groups)
 
@@ -173,7 +173,7 @@ def test_the_batches_of_a_group_lie_side_by_side_and_groups_all_over():
     x = np.zeros((20_000, 3))
     x[:, 1] = np.linspace(0.0, 100.0, 20_000)
     releases = released(x, np.zeros((20_000, 3)))
-    groups = list(batches._dealt(releases, 2, batches.LARGEST_BATCH))
+    groups = list(flight_order.dealt(releases, 2, flight_order.LARGEST_BATCH))
     rows = np.concatenate([rows for group in groups for rows in group])
     assert np.array_equal(np.sort(rows), np.arange(20_000))
     for group in groups:

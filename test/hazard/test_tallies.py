@@ -11,7 +11,7 @@ from hazard_layers import laid_out, laid_out_maps
 from hazard_tallied import MASS, MEMORY, flown, numbers, over, rocks_above, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
-from rpf3d_core.ensemble import batches
+from rpf3d_core.ensemble import batches, flight_order
 from rpf3d_core.hazard import layers as layers_module
 from rpf3d_core.hazard import tallies as tallies_module
 from rpf3d_core.hazard.areas import areas_of
@@ -146,7 +146,7 @@ def test_maps_do_not_depend_on_engine_threads_batches_or_room(monkeypatch):
     flown(terrain, plain, "reference", count=200)
     assert_same(plain.maps(200, ("middle",)), expected)
     for name, module, value in (
-        ("LARGEST_BATCH", batches, 7), ("ROOM", batches, 50), ("ROOM", tallies_module, 3),
+        ("LARGEST_BATCH", flight_order, 7), ("ROOM", batches, 50), ("ROOM", tallies_module, 3),
     ):  # fmt: skip
         with monkeypatch.context() as patch:
             patch.setattr(module, name, value)

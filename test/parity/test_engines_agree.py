@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import rpf3d_core as rpf3d
-from rpf3d_core.ensemble import batches
+from rpf3d_core.ensemble import batches, flight_order
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights, given_columns
 from rpf3d_core.ensemble.fly import fly_ensemble
@@ -122,9 +122,9 @@ def test_the_number_of_threads_does_not_matter(threads: int) -> None:
 def test_the_size_of_batches_does_not_matter(monkeypatch: pytest.MonkeyPatch, engine: str, size: int) -> None:
     parts = prepared(engine, "demo", 25)
     whole = fly_ensemble(*parts)
-    monkeypatch.setattr(batches, "LARGEST_BATCH", size)
-    monkeypatch.setattr(batches, "REFERENCE_BATCH", size)
-    monkeypatch.setattr(batches, "BATCHES_A_THREAD", 1)
+    monkeypatch.setattr(flight_order, "LARGEST_BATCH", size)
+    monkeypatch.setattr(flight_order, "REFERENCE_BATCH", size)
+    monkeypatch.setattr(flight_order, "BATCHES_A_THREAD", 1)
     assert_same_flights(fly_ensemble(*parts, threads=1), whole)
     flown: list[int] = []
     every = np.ones(25, dtype=bool)
