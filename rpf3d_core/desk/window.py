@@ -31,7 +31,7 @@ DISTANCE, LEVEL, RAISED = 1.6, 0.8, 0.6
 class Window:
     """The content of the view, by name.
 
-    Each name keeps its objects of VTK: trame-vtk tells objects apart by their addresses, and a new object may get the
+    Each name keeps its objects of VTK: trame-vtk identifies objects by their addresses, and a new object may get the
     address of one that was deleted. The browser would then draw new triangles in old colours.
     """
 
