@@ -57,6 +57,9 @@ assigned to points in turn. They start evenly along a line, and evenly over the 
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
+
+A source with `diameter`, `mass` or `volume` has rocks of this size, all others those of `rock`. Density and shape are
+those of `rock` everywhere.
 """
 PIT = "Lengths are in m, angles in degrees."
 BENCHES = """\

@@ -12,7 +12,7 @@ from rpf3d_core.desk.drawing import AREA, Drawing, area_of, source_of
 from rpf3d_core.desk.page import STILL, Actions, build_page
 from rpf3d_core.desk.picking import place_on
 from rpf3d_core.desk.runner import Listener, Runner, Written
-from rpf3d_core.desk.scene_state import SceneState, check_target, opened, saved
+from rpf3d_core.desk.scene_state import SceneState, check_target, opened, saved, shown_path
 from rpf3d_core.desk.scene_text import (
     AREAS,
     MATERIALS,
@@ -70,7 +70,8 @@ class Desk:
         """Open a scene file; errors are as in `read_scene`."""
         self._take(opened(path))
         assert self.scene is not None
-        self.state.save_path, self.state.report_path = str(self.scene.default_path), str(self.scene.report_path)
+        self.state.save_path = shown_path(self.scene.default_path)
+        self.state.report_path = shown_path(self.scene.report_path)
 
     def close(self) -> None:
         """Stop the rocks and delete results that are in no report."""
@@ -161,7 +162,7 @@ class Desk:
     def _save(self) -> None:
         """Save the scene; its results stay if only the name of the file changes."""
         self.scene = saved(self._opened(), Path(self.state.save_path), bool(self.state.save_over))
-        self.state.report_path, self.state.has_run = str(self.scene.report_path), False
+        self.state.report_path, self.state.has_run = shown_path(self.scene.report_path), False
         self._list_scene()
         self._say(GOOD, f"scene in {self.scene.path}")
 
@@ -258,7 +259,7 @@ class Desk:
         scene = self._opened()
         section = scene_section(scene.scene, scene.values)
         self.state.update({
-            **section, "name": scene.path.stem, "path": str(scene.path), "unsaved": scene.unsaved,
+            **section, "name": scene.path.stem, "path": shown_path(scene.path), "unsaved": scene.unsaved,
         })  # fmt: skip
         self.state.dirty("materials")
 

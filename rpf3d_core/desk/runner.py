@@ -12,14 +12,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rpf3d_core.desk.compiling import Compiling, prepared_for
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.findings import Run
 from rpf3d_core.runs.run import RunControl, fly_into
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_of_text
-from rpf3d_core.setup.precompiler import Precompiler
-from rpf3d_core.setup.prepared import Prepared, empty_tallies, prepare
+from rpf3d_core.setup.prepared import Prepared, engine_name
 from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.simulation.engines import Reference
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 
@@ -27,6 +28,12 @@ FIRST = 16
 """Rocks after which the first results are shown."""
 QUIETEST = 0.4
 """Shortest time (s) between two results that are shown, so that the browser keeps up; the last is always shown."""
+
+
+FOLDER = "rpf3d-desk-"
+"""Begin of the names of folders for results that are in no report."""
+LATEST = 20.0
+"""Seconds that the end of the desk waits for rocks that are flying."""
 
 
 class Written(NamedTuple):
@@ -60,6 +67,7 @@ class Runner:
         self._stop = threading.Event()
         self._ground: tuple[Any, tuple[Terrain, FaultReport]] | None = None
         self._prepared: tuple[Written, Prepared] | None = None
+        self._compiled: Compiling | None = None
         self._flown: tuple[Written, Run] | None = None
         self._folder: Path | None = None
         self._thread = threading.Thread(target=self._work, name="desk", daemon=True)
@@ -67,7 +75,7 @@ class Runner:
 
     def prepare(self, written: Written) -> None:
         """Prepare a scene and compile its loops, so that its rocks fly at once."""
-        self._tasks.put(lambda: self._prepare(written, warm=True))
+        self._tasks.put(lambda: self._prepare(written))
 
     def fly(self, written: Written) -> None:
         """Fly the rocks of a scene, and show results as they come."""
@@ -86,7 +94,7 @@ class Runner:
         """Stop the rocks, end the thread, and delete the results that were not written to a report."""
         self._stop.set()
         self._tasks.put(None)
-        self._thread.join()
+        self._thread.join(LATEST)
         self._forget()
 
     def _work(self) -> None:
@@ -100,18 +108,17 @@ class Runner:
                 self._listener.refused(f"an error of rpf3d: {type(fault).__name__}: {fault}")
             self._listener.busy("")
 
-    def _prepare(self, written: Written, warm: bool) -> Prepared:
-        """Return the prepared scene, from the last one if it is the same."""
+    def _prepare(self, written: Written) -> Prepared:
+        """Return the prepared scene with the reference engine, from the last one if it is the same."""
         if self._prepared is not None and self._prepared[0] == written:
             return self._prepared[1]
         self._listener.busy("reading the terrain")
         scene = scene_of_text(written.text, written.path)
-        prepared = prepare(scene, terrain_read=self._ground_of(scene))
+        ground = self._ground_of(scene)
+        prepared = prepared_for(scene, Reference.name, ground)
         self._prepared = written, prepared
+        self._compiled = None if scene.engine == Reference.name else Compiling(scene, ground)
         self._listener.prepared(written, prepared)
-        if warm:
-            self._listener.busy("compiling, so that rocks fly at once")
-            Precompiler().compile(prepared, empty_tallies(prepared))
         return prepared
 
     def _ground_of(self, scene: Scene) -> tuple[Terrain, FaultReport]:
@@ -122,15 +129,32 @@ class Runner:
         return self._ground[1]
 
     def _fly(self, written: Written) -> None:
-        """Fly the rocks of a scene into a folder of this process."""
-        prepared = self._prepare(written, warm=False)
+        """Fly the rocks of a scene into a folder of this process, with the compiled engine if it is compiled."""
+        prepared = self._prepare(written)
         self._forget()
         self._listener.busy("flying")
-        self._folder = Path(tempfile.mkdtemp(prefix="rpf3d-desk-"))
+        compiled = None if self._compiled is None else self._compiled.done()
+        if compiled is None and self._compiled is not None and engine_name(prepared.scene) != Reference.name:
+            self._preview(prepared)
+            self._listener.busy("compiling, the first time; the first rocks are those of the reference engine")
+            compiled = self._compiled.wait(self._stop)
+        self._folder = Path(tempfile.mkdtemp(prefix=FOLDER))
         control = RunControl(first=FIRST, stop=self._stop.is_set, after_round=_not_too_often(self._listener.results))
-        run = fly_into(self._folder, prepared, control)
+        run = fly_into(self._folder, compiled or prepared, control)
         self._flown = written, run
         self._listener.results(run, True)
+
+    def _preview(self, prepared: Prepared) -> None:
+        """Show the first rocks, flown by the reference engine: both engines give the same bits."""
+        shown = threading.Event()
+
+        def show(run: Run) -> None:
+            self._listener.results(run, False)
+            shown.set()
+
+        with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
+            stop = RunControl(first=FIRST, stop=lambda: shown.is_set() or self._stop.is_set(), after_round=show)
+            fly_into(Path(folder), prepared, stop)
 
     def _report(self, written: Written, path: Path) -> None:
         """Write the report of the last run."""

@@ -106,6 +106,14 @@ def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
     return state._replace(path=path, saved=state.text)
 
 
+def shown_path(path: Path) -> str:
+    """Return a path as the user types it: from the folder where the desk was started, if it lies there."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except ValueError:
+        return str(path)
+
+
 def check_target(path: Path, replace: bool) -> None:
     """Raise an `InputError` if a file to write exists and may not be replaced, or if its folder does not exist."""
     if not path.parent.is_dir():

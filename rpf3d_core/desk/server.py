@@ -19,8 +19,6 @@ from rpf3d_core.formats.extras import library_of
 LOOPBACK = "127.0.0.1"
 TOKEN = "token"
 """Name of the token in the address."""
-LARGEST_MESSAGE = 500_000_000
-"""Bytes of the largest message to the browser: terrain of 300,000 triangles has 15 MB."""
 HEADERS = {
     "Content-Security-Policy": "; ".join([
         "default-src 'none'",
@@ -112,6 +110,7 @@ def serve(server: Any, gate: Gate, ready: Callable[[], None]) -> None:
     # trame reads options from the command line and from these variables; only those named here hold.
     os.environ["TRAME_ARGS"] = f"--host {LOOPBACK} --port {gate.port} --timeout 0 --server"
     os.environ["WSLINK_READY_MSG"] = ""
+    os.environ["WSLINK_WS_COMPRESS"] = "0"  # compression takes longer than sending, on one machine
     os.environ.pop("WSLINK_HTTP_HEADERS", None)
     server.controller.on_server_bind.add(lambda web, **_: web.app.middlewares.append(guard(gate)))
     server.controller.on_server_ready.add(lambda **_: ready())

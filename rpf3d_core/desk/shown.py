@@ -103,6 +103,8 @@ class Shown:
             middle = self._releases.mean(axis=0)
             extent = float(np.ptp(self._releases, axis=0).max())
             half = 0.5 * min(max(LEAST_SEEN, 2.0 * extent), float(np.ptp(self.terrain.vertices, axis=0).max()))
-            self.window.look_at(np.stack([middle - half, middle + half]), downhill(self._seen, self._releases))
+            side = downhill(self._seen, self._releases)
+            middle = middle + 0.5 * half * np.array([*side, -1.0])  # rocks fall out of the view otherwise
+            self.window.look_at(np.stack([middle - half, middle + half]), side)
         else:
             self.window.look_at(self.terrain.vertices)

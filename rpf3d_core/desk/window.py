@@ -14,7 +14,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkGenericOpenGLRenderWindow
 from rpf3d_core.desk.shapes import Lines, Mesh
 from rpf3d_core.terrain.frame import FloatArray
 
-GROUND, MAP, PATHS, RELEASES, CRESTS, AREAS, DRAWN = (
+NAMES = GROUND, MAP, PATHS, RELEASES, CRESTS, AREAS, DRAWN = (
     "ground", "map", "paths", "releases", "crests", "areas", "drawn",
 )  # fmt: skip
 """Names of the things that the window shows."""
@@ -29,7 +29,11 @@ DISTANCE, LEVEL, RAISED = 1.6, 0.8, 0.6
 
 
 class Window:
-    """The content of the view, by name."""
+    """The content of the view, by name.
+
+    Each name keeps its objects of VTK: trame-vtk identifies objects by their addresses, and a new object may get the
+    address of one that was deleted. The browser would then draw new triangles in old colours.
+    """
 
     def __init__(self) -> None:
         """Make a window that shows nothing; a generic window needs no display."""
@@ -37,49 +41,36 @@ class Window:
         self.renderer: Any = vtkRenderer()
         self.renderer.SetBackground(1.0, 1.0, 1.0)
         self.render_window.AddRenderer(self.renderer)
-        self._actors: dict[str, Any] = {}
+        self._actors = {name: self._hidden(name) for name in NAMES}
 
     def show_mesh(self, name: str, mesh: Mesh | None) -> None:
         """Show triangles in their own colours; None for nothing."""
+        data = self._data(name, mesh is not None)
         if mesh is None:
-            return self._replace(name, None)
-        data = vtkPolyData()
+            return
         data.SetPoints(_points(mesh.vertices))
-        ends = np.arange(0, 3 * len(mesh.triangles) + 1, 3)
-        data.SetPolys(_cells(ends, mesh.triangles.ravel()))
+        data.SetPolys(_cells(np.arange(0, 3 * len(mesh.triangles) + 1, 3), mesh.triangles.ravel()))
         colours = numpy_to_vtk(np.ascontiguousarray(mesh.colours), deep=True)
         colours.SetName("colours")
         data.GetCellData().SetScalars(colours)
-        actor = _actor(data)
-        actor.GetMapper().SetColorModeToDirectScalars()
-        actor.GetMapper().SetScalarModeToUseCellData()
-        actor.GetProperty().LightingOff()
-        return self._replace(name, actor)
 
     def show_lines(self, name: str, lines: Lines, width: float = LINE_WIDTH) -> None:
         """Show polylines; width : pixels."""
-        if not len(lines.points):
-            return self._replace(name, None)
-        data = vtkPolyData()
-        data.SetPoints(_points(lines.points))
-        data.SetLines(_cells(lines.starts, np.arange(len(lines.points))))
-        actor = _actor(data, COLOURS[name])
-        actor.GetProperty().SetLineWidth(width)
-        return self._replace(name, actor)
+        data = self._data(name, len(lines.points) > 0)
+        if len(lines.points):
+            data.SetPoints(_points(lines.points))
+            data.SetLines(_cells(lines.starts, np.arange(len(lines.points))))
+            self._actors[name].GetProperty().SetLineWidth(width)
 
     def show_points(self, name: str, points: FloatArray) -> None:
         """Show points (N, 3) m, joined by a line if they are being drawn."""
+        data = self._data(name, len(points) > 0)
         if not len(points):
-            return self._replace(name, None)
-        data = vtkPolyData()
+            return
         data.SetPoints(_points(points))
         data.SetVerts(_cells(np.arange(len(points) + 1), np.arange(len(points))))
         if name == DRAWN:
             data.SetLines(_cells(np.array([0, len(points)]), np.arange(len(points))))
-        actor = _actor(data, COLOURS[name])
-        actor.GetProperty().SetPointSize(POINT_SIZE)
-        actor.GetProperty().SetLineWidth(LINE_WIDTH)
-        return self._replace(name, actor)
 
     def look_at(self, points: FloatArray, side: FloatArray = SOUTH) -> None:
         """Turn the camera so that points (N, 3) m fill the view; side : (2,) unit vector in plan from them to the eye.
@@ -91,25 +82,29 @@ class Window:
         camera.SetPosition(*(middle + DISTANCE * size * np.array([*(LEVEL * side), RAISED])))
         camera.SetViewUp(0.0, 0.0, 1.0)
 
-    def _replace(self, name: str, actor: Any) -> None:
-        if (old := self._actors.pop(name, None)) is not None:
-            self.renderer.RemoveActor(old)
-        if actor is not None:
-            self._actors[name] = actor
-            self.renderer.AddActor(actor)
+    def _data(self, name: str, shown: bool) -> Any:
+        """Return the data of a name, to be filled, and show or hide it."""
+        self._actors[name].SetVisibility(shown)
+        return self._actors[name].GetMapper().GetInput()
 
-
-def _actor(data: Any, colour: tuple[float, float, float] | None = None) -> Any:
-    mapper = vtkPolyDataMapper()
-    mapper.SetInputData(data)
-    actor = vtkActor()
-    actor.SetMapper(mapper)
-    if colour is not None:
-        mapper.ScalarVisibilityOff()
-        actor.GetProperty().SetColor(*colour)
+    def _hidden(self, name: str) -> Any:
+        """Return what draws the data of a name, in its colour or in the colours of its triangles; hidden at first."""
+        mapper, actor = vtkPolyDataMapper(), vtkActor()
+        mapper.SetInputData(vtkPolyData())
+        actor.SetMapper(mapper)
         actor.GetProperty().LightingOff()
-        actor.PickableOff()
-    return actor
+        actor.GetProperty().SetPointSize(POINT_SIZE)
+        actor.GetProperty().SetLineWidth(LINE_WIDTH)
+        if name in COLOURS:
+            mapper.ScalarVisibilityOff()
+            actor.GetProperty().SetColor(*COLOURS[name])
+            actor.PickableOff()
+        else:
+            mapper.SetColorModeToDirectScalars()
+            mapper.SetScalarModeToUseCellData()
+        actor.VisibilityOff()
+        self.renderer.AddActor(actor)
+        return actor
 
 
 def _points(points: FloatArray) -> Any:

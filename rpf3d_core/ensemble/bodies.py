@@ -20,7 +20,7 @@ WHY_STOPPED = ("standing", "held", "slow", "leaning")
 class DrawnBody:
     """Rocks with a shape, of one density (kg/m3).
 
-    size : the size of the rocks, a `Rock` or a `DrawnRock`; None if each rock has the volume of its shape
+    size : the size of the rocks, a `Rock`, `DrawnRock` or `SourceRocks`; None if each has the volume of its shape
     volumes : (K,) m3, own volumes of the shapes; shares : (K,) weights of the shapes, summed up; the last is 1
     """
 

@@ -30,18 +30,31 @@ class DrawnRock:
     size: Distribution | Measured
 
 
-AnyRock = Rock | DrawnRock | DrawnBody
+@dataclass(frozen=True)
+class SourceRocks:
+    """Rocks whose size depends on their source.
+
+    rocks : for each source a `Rock` or a `DrawnRock`; None for the own volume of shapes
+    """
+
+    rocks: tuple[Rock | DrawnRock | None, ...]
+
+
+AnyRock = Rock | DrawnRock | SourceRocks | DrawnBody
 """The rocks of a scene: all alike, or a description from which sizes, and shapes, are drawn."""
 
 
 def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return the masses (R,) kg and radii (R,) m of the rocks of a source, from their numbers (R,).
 
-    source : number of the source, one for all rocks or one for each rock (R,)
+    source : number of the source, one for all rocks or one for each rock (R,); one for all, for `SourceRocks`
     """
+    if isinstance(rock, SourceRocks):
+        return sizes_of(_of_source(rock, source), seed, source, rocks)
     if isinstance(rock, DrawnBody):
-        if rock.size is not None:
-            return sizes_of(rock.size, seed, source, rocks)
+        size = _of_source(rock.size, source) if isinstance(rock.size, SourceRocks) else rock.size
+        if size is not None:
+            return sizes_of(size, seed, source, rocks)
         volume = rock.volumes[shape_numbers(rock, seed, source, rocks)]
         return rock.density * volume, _radii(volume)
     if isinstance(rock, Rock):
@@ -56,9 +69,12 @@ def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int6
 
 def mass_range(rock: AnyRock) -> tuple[float, float]:
     """Return the smallest and the largest mass (kg) that a rock of the scene can have, to check other settings."""
+    if isinstance(rock, SourceRocks):
+        return _whole_range([mass_range(each) for each in rock.rocks if each is not None])
     if isinstance(rock, DrawnBody):
         own = rock.density * float(rock.volumes.min()), rock.density * float(rock.volumes.max())
-        return own if rock.size is None else mass_range(rock.size)
+        sizes = rock.size.rocks if isinstance(rock.size, SourceRocks) else (rock.size,)
+        return _whole_range([own if size is None else mass_range(size) for size in sizes])
     if isinstance(rock, Rock):
         return rock.mass, rock.mass
     bounds = (rock.size.low, rock.size.high)
@@ -67,6 +83,16 @@ def mass_range(rock: AnyRock) -> tuple[float, float]:
     else:
         low, high = (bound if rock.measure == "mass" else rock.density * bound for bound in bounds)
     return low, high
+
+
+def _of_source(rock: SourceRocks, source: ArrayLike) -> Any:
+    """Return the rocks of one source; None for the own volume of shapes."""
+    return rock.rocks[int(np.asarray(source))]
+
+
+def _whole_range(ranges: list[tuple[float, float]]) -> tuple[float, float]:
+    """Return the smallest and the largest number of several ranges."""
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
 
 
 def diameter_of(mass: FloatArray | float, density: float) -> Any:

@@ -109,12 +109,15 @@ def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]
 
 def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield the rows on place, number and velocity of the rocks of a source; number : in the scene, from 0."""
-    kind = next(name for name in PLACES if source[name] is not None)
+    kind = next(name for name in PLACES if source.get(name) is not None)
     place, what, at = source[kind], f"source {source['name']}", f"sources.{number}"
     where = f"{kind} of {len(place)} points" if isinstance(place, list) else f"{kind.replace('_', ' ')} {place}"
     height = "" if source["above_ground"] is None else f", {given(source['above_ground'])} m above the ground"
     speed = source["velocity"] if source["speed"] is None else source["speed"]
     yield what, where + height, STATED
+    for name, unit in SIZES:
+        if source.get(name) is not None:
+            yield what, f"{name} of its rocks {given(source[name])} {unit}", STATED
     yield what, f"{source['rocks']:,} rocks, or its share of the scene's", _stated(run, f"{at}.rocks", "rocks")
     yield what, f"{given(speed)} m/s", _stated(run, f"{at}.velocity", f"{at}.speed")
 

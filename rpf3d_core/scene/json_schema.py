@@ -104,6 +104,7 @@ def _add_choices(definitions: Schema) -> None:
     definitions["RockSpec"]["oneOf"] = _at_most_one(SIZES)
     for name, together in TOGETHER.items():
         definitions[name]["allOf"] = [{"if": _given(key), "then": _given(other)} for key, other in together]
+    definitions["SourceSpec"]["allOf"].append({"oneOf": _at_most_one(SIZES)})
 
 
 def _add_models(definitions: Schema) -> None:

@@ -14,7 +14,7 @@ from rpf3d_core.formats.yaml import Document, parse_yaml, read_yaml, report_of
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import BODY_KEYS, Scene
-from rpf3d_core.scene.releases import SourceSpec, source_points
+from rpf3d_core.scene.releases import OPTIONAL, SourceSpec, source_points
 from rpf3d_core.scene.sphere import COULOMB_SPHERE
 from rpf3d_core.scene.unknowns import ROOTS
 from rpf3d_core.scene.values import MISSING_FILE
@@ -159,7 +159,7 @@ def releases_digest(scene: Scene) -> str:
     """
     return _digest({
         "rock": _rock(scene.rock.model_dump(), scene.rock.is_body),
-        "sources": [_given(source.model_dump(exclude={"rocks"}), ("crest",)) for source in scene.sources],
+        "sources": [_given(source.model_dump(exclude={"rocks"}), OPTIONAL) for source in scene.sources],
     })  # fmt: skip
 
 
@@ -173,7 +173,7 @@ def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
     contact = _given(content["contact"], (COULOMB_SPHERE,)) if bodies and content["contact"] else None
     kept = {key: value for key, value in content.items() if key != "calibration"}  # no run reads it
     kept = _given({**kept, "contact": contact}, ("contact", "unknowns"))
-    sources = [_given(source, ("crest",)) for source in content["sources"]]
+    sources = [_given(source, OPTIONAL) for source in content["sources"]]
     return kept | {"rock": _rock(content["rock"], bodies), "materials": materials, "sources": sources}
 
 

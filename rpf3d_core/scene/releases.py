@@ -36,6 +36,8 @@ No blast throws a rock so fast.
 """
 SIZES = ("diameter", "mass", "volume")
 """Keys of a rock that give its size; at most one is given."""
+OPTIONAL = ("crest", *SIZES)
+"""Keys of a source that its digest holds only where they are given."""
 PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 """Keys of a source that give the places of its rocks; exactly one is given."""
 
@@ -118,6 +120,11 @@ class SourceSpec(StrictModel):
     rocks: Rocks = Field(
         1, description=f"a whole number from 1 to {MOST_ROCKS}; left out, one for each point that is given, or one"
     )
+    diameter: Size | None = Field(
+        None, description="as of `rock`, for the rocks of this source; also `mass` or `volume` instead"
+    )
+    mass: Size | None = Field(None, description="as of `rock`, for the rocks of this source")
+    volume: Size | None = Field(None, description="as of `rock`, for the rocks of this source")
     velocity: Vector = Field((0.0, 0.0, 0.0), description="three numbers [vx, vy, vz] (m/s)")
     speed: Speed | None = Field(None, description="a number >= 0 (m/s), or a distribution; instead of velocity")
     azimuth_deg: Number | None = Field(
@@ -149,6 +156,17 @@ class SourceSpec(StrictModel):
         if (self.zone or self.polygon) and any(self.spread):
             raise refuse("is for points and lines; a polygon or zone spreads its rocks evenly by itself", "spread")
         return self
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        if self.size_key is not None:
+            exactly_one(self, *SIZES)
+        return self
+
+    @property
+    def size_key(self) -> str | None:
+        """The key of the size that the rocks of this source have; None if they have that of `rock`."""
+        return next((name for name in SIZES if getattr(self, name) is not None), None)
 
     @property
     def _fastest(self) -> float:

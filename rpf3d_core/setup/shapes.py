@@ -7,7 +7,7 @@ from rpf3d_core.ensemble.sizes import AnyRock
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.shapes import ShapeSpec
-from rpf3d_core.setup.sources import rock_of
+from rpf3d_core.setup.sources import rock_of, rocks_of_sources
 from rpf3d_core.shapes.block_files import read_block
 from rpf3d_core.shapes.families import box, family
 from rpf3d_core.shapes.polyhedron import Polyhedron
@@ -70,12 +70,12 @@ def rock_of_scene(scene: Scene) -> AnyRock:
         As `polyhedra_of`.
     """
     if not scene.rock.is_body:
-        return rock_of(scene.rock)
+        return rocks_of_sources(scene) or rock_of(scene.rock)
     polyhedra, _ = polyhedra_of(scene)
     table = shape_table(polyhedra, weights_of(scene, len(polyhedra)))
     return DrawnBody(
         density=scene.rock.density,
-        size=None if scene.rock.has_own_size else rock_of(scene.rock),
+        size=rocks_of_sources(scene),
         volumes=np.array([polyhedron.volume for polyhedron in polyhedra]),
         shares=table.shares,
     )

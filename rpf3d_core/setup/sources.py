@@ -10,7 +10,7 @@ from shapely.geometry import MultiPolygon
 
 from rpf3d_core.ensemble.release_triangles import ReleaseTriangles, release_triangles
 from rpf3d_core.ensemble.releases import Source
-from rpf3d_core.ensemble.sizes import DrawnRock
+from rpf3d_core.ensemble.sizes import DrawnRock, SourceRocks
 from rpf3d_core.ensemble.throws import Throw
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan, plan_triangles, polygon_of, read_polygons
@@ -18,7 +18,7 @@ from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.releases import RockSpec, SourceSpec, source_points
+from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec, source_points
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.terrain.benches.parameters import Benches
 from rpf3d_core.terrain.benches.slope import brow_of
@@ -62,15 +62,30 @@ def read_source_files(scene: Scene) -> None:
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
     """Return the spherical rock of a scene from density and diameter, mass or volume; a DrawnRock for random sizes."""
-    measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
+    return _rock(spec.density, spec)
+
+
+def rocks_of_sources(scene: Scene) -> Rock | DrawnRock | SourceRocks | None:
+    """Return the sizes of the rocks of a scene, by source if one states its own; None for those of their shapes."""
+    common = None if scene.rock.has_own_size else rock_of(scene.rock)
+    if all(source.size_key is None for source in scene.sources):
+        return common
+    return SourceRocks(tuple(
+        common if source.size_key is None else _rock(scene.rock.density, source) for source in scene.sources
+    ))  # fmt: skip
+
+
+def _rock(density: float, spec: RockSpec | SourceSpec) -> Rock | DrawnRock:
+    """Return the spherical rock of a density (kg/m3) and the size that a section of the scene states."""
+    measure = next(name for name in SIZES if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
-        return DrawnRock(density=spec.density, measure=measure, size=sizes_from(size))
+        return DrawnRock(density=density, measure=measure, size=sizes_from(size))
     if measure == "diameter":
         radius = 0.5 * size
-        return Rock(spec.density * 4.0 / 3.0 * math.pi * radius**3, radius)
-    mass = size if measure == "mass" else spec.density * size
-    return Rock(mass, (3.0 * mass / (4.0 * math.pi * spec.density)) ** (1.0 / 3.0))
+        return Rock(density * 4.0 / 3.0 * math.pi * radius**3, radius)
+    mass = size if measure == "mass" else density * size
+    return Rock(mass, (3.0 * mass / (4.0 * math.pi * density)) ** (1.0 / 3.0))
 
 
 def _source(scene: Scene, number: int, terrain: Terrain) -> Source:

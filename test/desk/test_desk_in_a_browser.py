@@ -203,3 +203,20 @@ def test_a_wrong_token_opens_nothing() -> None:
         answer = page.goto(f"{desk.base}/?token=wrong")
         assert answer is not None and answer.status == 403
         assert "open the whole address" in page.inner_text("body") and page.locator("canvas").count() == 0
+
+
+@pytest.mark.long
+def test_the_same_run_is_the_same_picture_again(scene: Path) -> None:
+    """Each run replaces triangles and colours many times; the browser must not mix old ones with new ones."""
+    with page_of(scene) as page:
+        ready(page)
+        seen = []
+        for _ in range(3):
+            run_to_the_end(page)
+            page.click("#layer_energy")
+            page.click("#layer_reach")
+            page.wait_for_selector("#legend:has-text('reach probability')")
+            page.wait_for_timeout(3000)
+            seen.append(picture(page))
+    for other in seen[1:]:
+        assert (np.abs(other - seen[0]).max(axis=2) > 0.1).mean() < 0.002

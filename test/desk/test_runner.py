@@ -12,7 +12,7 @@ import rpf3d_core as rpf3d
 from rpf3d_core.desk.runner import Listener, Runner, Written
 from rpf3d_core.desk.shapes import ENERGY, REACH, ground_seen, hazard_map, path_lines
 from rpf3d_core.desk.tables import bench_section, progress_words
-from rpf3d_core.hazard.benches import bench_table, text_rows
+from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
 from rpf3d_core.results.findings import Run
 
 LONGEST = 300.0
@@ -44,12 +44,15 @@ class Received:
         self.rocks.append(run.totals.rocks)
         self.hold.wait(LONGEST)
 
+    def ends(self) -> int:
+        return sum(last for _, last in self.results)
+
     def done(self) -> bool:
-        return bool(self.refusals) or any(last for _, last in self.results)
+        return bool(self.refusals) or self.ends() > 0
 
 
-def written(folder: Path) -> Written:
-    path = scene_file(folder, more="engine: reference\n")
+def written(folder: Path, engine: str = "reference") -> Written:
+    path = scene_file(folder, more=f"engine: {engine}\n")
     return Written(text=path.read_text(), path=path)
 
 
@@ -115,3 +118,25 @@ def test_a_report_is_written_from_the_run_and_its_folder_goes_at_the_end(
     runner.close()
     assert list(tmp_path.glob("rpf3d-desk-*")) == []
     assert "east_side" in (tmp_path / "r.html").read_text()
+
+
+@pytest.mark.long
+def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
+    """The reference engine shows the first rocks, the compiled engine flies all; a second run is compiled at once."""
+    pytest.importorskip("numba", reason="numba is not installed")
+    scene, received = written(tmp_path, "compiled"), Received()
+    runner = Runner(received.listener())
+    for number in (1, 2):
+        runner.fly(scene)
+        wait_for(lambda number=number: received.refusals or received.ends() == number, LONGEST)
+    runner.close()
+    engines = [run.flights.engine for run, _ in received.results]
+    first = [last for _, last in received.results].index(True) + 1
+    assert received.refusals == []
+    assert engines[0] == "reference" and engines[first - 1] == "compiled" and set(engines[first:]) == {"compiled"}
+    assert received.rows[-1] == received.rows[first - 1]
+    assert received.rows[-1] == [list(row) for row in text_rows(_benches(rpf3d.simulate(scene.path)))]
+
+
+def _benches(run: Run) -> list[Bench]:
+    return bench_table(run.terrain, run.maps)

@@ -81,3 +81,48 @@ def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "sizes.csv").write_text("0\n1\n")
     with pytest.raises(InputError, match=r"`rock\.mass` may be drawn from 0 to 1, but must be above 0"):
         read_scene(written(tmp_path, "mass: {measured: sizes.csv}"))
+
+
+TWO_SOURCES = """\
+terrain: {{benches: {{number: 1, height: 8}}}}
+materials: {{default: {{{material}}}}}
+rock: {{density: 2500, {rock}}}
+sources:
+  - {{name: fine, crest: 1, above_ground: 1, rocks: 30, velocity: [2, 0, 0], mass: {{measured: [100, 200]}}}}
+  - {{name: coarse, crest: 1, above_ground: 1, rocks: 30, velocity: [2, 0, 0], diameter: 1.5}}
+  - {{name: others, crest: 1, above_ground: 1, rocks: 30, velocity: [2, 0, 0]}}
+"""
+POINT = "normal_restitution: 0.4, tangential_restitution: 0.8"
+BODY = "restitution: 0.2, friction: 0.6"
+COARSE = 2500.0 * np.pi / 6.0 * 1.5**3
+
+
+@pytest.mark.parametrize(
+    ("rock", "material", "others"),
+    [
+        ("volume: 0.2", POINT, 500.0),
+        ("volume: 0.2, shape: sphere", f"{POINT}, rolling_friction: 0.1", 500.0),
+        ("shape: {box: [1, 0.8, 0.5]}", BODY, 1000.0),
+        ("mass: 70, shape: {family: equant}", BODY, 70.0),
+    ],
+    ids=["point", "sphere", "box of its own size", "family"],
+)
+def test_each_source_has_its_own_sizes_or_those_of_the_rock(
+    tmp_path: Path, rock: str, material: str, others: float
+) -> None:
+    (tmp_path / "scene.yaml").write_text(TWO_SOURCES.format(rock=rock, material=material))
+    deposits = rpf3d.simulate(tmp_path / "scene.yaml", engine="reference", rocks=60).flights.deposits
+    assert set(deposits.mass[deposits.source == 0].round(6).tolist()) == {100.0, 200.0}
+    np.testing.assert_allclose(deposits.mass[deposits.source == 1], COARSE, rtol=1e-12)
+    np.testing.assert_allclose(deposits.mass[deposits.source == 2], others, rtol=1e-12)
+
+
+def test_a_source_has_one_size_and_its_digest_is_that_of_before_where_it_has_none(tmp_path: Path) -> None:
+    text = TWO_SOURCES.format(rock="volume: 0.2", material=POINT)
+    (tmp_path / "scene.yaml").write_text(text.replace("diameter: 1.5", "diameter: 1.5, mass: 3"))
+    with pytest.raises(InputError, match=r"`sources\[1\]` must have exactly one of diameter, mass, volume"):
+        read_scene(tmp_path / "scene.yaml")
+    (tmp_path / "scene.yaml").write_text(text)
+    other = scene_digest(read_scene(tmp_path / "scene.yaml"))
+    (tmp_path / "scene.yaml").write_text(text.replace("diameter: 1.5", "diameter: 1.6"))
+    assert scene_digest(read_scene(tmp_path / "scene.yaml")) != other

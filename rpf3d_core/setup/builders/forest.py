@@ -17,7 +17,7 @@ from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.scene.forest import ForestSpec
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import extents, lies_off
-from rpf3d_core.setup.sources import rock_of
+from rpf3d_core.setup.shapes import rock_of_scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.obstacles import Obstacles
@@ -93,7 +93,7 @@ def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacle
 
 def _largest_radius(scene: Scene) -> float:
     """Return the radius (m) of the largest rock of the scene, which decides from how far trees must be found."""
-    return 0.5 * float(diameter_of(mass_range(rock_of(scene.rock))[1], scene.rock.density))
+    return 0.5 * float(diameter_of(mass_range(rock_of_scene(scene))[1], scene.rock.density))
 
 
 def _written(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:

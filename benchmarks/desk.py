@@ -1,0 +1,67 @@
+"""How soon the desk shows something, in headless Chromium: `python benchmarks/desk.py [--scene FILE] [--picture FILE]`.
+
+Prints seconds from opening the address to the first canvas, and from pressing Run to the first and to the last
+results, for the first run and for a second run of the warm process. With --picture the page is written as PNG.
+Needs the extra `desk`, playwright and a Chromium of the system, which draws without a graphics card.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import sync_playwright
+
+DEMO = Path(__file__).parents[1] / "config" / "scenes" / "demo.yaml"
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+OPTIONS = ["--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage"]
+LONGEST = 300_000
+
+
+def seconds_to(page: Any, action: Any, *selectors: str) -> list[float]:
+    """Return the seconds from an action until each of some selectors is on the page."""
+    began, found = time.perf_counter(), []
+    action()
+    for selector in selectors:
+        page.wait_for_selector(selector, timeout=LONGEST)
+        found.append(time.perf_counter() - began)
+    return found
+
+
+def main() -> None:
+    """Measure, and print a line for each time."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--scene", type=Path, default=DEMO)
+    parser.add_argument("--picture", type=Path, help="PNG file of the page after the second run")
+    options = parser.parse_args()
+    command = [sys.executable, "-m", "rpf3d_core.cli", "desk", str(options.scene), "--no-open"]
+    desk = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert desk.stdout is not None
+    address = re.findall(r"http://\S+", desk.stdout.readline())[0]
+    path = next(filter(None, map(shutil.which, NAMES)))
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=path, args=OPTIONS)
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        (canvas, ready) = seconds_to(page, lambda: page.goto(address), "#view canvas", "#run:enabled")
+        print(f"first canvas {canvas:.1f} s, ready to fly {ready:.1f} s after opening the address")
+        page.wait_for_timeout(30_000)  # the loops are compiled or loaded meanwhile
+        for run in ("first run", "second run"):
+            first, last = seconds_to(page, lambda: page.click("#run"), "#progress:has-text(' of ')", "#report:enabled")
+            print(f"{run}: first rocks {first:.1f} s, all rocks {last:.1f} s after pressing Run; "
+                  f"{page.inner_text('#progress')}")  # fmt: skip
+        if options.picture:
+            page.wait_for_timeout(5000)
+            page.screenshot(path=options.picture)
+        browser.close()
+    print(f"load of the machine (1 minute): {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    desk.terminate()
+    desk.wait()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""Prepare a scene for the compiled engine in a thread, while the user looks at it and the first rocks fly.
+
+The thread is a daemon, so that the end of the desk does not wait for the compiler.
+"""
+
+import threading
+from dataclasses import replace
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.choices import with_choices
+from rpf3d_core.setup.precompiler import Precompiler
+from rpf3d_core.setup.prepared import Prepared, empty_tallies, prepare
+from rpf3d_core.simulation.engines import Compiled
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.mesh.faults import FaultReport
+
+PAUSE = 0.05
+"""Seconds between two looks at whether the user has stopped the rocks."""
+
+
+def prepared_for(scene: Scene, engine: str, ground: tuple[Terrain, FaultReport]) -> Prepared:
+    """Return a scene prepared for an engine, whatever engine it names; the scene in the result stays as it is.
+
+    Both engines give the same bits, so the results are those of the scene. Errors are as in `prepare`.
+    """
+    return replace(prepare(with_choices(scene, None, engine, None), terrain_read=ground), scene=scene)
+
+
+class Compiling:
+    """A thread that prepares a scene for the compiled engine, and compiles its loops."""
+
+    def __init__(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
+        """Start the thread; without numba nothing is compiled."""
+        self._found: Prepared | None = None
+        self._ended = threading.Event()
+        if HAS_NUMBA:
+            threading.Thread(target=self._compile, args=(scene, ground), name="compile", daemon=True).start()
+        else:
+            self._ended.set()
+
+    def done(self) -> Prepared | None:
+        """Return the prepared scene if its loops are compiled."""
+        return self._found
+
+    def wait(self, stop: threading.Event) -> Prepared | None:
+        """Return the prepared scene when its loops are compiled; None if the user stops, or if it is refused."""
+        while not self._ended.wait(PAUSE):
+            if stop.is_set():
+                return None
+        return self._found
+
+    def _compile(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
+        try:
+            prepared = prepared_for(scene, Compiled.name, ground)
+            Precompiler().compile(prepared, empty_tallies(prepared))
+            self._found = prepared
+        except InputError:
+            pass  # the thread that flies prepares the same scene, and reports the refusal
+        finally:
+            self._ended.set()
