@@ -220,7 +220,7 @@ def read_impacts(run: RunFiles) -> ImpactRows | None:
 
 
 class HazardGrid(NamedTuple):
-    """A hazard map: values (ny, nx), NaN in cells without a value; x, y, dx, dy : corner and steps (m) in plan.
+    """A hazard map: values (Y, X), NaN in cells without a value; x, y, dx, dy : corner and steps (m) in plan.
 
     The plan coordinates are those of the input turned z up, without the origin of the local frame.
     """

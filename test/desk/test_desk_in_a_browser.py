@@ -83,6 +83,18 @@ def run_to_the_end(page: Any) -> str:
     return str(page.inner_text("#progress"))
 
 
+def test_the_page_has_its_buttons_and_names_no_address_elsewhere() -> None:
+    for library in ("trame", "trame_vtk", "ruamel.yaml"):
+        pytest.importorskip(library, reason="the extra `desk` is not installed")
+    from rpf3d_core.desk.app import Desk
+
+    desk = Desk()
+    desk.close()
+    page = desk.state.trame__template_main
+    assert [name for name in ("run", "stop", "save", "report", "finish", "open") if f'id="{name}"' not in page] == []
+    assert "http:" not in page and "https:" not in page and "url(" not in page
+
+
 @pytest.mark.long
 def test_a_user_draws_edits_runs_saves_and_writes_a_report(scene: Path) -> None:
     pytest.importorskip("plotly", reason="the extra `report` is not installed")
