@@ -233,18 +233,24 @@ class Station:
         """Report in the diagnostics that an input is still missing."""
         self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
 
-    def failed(self, error: BaseException) -> None:
-        """Report an unforeseen error; the error is a fault of the alert."""
+    def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
+        """Report an unforeseen error, which is a fault of the alert.
+
+        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do
+        """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
         if self.desk is not None:
-            self.desk.lose(f"an answer failed: {type(error).__name__}")
+            why = f"an answer failed: {type(error).__name__}"
+            self.desk.lose(why)
+            if trigger is not None:
+                self._decide_without_answer(trigger, why)
 
     # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
         """Report in the diagnostics which terrain is in use."""
-        age = (self._outlets.now() - ground.stamp_ns) / SECOND
+        age = (self._outlets.now() - ground.whole_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
             "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
