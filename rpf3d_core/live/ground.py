@@ -82,8 +82,9 @@ class LiveTerrain:
 
     terrain, facets, engine : share memory; the engine is compiled if numba is installed
     digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the ground before
-    stamp_ns, received_ns : stamp of the last survey or patch, and time when the ground was built, by the machine's clock
-    whole_ns : stamp of the whole survey, which patches do not renew: they tell nothing of the rest of the ground
+    stamp_ns : stamp of the last survey or patch
+    received_ns : time when the ground was built, by the machine's clock
+    whole_ns : stamp of the whole survey, which patches do not renew, because they do not show the rest of the ground
     patches : number of patches since the ground was built whole
     locator : search structure over the facets; room : the memory of all arrays
     border : the sides of facets without a neighbour, and the caps over the gaps there
