@@ -10,7 +10,7 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign campaign-bodies never-below faults combinations recovery lint bench bench-ros soak accuracy effects validation colcon clean
+.PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign campaign-bodies never-below never-green never-green-live never-green-guards faults combinations recovery lint bench bench-ros soak accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
@@ -20,6 +20,8 @@ help:
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
 	@echo "make never-below  1.25 million rocks on vertices, edges and faces of random meshes: none may fall through; some minutes"
+	@echo "make never-green  2,200 combinations of harmed inputs: no alert may look too safe; half an hour. make never-green-live:"
+	@echo "                 300 with real processes; make never-green-guards: take each guard away, and demand that it is found"
 	@echo "make campaign-bodies  3,000 rocks with a shape over random meshes: none may pass through or gain energy; some minutes"
 	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
@@ -97,6 +99,17 @@ campaign: venv
 # The report: docs/explanation/never-below.md
 never-below: venv
 	$(BIN)/python test/support/never_below.py --rebound constant --rebound coulomb_limited
+
+# The report of these three: docs/explanation/never-green.md
+never-green never-green-live never-green-guards: export PYTHONPATH := test/support:.
+never-green: venv
+	$(BIN)/python -m never_green.campaign --count 2200
+
+never-green-live: venv
+	$(BIN)/python -m never_green.live --count 300
+
+never-green-guards: venv
+	$(BIN)/python -m never_green.guards
 
 # The report: docs/explanation/never-below.md
 campaign-bodies: venv

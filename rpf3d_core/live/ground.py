@@ -57,6 +57,13 @@ class Changed(NamedTuple):
     high: Plan
 
 
+class SurveyStamps(NamedTuple):
+    """The stamps of a ground (ns): of its last survey or patch, and of its last whole survey."""
+
+    last_ns: int
+    whole_ns: int
+
+
 class Border(NamedTuple):
     """The boundary of a ground, with the caps that catch flights through gaps.
 
@@ -75,7 +82,9 @@ class LiveTerrain:
 
     terrain, facets, engine : share memory; the engine is compiled if numba is installed
     digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the ground before
-    stamp_ns, received_ns : stamp of the survey, and time when the ground was built, by the machine's clock
+    stamp_ns : stamp of the last survey or patch
+    received_ns : time when the ground was built, by the machine's clock
+    whole_ns : stamp of the whole survey, which patches do not renew, because they do not show the rest of the ground
     patches : number of patches since the ground was built whole
     locator : search structure over the facets; room : the memory of all arrays
     border : the sides of facets without a neighbour, and the caps over the gaps there
@@ -88,6 +97,7 @@ class LiveTerrain:
     engine: Engine
     digest: str
     stamp_ns: int
+    whole_ns: int
     received_ns: int
     patches: int
     locator: BucketLocator
@@ -142,7 +152,8 @@ class Workshop:
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
             pieces = pieces_that_cross(terrain) if isinstance(survey, MeshSurvey) else APART
-            return self._ground(indexed, room, border, pieces, told.result(), stamp_ns)
+            stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=stamp_ns)
+            return self._ground(indexed, room, border, pieces, told.result(), stamps)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the ground after a patch, that is a survey of a part of the terrain.
@@ -182,11 +193,12 @@ class Workshop:
         indexed = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(block=change.block, low=change.low, high=change.high)
         pieces = pieces_that_cross(indexed.terrain) if ground.pieces.overlap else APART
-        return self._ground(indexed, ground.room, border, pieces, digest, stamp_ns, changed)
+        stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=ground.whole_ns)
+        return self._ground(indexed, ground.room, border, pieces, digest, stamps, changed)
 
     def _ground(
-        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, digest: str, stamp_ns: int,
-        changed: Changed | None = None,
+        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, digest: str,
+        stamps: SurveyStamps, changed: Changed | None = None,
     ) -> LiveTerrain:  # fmt: skip
         (terrain, facets, locator), caps = indexed, border.caps
         engine: Engine = Reference(facets, caps, pieces) if self._reference else Compiled(facets, locator, caps, pieces)
@@ -195,7 +207,8 @@ class Workshop:
             facets=facets,
             engine=engine,
             digest=digest,
-            stamp_ns=stamp_ns,
+            stamp_ns=stamps.last_ns,
+            whole_ns=stamps.whole_ns,
             received_ns=time.time_ns(),
             patches=room.patches,
             locator=locator,

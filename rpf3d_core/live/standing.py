@@ -59,8 +59,8 @@ class Surveyed(Protocol):
         """Digest (SHA-256) of all surveys of the ground, which identifies it in logs."""
 
     @property
-    def stamp_ns(self) -> int:
-        """Time stamp (ns) of the survey, from which the age of the terrain follows."""
+    def whole_ns(self) -> int:
+        """Time stamp (ns) of the whole survey, from which the age of the terrain follows."""
 
     @property
     def changed(self) -> Changed | None:

@@ -41,7 +41,7 @@ def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceConte
     ground = None if context.standing is None else context.standing.ground
     return Evidence(
         result=0, stage=0, at_ns=context.at_ns, trigger_stamp_ns=trigger.stamp_ns,
-        terrain_stamp_ns=0 if ground is None else ground.stamp_ns,
+        terrain_stamp_ns=0 if ground is None else ground.whole_ns,
         terrain_digest="" if ground is None else ground.digest,
         sources_digest=trigger.digest, sources=len(trigger.positions), seed=context.seed,
         version=version(), areas=(), faults=(fault,) if fault else (),

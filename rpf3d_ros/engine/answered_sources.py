@@ -6,7 +6,6 @@ The change may be of the ground or of an area. A region is a topic and a square 
 from collections.abc import Hashable
 
 from rpf3d_core.live.triggers import Trigger
-from rpf3d_ros.engine.source_topics import is_cleared_by
 from rpf3d_ros.messages.stamps import SECOND
 
 
@@ -24,12 +23,12 @@ class AnsweredSources:
     def note(self, region: Hashable, trigger: Trigger) -> None:
         """Note a trigger that is answered.
 
-        A trigger without sources removes the triggers that it clears (`is_cleared_by`) and that are not newer.
+        A trigger without sources removes the triggers of its topic that are older.
         """
         if not len(trigger.positions):
             self._last = {
                 each: one for each, one in self._last.items()
-                if one.stamp_ns > trigger.stamp_ns or not is_cleared_by(trigger.topic, one.topic)
+                if one.stamp_ns >= trigger.stamp_ns or trigger.topic != one.topic
             }  # fmt: skip
             return
         self._last.pop(region, None)

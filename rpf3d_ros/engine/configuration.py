@@ -184,7 +184,7 @@ def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
         return None, ""
     _ = standing.cells
     store.follow(last)
-    age = age_of(standing.ground.stamp_ns, now_ns)
+    age = age_of(standing.ground.whole_ns, now_ns)
     return standing, "; ".join((f"restored, {age} old", *last.faults))
 
 

@@ -6,6 +6,7 @@ One thread does all these tasks, so that a patch never changes the ground under 
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
@@ -38,8 +39,8 @@ class FlightListener(Protocol):
     def groundless(self, trigger: Trigger) -> None:
         """Report that sources get no answer, because there is no terrain yet."""
 
-    def failed(self, error: BaseException) -> None:
-        """Report an unforeseen error."""
+    def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
+        """Report an unforeseen error, and the trigger that has no answer because of it."""
 
 
 @dataclass(eq=False)
@@ -161,7 +162,7 @@ class Flyer:
             except Exception as error:
                 self._stages = None
                 self._schedule.finish()
-                report_error(self._listener.failed, error)
+                report_error(partial(self._listener.failed, trigger=self._schedule.current), error)
 
     def _step(self) -> None:
         """Wait for work and do one task: a change of terrain first, then new sources, then a refinement."""

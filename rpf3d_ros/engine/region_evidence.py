@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.live.evidence import together
-from rpf3d_ros.engine.source_topics import SourceTopics, is_cleared_by
+from rpf3d_ros.engine.source_topics import SourceTopics
 from rpf3d_ros.messages.stamps import SECOND
 
 
@@ -29,8 +29,11 @@ class TopicEvidence(NamedTuple):
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
-        """True if this evidence, from a message without sources, makes the other evidence invalid."""
-        return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
+        """True if this evidence, from a message without sources, makes the other evidence invalid.
+
+        Of two messages with one stamp, of which one reports sources, neither is later: the sources count.
+        """
+        return other.topic == self.topic and other.stamp_ns < self.stamp_ns
 
 
 class RegionEvidence:
@@ -49,32 +52,32 @@ class RegionEvidence:
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
 
-        Evidence without sources is kept only if no evidence with sources is left; otherwise only its faults are kept.
+        Of evidence without sources only the last is kept, and the evidence of other topics gets its faults.
         """
         self._topics.note(topic, evidence.trigger_stamp_ns)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
         if known is not None and new.stamp_ns < known.stamp_ns:
             return  # newer sources of the wall are being answered, or have no answer
         self._newest_at_ns = max(self._newest_at_ns, evidence.at_ns)
-        others = {wall: kept for wall, kept in self._evidence.items() if kept.evidence.sources and wall != region}
-        if evidence.sources:
-            self._evidence = {**others, region: new}
-        else:
-            others = {wall: kept.with_faults_of(new) for wall, kept in others.items() if not new.clears(kept)}
-            self._evidence = others or {region: new}
+        others = {wall: kept for wall, kept in self._evidence.items() if wall != region}
+        if not evidence.sources:
+            seen = {wall: kept for wall, kept in others.items() if kept.evidence.sources and not new.clears(kept)}
+            others = {wall: kept.with_faults_of(new) for wall, kept in seen.items()}
+        self._evidence = {**others, region: new}
 
     def fresh(self, now_ns: int) -> Evidence | None:
         """Return the evidence of all regions that is not too old, combined into one for a decision.
 
-        If all evidence is too old, the result is the evidence of the newest sources. Returns None if there is no
-        evidence. Stale evidence is omitted, because the radar may have reported later that the rocks are at other
-        places. A radar that has reported nothing later is a fault.
+        Evidence without sources counts only if no other is left. If all evidence is too old, the result is that of the
+        newest. Returns None if there is no evidence. Stale evidence is omitted, because the radar may have reported
+        later that the rocks are at other places. A radar that has reported nothing later is a fault.
         """
         if not self._evidence:
             return None
         oldest = min(now_ns - self._max_age_ns, max(kept.stamp_ns for kept in self._evidence.values()))
         self._evidence = {wall: kept for wall, kept in self._evidence.items() if kept.stamp_ns >= oldest}
-        known = together([kept.evidence for kept in self._evidence.values()])
+        parts = [kept.evidence for kept in self._evidence.values()]
+        known = together([part for part in parts if part.sources] or parts)
         faults = (*known.faults, *self._topics.silent(oldest, now_ns))
         # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.
         return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)

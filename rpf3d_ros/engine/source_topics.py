@@ -8,17 +8,6 @@ BY_HAND = "clicked_point"
 """Topic of clicked sources: a click by a person is a single event, so no further message is expected."""
 
 
-def is_cleared_by(empty: str, reported: str) -> bool:
-    """True if a message without sources on topic `empty` ends a report of topic `reported`.
-
-    A topic ends its own reports, and reports of clicked sources.
-
-    >>> is_cleared_by("sources", "sources"), is_cleared_by("sources", "source_cloud"), is_cleared_by("sources", BY_HAND)
-    (True, False, True)
-    """
-    return reported in (empty, BY_HAND)
-
-
 class SourceTopics:
     """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
 
@@ -28,6 +17,7 @@ class SourceTopics:
     def __init__(self, expected: Sequence[str] = ()) -> None:
         self._expected = tuple(expected)
         self._last: dict[str, int] = {}
+        self._heard: dict[str, int] = {}
 
     def note(self, topic: str, stamp_ns: int) -> None:
         """Note the stamp (ns) of a message, with or without sources.
@@ -45,8 +35,17 @@ class SourceTopics:
             if stamp < oldest_ns
         )
         never = [topic for topic in self._expected if topic not in self._last]
-        return (*fell_silent, *(f"nothing has been heard of sources on {topic} (expected_topics)" for topic in never))
+        again = [topic for topic in self._heard if topic not in (*self._last, *never)]
+        return (
+            *fell_silent,
+            *(f"nothing has been heard of sources on {topic} (expected_topics)" for topic in never),
+            *(f"nothing has been heard of sources on {topic} since stamps were forgotten" for topic in again),
+        )
 
     def clear(self) -> None:
-        """Forget all topics, because the stamps are invalid or the node was not subscribed meanwhile."""
+        """Forget all stamps, because they are invalid or the node was not subscribed meanwhile.
+
+        The topics must then publish again: a sensor that fell silent before is not back because the clock went back.
+        """
+        self._heard.update(self._last)
         self._last.clear()

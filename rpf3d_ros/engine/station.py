@@ -27,6 +27,7 @@ from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.refused_inputs import RefusedInputs
+from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.answer_content import figures_of, warnings_of
@@ -92,6 +93,8 @@ class Station:
         if configuration.log_fault:
             self.decisions.logged(configuration.log_fault)
         if configuration.standing is not None:
+            before = self.desk.alert if self.desk is not None else None
+            self.terrain.lacks(*lack_of(before.faults if before is not None else ()))
             self.flyer.hand_over(ready=configuration.standing)
             self.stands(configuration.standing.ground, configuration.standing_report)
         else:
@@ -233,18 +236,24 @@ class Station:
         """Report in the diagnostics that an input is still missing."""
         self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
 
-    def failed(self, error: BaseException) -> None:
-        """Report an unforeseen error; the error is a fault of the alert."""
+    def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
+        """Report an unforeseen error, which is a fault of the alert.
+
+        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do
+        """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
         if self.desk is not None:
-            self.desk.lose(f"an answer failed: {type(error).__name__}")
+            why = f"an answer failed: {type(error).__name__}"
+            self.desk.lose(why)
+            if trigger is not None:
+                self._decide_without_answer(trigger, why)
 
     # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
         """Report in the diagnostics which terrain is in use."""
-        age = (self._outlets.now() - ground.stamp_ns) / SECOND
+        age = (self._outlets.now() - ground.whole_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
             "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
@@ -273,13 +282,9 @@ class Station:
 
     def _report_terrain(self) -> None:
         """Report patches and surveys that the terrain lacks as standing faults."""
-        lost, refused = self.terrain.lost_patches, self.terrain.refused_surveys
-        missing = f"{lost} patches are not in the terrain: the whole terrain must be published"
-        self.report_fault("patches", missing if lost else "")
-        why = (
-            f"a survey was refused ({self.terrain.why_refused}): the terrain is out of date, publish the whole terrain"
-        )
-        self.report_fault("surveys", why if refused else "")
+        lack = TerrainLack(patches=self.terrain.lost_patches, why_refused=self.terrain.why_refused)
+        self.report_fault("patches", lack.patches_sentence)
+        self.report_fault("surveys", lack.survey_sentence)
 
     def region_of(self, trigger: Trigger) -> Hashable:
         """Return the region of a trigger, that is the wall that its sources belong to."""

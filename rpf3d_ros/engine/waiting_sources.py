@@ -8,6 +8,7 @@ from collections.abc import Hashable
 import numpy as np
 
 from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.engine.source_topics import BY_HAND
 
 NO_SOURCES = "no sources"
 """Takes the place of a region's square if a message has no sources, because it applies to all walls."""
@@ -63,9 +64,12 @@ class WaitingSources:
     def region_of(self, trigger: Trigger) -> Hashable:
         """Return the region of a trigger: its topic, and the square in plan that contains the middle of its sources.
 
-        The topic is part of the region, because a click must not hide a radar's sources.
+        The topic is part of the region, because a click must not hide a radar's sources. Each clicked place is a region
+        by itself, because a second click does not mean that the person no longer sees the first source.
         """
         if not len(trigger.positions):
             return trigger.topic, NO_SOURCES
+        if trigger.topic == BY_HAND:
+            return trigger.topic, *np.round(trigger.positions[0], 2).tolist()
         column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
         return trigger.topic, column, row

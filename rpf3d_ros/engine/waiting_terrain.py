@@ -19,6 +19,9 @@ UNTRIED = 3
 LATE = 10.0
 """Longest time (s) for which patches are kept for a whole survey that was published earlier but arrives later."""
 
+NO_REASON = "no reason is given"
+"""Stands for an empty reason, because an empty sentence would be no fault."""
+
 REMEMBERED = 10_000
 """Number of patches whose time of publication is remembered."""
 
@@ -130,7 +133,8 @@ class WaitingTerrain(Generic[M]):
     def why_refused(self) -> str:
         """Why the last of the refused surveys was refused; "" if there is none."""
         with self._changed:
-            return next((each.refused[-1].why for each in reversed(self._chapters) if each.refused), "")
+            whys = (each.refused[-1].why or NO_REASON for each in reversed(self._chapters) if each.refused)
+            return next(whys, "")
 
     def refuse(self, kind: str, published_ns: int = 0, why: str = "") -> None:
         """Note that a message was refused before it was queued.
@@ -144,6 +148,13 @@ class WaitingTerrain(Generic[M]):
             self._chapters[-1].lost += 1
             moment = Moment(published_ns)  # a survey that was published before, and arrives later, lacks the patch, too
             self._received.append(ReceivedPatch(patch=None, moment=moment, at=time.monotonic()))
+
+    def lacks(self, patches: int, why_refused: str) -> None:
+        """Note what the terrain in use lacks since before a restart: patches, and why a survey was refused, or ""."""
+        with self._changed:
+            self._chapters[0].lost += patches
+            if why_refused:
+                self._chapters[0].refused.append(RefusedSurvey(published_ns=0, why=why_refused))
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.

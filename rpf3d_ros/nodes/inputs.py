@@ -79,8 +79,11 @@ class Inputs:
     """The subscriptions of an active simulator node, and what is done with each message."""
 
     def __init__(
-        self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport
-    ) -> None:
+        self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport,
+        notice_jump: Callable[[], object],
+    ) -> None:  # fmt: skip
+        """Subscribe; notice_jump : called before sources are taken, so that a clock that went back forgets none."""
+        self._notice_jump = notice_jump
         self._node, self._parameters, self._station, self._health = node, parameters, station, health
         self._frame = parameters.frame
         self.guards = StampGuards(parameters.most_ahead)
@@ -100,8 +103,7 @@ class Inputs:
             LargeTopic(kind=PointCloud2, name="terrain/points", take=self.on_points, qos=terrain),
             LargeTopic(kind=Mesh, name="terrain/mesh", take=self.on_mesh, qos=terrain),
         )
-        failed = partial(health.set, "terrain", ERROR)
-        self._surveys = LargeMessages(node, surveys, failed, events=self._events)
+        self._surveys = LargeMessages(node, surveys, self._lose_terrain, events=self._events)
         own = {topic: each.qos_profile for topic, each in self._subscriptions.items()}
         self._watched = watched_topics({**own, **self._surveys.qos}, sensors)
         self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
@@ -145,6 +147,12 @@ class Inputs:
         self._look_at = 0.0
 
     # --- on the thread of the surveys
+
+    def _lose_terrain(self, why: str) -> None:
+        """Report a terrain message that was lost by an unforeseen error: only a later whole survey makes up for it."""
+        self._station.terrain.refuse("whole", why=why)
+        self._station.terrain_refused(why)
+        self._health.set("terrain", ERROR, why)
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
         """Take a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points."""
@@ -225,6 +233,8 @@ class Inputs:
         return Arrival(convert=lambda: survey_of_cloud(cloud, frame, most), stamp_ns=stamp)
 
     def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
+        self._notice_jump()
+
         def take() -> None:
             found = convert()
             stamp = nanoseconds(header.stamp)

@@ -111,7 +111,7 @@ class SimulatorNode(LifecycleNode):
         """Subscribe, answer and decide."""
         assert self.station is not None
         done = super().on_activate(state)
-        self.inputs = Inputs(self, values_of(self, SimulatorParameters), self.station, self.health)
+        self.inputs = Inputs(self, values_of(self, SimulatorParameters), self.station, self.health, self._notice_jump)
         self.station.activate()
         self.heartbeat.reset()
         self._report("active", OK)
@@ -160,14 +160,19 @@ class SimulatorNode(LifecycleNode):
 
         The clock is checked here, because ROS reports jumps of simulated time only.
         """
-        now = self._now()
-        if now < self._ticked:
-            self._clock_went_back((self._ticked - now) * 1e-9)
-        self._ticked = now
+        now = self._notice_jump()
         if self.station is not None and self.inputs is not None:
             self._check_clock(now)
             self.inputs.watch_publishers()
             self.station.beat()
+
+    def _notice_jump(self) -> int:
+        """Return the time now (ns), after a check if the clock went back since the last call."""
+        now = self._now()
+        if now < self._ticked:
+            self._clock_went_back((self._ticked - now) * 1e-9)
+        self._ticked = now
+        return now
 
     def _check_clock(self, now_ns: int) -> None:
         """Report a clock that stands still; the steady timer goes on then."""

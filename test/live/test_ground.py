@@ -233,3 +233,10 @@ def test_a_ground_can_be_made_on_another_thread_than_it_is_flown_on():
     thread.join()
     assert made[0].stamp_ns == 7
     assert made[0].engine.ground_below(made[0].terrain.vertices[900][None] + (0, 0, 5))[0, 0] == pytest.approx(5.0)
+
+
+def test_a_patch_does_not_renew_the_whole_survey():
+    workshop = Workshop()
+    patched = workshop.patched(workshop.whole(grid(), stamp_ns=7), grid(10, 12, 12.37, 9.21), stamp_ns=9)
+    assert (patched.stamp_ns, patched.whole_ns) == (9, 7)
+    assert workshop.whole(grid(), stamp_ns=11).whole_ns == 11

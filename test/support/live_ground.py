@@ -26,6 +26,7 @@ class Ground:
     engine: Any
     digest: str = "0" * 64
     stamp_ns: int = 0
+    whole_ns: int = 0
 
 
 def pit_scene(folder, more="", **of_pit):

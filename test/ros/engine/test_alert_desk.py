@@ -19,8 +19,10 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged, files_in
+from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine import alert_desk
 from rpf3d_ros.engine.alert_desk import NO_CLOCK, AlertDesk
+from rpf3d_ros.engine.answer_evidence import EvidenceContext
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.station import Station
@@ -169,12 +171,24 @@ def test_a_fault_of_what_is_not_kept_is(desk):
     assert reports.alerts[-1].faults == ("2 patches are not in the terrain",)
 
 
-def test_what_was_clicked_is_cleared_by_whoever_watches_and_sees_nothing(desk):
-    desk, reports, _ = desk
+def test_what_was_clicked_is_cleared_by_no_radar_and_counts_until_it_is_too_old(desk):
+    desk, reports, clock = desk
     desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), BY_HAND)
     desk.decide_on("nobody", nothing_seen(NOW), RADAR)
     wait(lambda: len(reports.alerts) == 2)
-    assert reports.alerts[-1].evident == Level.NORMAL
+    assert reports.alerts[-1].evident == Level.EVACUATE
+    clock.now = NOW + 30 * S
+    desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
+    wait(lambda: len(reports.alerts) == 3)
+    assert (reports.alerts[-1].evident, reports.alerts[-1].faults) == (Level.NORMAL, ())
+
+
+def test_of_two_messages_of_one_stamp_the_one_with_sources_counts(desk):
+    desk, reports, _ = desk
+    desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW), RADAR)
+    desk.decide_on("nobody", nothing_seen(NOW), RADAR)
+    wait(lambda: len(reports.alerts) == 2)
+    assert reports.alerts[-1].evident == Level.EVACUATE
 
 
 def test_a_disk_that_hangs_is_told_of_while_it_does(monkeypatch):
@@ -385,7 +399,7 @@ def test_a_topic_that_is_expected_is_a_fault_until_it_is_heard():
         assert desk.close(PATIENCE)
 
 
-def test_evidence_that_is_lost_hides_no_topic_that_falls_silent_and_a_new_beginning_does(desk):
+def test_neither_lost_evidence_nor_a_new_beginning_hides_a_topic_that_fell_silent(desk):
     desk, reports, clock = desk
     desk.decide_on("other wall", evidence(), OTHER)
     desk.lose("an answer failed")
@@ -394,7 +408,9 @@ def test_evidence_that_is_lost_hides_no_topic_that_falls_silent_and_a_new_beginn
     assert OTHER in decided(reports, 3).faults[0]
     desk.forget("the node has just been activated")
     desk.decide_on("wall", evidence(now=clock.now), RADAR)
-    assert decided(reports, 5).faults == ()
+    assert OTHER in decided(reports, 5).faults[0]
+    desk.decide_on("other wall", evidence(now=clock.now), OTHER)
+    assert decided(reports, 6).faults == ()
 
 
 def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
@@ -402,6 +418,19 @@ def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
     station = SimpleNamespace(desk=SimpleNamespace(lose=lost.append), _outlets=MagicMock())
     Station.failed(station, RuntimeError("broken"))
     assert lost == ["an answer failed: RuntimeError"]
+
+
+def test_a_wall_whose_answer_failed_is_a_fault_whatever_is_answered_of_other_walls(desk):
+    desk, reports, _ = desk
+    trigger = trigger_of([(1.0, 1.0, 1.0)], [(0.0, 0.0, 0.0)], None, NOW - 3 * S, RADAR)
+    station = MagicMock(desk=desk, region_of=lambda trigger: "wall")
+    station._circumstances.return_value = EvidenceContext(standing=None, at_ns=NOW, seed=1)
+    station._decide_without_answer = partial(Station._decide_without_answer, station)
+    Station.failed(station, RuntimeError("broken"), trigger)
+    desk.decide_on("other wall", evidence(area(0)), OTHER)
+    assert "an answer failed: RuntimeError" in decided(reports, 3).faults
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    assert decided(reports, 4).faults == ()
 
 
 def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():

@@ -40,7 +40,7 @@ class Answers:
     def groundless(self, trigger):
         self.errors.append("no ground")
 
-    def failed(self, error):
+    def failed(self, error, trigger=None):
         self.errors.append(error)
 
 

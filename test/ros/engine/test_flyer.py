@@ -44,7 +44,7 @@ class FlyerReports:
     def groundless(self, trigger):
         self.missing.append(trigger.stamp_ns)
 
-    def failed(self, error):
+    def failed(self, error, trigger=None):
         self.errors.append(error)
 
 

@@ -87,3 +87,10 @@ def test_a_click_takes_the_place_of_no_source_of_the_monitoring():
     waiting.put(trigger_of(none, none, None, 1, "sources"))
     waiting.put(trigger_of(none, none, None, 2, "clicked_point"))
     assert sorted(taken(waiting)) == [1, 2] and waiting.dropped == 0
+
+
+def test_a_click_beside_another_takes_the_place_of_none():
+    waiting = WaitingSources(SIZE, 10)
+    for stamp, x in enumerate((1.0, 3.0, 3.0), start=1):
+        waiting.put(trigger_of(np.array([[x, 1.0, 1.0]]), np.zeros((1, 3)), None, stamp, "clicked_point"))
+    assert sorted(taken(waiting)) == [1, 3]

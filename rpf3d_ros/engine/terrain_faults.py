@@ -1,0 +1,45 @@
+"""The faults of a terrain that lacks a message, as sentences, and as they are read again after a restart."""
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+PATCHES = "{} patches are not in the terrain: the whole terrain must be published"
+SURVEY = "a survey was refused ({}): the terrain is out of date, publish the whole terrain"
+
+
+class TerrainLack(NamedTuple):
+    """What a terrain lacks: a number of patches, and why a whole survey was refused, "" if none was."""
+
+    patches: int = 0
+    why_refused: str = ""
+
+    @property
+    def patches_sentence(self) -> str:
+        """The fault of missing patches; "" if none is missing."""
+        return PATCHES.format(self.patches) if self.patches else ""
+
+    @property
+    def survey_sentence(self) -> str:
+        """The fault of a refused survey; "" if none was refused."""
+        return SURVEY.format(self.why_refused) if self.why_refused else ""
+
+
+def lack_of(faults: Iterable[str]) -> TerrainLack:
+    """Return what the terrain lacked according to the faults of an alert.
+
+    >>> lack_of(["2 patches are not in the terrain: the whole terrain must be published"])
+    TerrainLack(patches=2, why_refused='')
+    """
+    patches, why = 0, ""
+    for fault in faults:
+        if found := re.fullmatch(_pattern(PATCHES), fault, re.DOTALL):
+            patches = int(found[1]) if found[1].isdecimal() else 1
+        if found := re.fullmatch(_pattern(SURVEY), fault, re.DOTALL):
+            why = found[1]
+    return TerrainLack(patches=patches, why_refused=why)
+
+
+def _pattern(sentence: str) -> str:
+    before, _, after = sentence.partition("{}")
+    return f"{re.escape(before)}(.+){re.escape(after)}"

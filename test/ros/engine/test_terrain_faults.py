@@ -1,0 +1,89 @@
+"""What a terrain lacks is a fault that neither a restart nor an unforeseen error hides."""
+
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+import numpy as np
+from never_green import combination, pit
+from never_green.combination import Run, configuration_of
+from never_green.plan import Plan, Send, Speaker, Truth
+from never_green.stories import RADAR_A, patch_send, survey
+
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of
+from rpf3d_ros.nodes import inputs
+
+TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
+TOPICS = (RADAR_A, "terrain/points", "terrain/update", "areas/polygon")
+PLAN = Plan(
+    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(RADAR_A,),
+    limits="restrict", expects=False,
+)  # fmt: skip
+WHOLE = Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1))
+AREA = Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=pit.outline(pit.ROAD))
+NOTHING = Send(sent=0.3, at=0.3, topic=RADAR_A, kind="poses", places=np.empty((0, 3)))
+PATCH = patch_send(TRUTH, 0.4, ((16.0, 24.0), (8.0, 24.0)))
+
+
+def at(send, moment):
+    return send._replace(sent=moment, at=moment)
+
+
+def faults_after(run, *sends):
+    """The faults of the alert after some messages."""
+    for send in sends:
+        run.deliver(send)
+        run.node.tick()
+    return run.node.station.desk.alert.faults
+
+
+@pytest.fixture
+def started(monkeypatch, tmp_path):
+    """Starts nodes that share a decision log, one after another, over a given terrain."""
+    runs = []
+
+    def start(standing=None):
+        def configured(plan):
+            log = DecisionLog(tmp_path, "0.1.0")
+            return replace(configuration_of(plan), log=log, standing=standing, standing_report="restored")
+
+        monkeypatch.setattr(combination, "configuration_of", configured)
+        runs.append(Run(PLAN))
+        return runs[-1]
+
+    yield start
+    runs[-1].node.close()
+
+
+@pytest.mark.parametrize(
+    ("bad", "sentence"),
+    [(PATCH._replace(frame="drone"), "1 patches are not in"), (at(WHOLE, 0.5)._replace(frame="drone"), "was refused")],
+    ids=["a patch", "a survey"],
+)
+def test_a_restart_does_not_hide_what_the_terrain_lacks(started, bad, sentence):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    assert sentence in faults_after(run, bad)[0]
+    standing = run.node.station.flyer.standing
+    run.node.close()
+    run = started(standing)
+    assert sentence in faults_after(run, at(AREA, 1.0), at(NOTHING, 1.1))[0]
+    assert faults_after(run, at(WHOLE, 1.2)) == ()
+
+
+def test_an_unforeseen_error_in_the_intake_of_a_survey_is_a_fault_until_the_next(started, monkeypatch):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    monkeypatch.setattr(inputs, "check_cloud", lambda *given: 1 / 0)
+    assert "ZeroDivisionError" in faults_after(run, at(WHOLE, 0.5))[0]
+    monkeypatch.undo()
+    assert faults_after(run, at(WHOLE, 0.6)) == ()
+
+
+def test_faults_of_the_terrain_are_read_as_they_are_written():
+    lack = TerrainLack(patches=3, why_refused="frame_id is 'a\nb'; it must be 'map'")
+    assert lack_of(["the sources are stale", lack.survey_sentence, lack.patches_sentence]) == lack
+    assert lack_of(["the sources are stale"]) == TerrainLack()

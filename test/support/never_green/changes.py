@@ -1,0 +1,102 @@
+"""What defects do to a message: each function draws a change of a `Send`."""
+
+from collections.abc import Callable
+
+import numpy as np
+from never_green.messages import dense, truncated, with_nan
+from never_green.plan import Send
+
+Change = Callable[[Send], Send]
+AXES = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]])
+UNITS = (0.3048, 1.0 / 0.3048, 1000.0, 0.001, 0.01)
+"""Metres in a foot, feet in a metre, millimetres, kilometres, centimetres taken for metres."""
+
+
+def framed(rng: np.random.Generator) -> Change:
+    frame = str(rng.choice(("", "radar", "utm", "Map", "odom")))
+    return lambda send: send._replace(frame=frame)
+
+
+def scaled(rng: np.random.Generator) -> Change:
+    unit = float(rng.choice(UNITS))
+    return lambda send: send._replace(places=send.places * unit)
+
+
+def heights_scaled(rng: np.random.Generator) -> Change:
+    unit = np.array([1.0, 1.0, float(rng.choice(UNITS))])
+    return lambda send: send._replace(places=send.places * unit)
+
+
+def mirrored(rng: np.random.Generator) -> Change:
+    signs = AXES[rng.integers(len(AXES))]
+    return lambda send: send._replace(places=send.places * signs[: send.places.shape[-1]])
+
+
+def mirrored_heights(rng: np.random.Generator) -> Change:
+    """Return a survey upside down about a height within the pit: the road is high, the slope falls the other way."""
+    return lambda send: send._replace(places=send.places * AXES[2] + (0.0, 0.0, 1020.0))
+
+
+def exchanged(rng: np.random.Generator) -> Change:
+    return lambda send: send._replace(places=send.places[..., [1, 0, 2][: send.places.shape[-1]]])
+
+
+def upside_down(rng: np.random.Generator) -> Change:
+    return lambda send: send._replace(places=send.places * AXES[2])
+
+
+def late(rng: np.random.Generator) -> Change:
+    by, waits = float(rng.uniform(6.0, 40.0)), rng.random() < 0.5
+    return lambda send: send._replace(offset=-by, at=send.at + (by if waits else 0.0))
+
+
+def stamped_late(rng: np.random.Generator) -> Change:
+    by = float(rng.uniform(1.0, 40.0))
+    return lambda send: send._replace(offset=-by)
+
+
+def early(rng: np.random.Generator) -> Change:
+    by = float(rng.choice((rng.uniform(0.7, 9.0), rng.uniform(10.5, 1e4))))
+    return lambda send: send._replace(offset=by)
+
+
+def not_finite(rng: np.random.Generator) -> Change:
+    row = int(rng.integers(100))
+
+    def change(send: Send) -> Send:
+        if not len(send.places):
+            return send._replace(places=np.full((1, 3), np.nan), damage=dense if send.kind == "cloud" else None)
+        damage = dense if send.kind in ("cloud", "grid", "patch") else None
+        return send._replace(places=with_nan(send.places, row), damage=damage)
+
+    return change
+
+
+def all_nan(rng: np.random.Generator) -> Change:
+    return lambda send: send._replace(places=np.full((max(len(send.places), 4), 3), np.nan))
+
+
+def damaged(rng: np.random.Generator) -> Change:
+    return lambda send: send._replace(damage=truncated if len(send.places) else None)
+
+
+def two_corners(rng: np.random.Generator) -> Change:
+    return lambda send: send._replace(places=send.places[:2])
+
+
+def strip(rng: np.random.Generator) -> Change:
+    """Return a survey with a strip of holes before the road."""
+    column = int(rng.integers(10, 20))
+
+    def change(send: Send) -> Send:
+        places = send.places.copy()
+        places[:, column : column + 2] = np.nan
+        return send._replace(places=places)
+
+    return change
+
+
+def cut(rng: np.random.Generator) -> Change:
+    """Return a survey that ends before the road."""
+    columns = int(rng.integers(8, 22))
+    return lambda send: send._replace(places=send.places[:, :columns])

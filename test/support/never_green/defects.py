@@ -1,0 +1,230 @@
+"""The fault tree of inputs: each function takes a combination and harms one of its inputs.
+
+A defect must be of a kind that the node can know of. What it cannot know is in the safety argument ("What does no part
+cover?") and is not drawn: a wrong place that is plausible, a source that no sensor reports, a patch that is never sent
+while the survey is renewed.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from never_green import changes, pit
+from never_green.changes import Change
+from never_green.plan import END, Plan, Send, Speaker
+from never_green.stories import EVERY, RADAR_A, SENSORS
+
+Defect = Callable[[Plan, np.random.Generator], Plan | None]
+"""A function that returns the plan with a defect more; None if the plan has no such input."""
+
+AREAS = ("areas/polygon", "areas/equipment")
+WHOLE = ("terrain/points", "terrain/mesh")
+PATCH = ("terrain/update",)
+LOOKED = 2.5
+"""Time (s) within which the node notices a second publisher, or one that it cannot receive."""
+
+
+def harmed(plan: Plan, name: str, chosen: Callable[[Send], bool], change: Change) -> Plan | None:
+    """Return the plan with some messages changed; None if there are none."""
+    if not any(map(chosen, plan.sends)):
+        return None
+    return plan.with_defect(name, sends=tuple(change(send) if chosen(send) else send for send in plan.sends))
+
+
+def _topic_of(plan: Plan, rng: np.random.Generator, topics: tuple[str, ...]) -> str:
+    """Return one of the topics that are used in the plan; "" if none is."""
+    used = sorted({send.topic for send in plan.sends if send.topic in topics})
+    return str(rng.choice(used)) if used else ""
+
+
+def _from_then(plan: Plan, rng: np.random.Generator, topics: tuple[str, ...]) -> tuple[str, Callable[[Send], bool]]:
+    """Return a topic of the plan, and a test for its messages from a random time on, or for a few of them."""
+    topic, since = _topic_of(plan, rng, topics), float(rng.choice((0.0, rng.uniform(0.0, 14.0))))
+    until = float(rng.choice((END, since + 2.5 * EVERY)))
+    return topic, lambda send: send.topic == topic and since <= send.sent < until
+
+
+def changing(word: str, topics: tuple[str, ...], change_of: Callable[[np.random.Generator], Change]) -> Defect:
+    """Return a defect that changes messages of one of the topics from a time on."""
+
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        topic, chosen = _from_then(plan, rng, topics)
+        return harmed(plan, f"{word}: {topic}", chosen, change_of(rng))
+
+    return defect
+
+
+def silent(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a sensor fall silent; from the begin only if the site expects it."""
+    topic, since = _topic_of(plan, rng, SENSORS), 0.0 if plan.expects and rng.random() < 0.4 else rng.uniform(3.0, 14.0)
+    sends = tuple(send for send in plan.sends if send.topic != topic or send.sent < since)
+    if len(sends) == len(plan.sends) or (since and not any(send.topic == topic for send in sends)):
+        return None
+    return plan.with_defect(f"missing: {topic}", sends=sends)
+
+
+def without(word: str, topics: tuple[str, ...], from_begin: bool) -> Defect:
+    """Return a defect that lets the messages of one of the topics end, or never come."""
+
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        topic, since = _topic_of(plan, rng, topics), 0.0 if from_begin else float(rng.uniform(3.0, 6.0))
+        sends = tuple(send for send in plan.sends if send.topic != topic or send.sent < since)
+        return None if len(sends) == len(plan.sends) else plan.with_defect(f"{word}: {topic}", sends=sends)
+
+    return defect
+
+
+def duplicated(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Send messages of a topic twice, the second time at once or much later, with the stamp of the first."""
+    topic, chosen = _from_then(plan, rng, (*SENSORS, *AREAS, *WHOLE, *PATCH))
+    by = float(rng.choice((0.05, 4.0 * EVERY + 0.3)))
+    again = tuple(send._replace(at=send.at + by) for send in plan.sends if chosen(send))
+    return plan.with_defect(f"duplicated: {topic}", sends=(*plan.sends, *again)) if again else None
+
+
+def diluted(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Add twenty harmless sources to the messages of a sensor."""
+    topic, chosen = _from_then(plan, rng, SENSORS)
+    more = np.array([pit.placed(62.0, 6.0 + 3.4 * number, 0.5) for number in range(20)])
+    return harmed(
+        plan, f"diluted: {topic}", lambda send: chosen(send) and send.kind in ("poses", "cloud"),
+        lambda send: send._replace(places=np.concatenate([more, send.places])),
+    )  # fmt: skip
+
+
+def contradicting(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a sensor report nothing, of which each source is seen by another sensor too; at most once in a plan."""
+    sources = [set(source.seen_by) & set(plan.sensors) for source in plan.truth.sources]
+    topics = [each for each in plan.sensors if any(each in seen for seen in sources)]
+    topics = [each for each in topics if all(seen != {each} for seen in sources)]
+    if not topics or any(name.startswith("contradicting:") for name in plan.defects):
+        return None
+    topic = str(rng.choice(topics))
+    return harmed(
+        plan, f"contradicting: {topic}", lambda send: send.topic == topic,
+        lambda send: send._replace(places=np.empty((0, 3))),
+    )  # fmt: skip
+
+
+def empty_at_once(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Send a message without sources with the same stamp after each message of a sensor."""
+    topic, chosen = _from_then(plan, rng, SENSORS)
+    none = np.empty((0, 3))
+    full = [send for send in plan.sends if chosen(send) and len(send.places)]
+    more = tuple(send._replace(at=send.at + 0.01, places=none) for send in full)
+    return plan.with_defect(f"contradicting itself: {topic}", sends=(*plan.sends, *more)) if more else None
+
+
+def two_speakers(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a second program publish on a topic: sensors that see nothing, another survey or area."""
+    topic, since = _topic_of(plan, rng, (*SENSORS, *AREAS, *WHOLE)), float(rng.uniform(0.0, 12.0))
+    own = [send for send in plan.sends if send.topic == topic]
+    if not own:
+        return None
+    places = np.empty((0, 3)) if topic in SENSORS else own[0].places
+    times = np.arange(since + 0.4, END, EVERY).tolist()
+    more = tuple(own[0]._replace(sent=at, at=at, places=places, publisher=1, damage=None) for at in times)
+    return plan.with_defect(
+        f"two speakers: {topic}", sends=(*plan.sends, *more), graces=(*plan.graces, (since, LOOKED)),
+        speakers=(*plan.speakers, Speaker(topic=topic, number=1, since=since)),
+    )  # fmt: skip
+
+
+def not_received(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the publisher of a topic have a quality of service or a type that the node cannot receive."""
+    topic = _topic_of(plan, rng, (*SENSORS, *AREAS, *WHOLE, *PATCH))
+    since = float(rng.choice((0.0, rng.uniform(0.0, 12.0))))
+    if not topic:
+        return None
+    is_of_type = bool(rng.random() < 0.5)
+    speakers = []
+    for one in plan.speakers:
+        parts = [one]
+        if one.topic == topic and one.number == 0:
+            late = one._replace(since=since, is_received=False, is_of_type=is_of_type)
+            parts = [one._replace(until=since), late]
+        speakers += parts
+    return plan.with_defect(f"not received: {topic}", speakers=tuple(speakers))
+
+
+def _clock(name: str, **changes: Callable[[np.random.Generator], object]) -> Defect:
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        rule = plan.clock._replace(**{key: draw(rng) for key, draw in changes.items()})
+        return plan.with_defect(name, clock=rule)
+
+    return defect
+
+
+def _a_while(rng: np.random.Generator) -> tuple[float, float]:
+    begin = float(rng.uniform(4.0, 12.0))
+    return begin, begin + float(rng.uniform(1.0, 9.0))
+
+
+def _anywhen(rng: np.random.Generator) -> float:
+    return float(rng.uniform(2.0, 14.0))
+
+
+def acknowledged(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a person acknowledge at random times, sometimes without a name or twice."""
+    words = str(rng.choice(("A. Shift: looked from the other side", ":", "A. Shift:")))
+    times = sorted(rng.uniform(0.5, END, rng.integers(1, 5)).tolist())
+    acks = [
+        Send(sent=at, at=at, topic="", kind="acknowledgement", places=np.empty((0, 3)), words=words) for at in times
+    ]
+    return plan.with_defect("acknowledged early", sends=(*plan.sends, *acks))
+
+
+def failing(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let every answer to sources on the slope fail with an error, for some time."""
+    begin = float(rng.choice((0.0, rng.uniform(0.0, 10.0))))
+    return plan.with_defect("answers fail", answers_fail=(begin, begin + float(rng.uniform(5.0, END))))
+
+
+def false_patch(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Send a patch of the slope whose heights are in another unit or upside down."""
+    since = float(rng.uniform(1.0, 12.0))
+    change = (changes.heights_scaled, changes.upside_down)[rng.integers(2)](rng)
+    points = pit.patch_of(plan.truth.has_bank(since), (24.0, 36.0), (4.0, 76.0))
+    send = change(Send(sent=since, at=since, topic=PATCH[0], kind="patch", places=points))
+    speakers = plan.speakers
+    if not any(one.topic == PATCH[0] for one in speakers):
+        speakers = (*speakers, Speaker(topic=PATCH[0], number=0))
+    return plan.with_defect("wrong heights of a patch", sends=(*plan.sends, send), speakers=speakers)
+
+
+BROKEN = partial(changing, topics=(*SENSORS, *PATCH, *WHOLE, *AREAS))
+DEFECTS: dict[str, Defect] = {
+    "missing sources": silent,
+    "missing surveys": without("missing", WHOLE, from_begin=False),
+    "missing terrain": without("missing from the begin", WHOLE, from_begin=True),
+    "missing areas": without("missing from the begin", AREAS, from_begin=True),
+    "late sources": changing("late", SENSORS, changes.late),
+    "late terrain": changing("late", ("terrain/points", *PATCH), changes.late),
+    "late areas": changing("late", AREAS, changes.stamped_late),
+    "early": changing("early", (*SENSORS, "terrain/points", *PATCH, *AREAS), changes.early),
+    "wrong frame": changing("wrong frame", (*SENSORS, "terrain/points", *PATCH, *AREAS), changes.framed),
+    "wrong unit": BROKEN("wrong unit", change_of=changes.scaled),
+    "wrong unit of heights": changing("wrong heights", (*SENSORS, *WHOLE), changes.heights_scaled),
+    "wrong sign": BROKEN("wrong sign", change_of=changes.mirrored),
+    "exchanged axes": BROKEN("exchanged axes", change_of=changes.exchanged),
+    "upside down": changing("upside down", (*SENSORS, *WHOLE), changes.upside_down),
+    "wrong heights of a patch": false_patch,
+    "not finite": changing("not finite", (*SENSORS, "terrain/points", *PATCH, "areas/equipment"), changes.not_finite),
+    "nothing but NaN": changing("nothing but NaN", (RADAR_A, SENSORS[2]), changes.all_nan),
+    "damaged": changing("damaged", (*SENSORS, *WHOLE, *PATCH), changes.damaged),
+    "partial area": changing("partial", ("areas/polygon",), changes.two_corners),
+    "strip of holes": changing("strip of holes", WHOLE[:1], changes.strip),
+    "cut survey": changing("cut", WHOLE, changes.cut),
+    "duplicated": duplicated,
+    "diluted": diluted,
+    "contradicting": contradicting,
+    "contradicting itself": empty_at_once,
+    "two speakers": two_speakers,
+    "not received": not_received,
+    "clock stands": _clock("clock stands", stands=_a_while),
+    "clock back": _clock("clock back", jump=lambda rng: -float(rng.uniform(1.0, 60.0)), jump_at=_anywhen),
+    "clock ahead": _clock("clock ahead", jump=lambda rng: float(rng.uniform(1.0, 60.0)), jump_at=_anywhen),
+    "clock begins late": _clock("clock begins late", begins=_anywhen),
+    "acknowledged early": acknowledged,
+    "answers fail": failing,
+}

@@ -1,0 +1,186 @@
+"""A simulator node without a network: its intake, builder, flyer, alert desk and publishers, on simulated time.
+
+All code is that of the node, except rclpy's subscriptions, publishers, clock and graph, the answers for display and the
+diagnostics. The threads of the station run; after each message the campaign waits until all of them wait for work.
+"""
+
+import itertools
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from functools import partial
+from types import ModuleType, SimpleNamespace
+from typing import Any
+from unittest.mock import patch
+
+from rpf3d_ros.engine import alert_desk, flyer, station, waiting_terrain
+from rpf3d_ros.engine.clock_watch import ClockWatch
+from rpf3d_ros.engine.configuration import StationConfiguration
+from rpf3d_ros.engine.outlets import NoOutput, Outlets
+from rpf3d_ros.interface import alert_publishers
+from rpf3d_ros.interface.alert_publishers import AlertPublishers
+from rpf3d_ros.nodes import inputs, simulator
+from rpf3d_ros.nodes.inputs import Inputs
+from rpf3d_ros.nodes.simulator import SimulatorNode
+
+WITH_TIME: tuple[ModuleType, ...] = (alert_publishers, flyer, inputs, simulator, station, waiting_terrain)
+"""Modules that read a steady clock, which is simulated."""
+
+IDLE_WITHIN = 300.0
+"""Time (s) after which a thread that still works is an error of the campaign; compiling takes most of it."""
+
+
+class WatchedQueue:
+    """A queue of which it is known whether a thread waits in it."""
+
+    def __init__(self) -> None:
+        self._items: deque[Any] = deque()
+        self.changed = threading.Condition()
+
+    def put(self, item: Any) -> None:
+        with self.changed:
+            self._items.append(item)
+            self.changed.notify()
+
+    def get(self, timeout: float | None = None) -> Any:
+        with self.changed:
+            if not self.changed.wait_for(lambda: self._items, timeout):
+                raise alert_desk.queue.Empty
+            return self._items.popleft()
+
+    def empty(self) -> bool:
+        return not self._items
+
+
+def wait_until_idle(conditions: Sequence[threading.Condition]) -> None:
+    """Wait until a thread waits for work at each of the conditions, in the order in which they give each other work."""
+    until = time.monotonic() + IDLE_WITHIN
+    for condition in conditions:
+        while True:
+            with condition:
+                if condition._waiters:
+                    break
+            if time.monotonic() > until:
+                raise RuntimeError("a thread of the station does not come to rest")
+            time.sleep(0.0002)
+
+
+class Received:
+    """A publisher that keeps what it is given, in a list that several publishers share."""
+
+    is_activated = True
+
+    def __init__(self, topic: str, published: list[tuple[str, Any]]) -> None:
+        self._topic, self._published = topic, published
+
+    def publish(self, message: Any) -> None:
+        self._published.append((self._topic, message))
+
+
+class DryRosNode:
+    """What Inputs and AlertPublishers need of a node of rclpy.
+
+    now_ns : returns the time of the node's clock (ns); publishers_of : returns the publishers of a topic in the graph
+    """
+
+    def __init__(self, now_ns: Callable[[], int], publishers_of: Callable[[str], list[Any]]) -> None:
+        self._now_ns, self.get_publishers_info_by_topic = now_ns, publishers_of
+        self.take: dict[str, Callable[..., None]] = {}
+        self.published: list[tuple[str, Any]] = []
+        self.context = SimpleNamespace(ok=lambda: True)
+
+    def create_subscription(self, kind: Any, topic: str, callback: Callable[..., None], qos: Any, **_: Any) -> Any:
+        self.take[topic] = callback
+        return SimpleNamespace(qos_profile=qos)
+
+    def destroy_subscription(self, subscription: Any) -> None:
+        """Do nothing."""
+
+    def create_lifecycle_publisher(self, kind: Any, topic: str, qos: Any, **_: Any) -> Received:
+        return Received(topic, self.published)
+
+    def get_namespace(self) -> str:
+        return "/"
+
+    def get_clock(self) -> Any:
+        return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=self._now_ns()))
+
+
+class DryLargeMessages:
+    """The subscriptions to terrain; messages are passed on by the caller's thread."""
+
+    def __init__(self, node: DryRosNode, topics: Sequence[Any], failed: Any, events: Any = None) -> None:
+        self.qos = {topic.name: topic.qos for topic in topics}
+        node.take |= {topic.name: partial(self._hand_on, topic.take, failed) for topic in topics}
+
+    def _hand_on(self, take: Any, failed: Any, *message: Any) -> None:
+        try:
+            take(*message)
+        except Exception as error:  # as the thread of LargeMessages does
+            failed(f"{type(error).__name__}: {error}")
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class DryNode:
+    """A simulator without a network; `tick` is what the node's timer calls."""
+
+    _tick, _check_clock = SimulatorNode._tick, SimulatorNode._check_clock
+    _notice_jump, _clock_went_back = SimulatorNode._notice_jump, SimulatorNode._clock_went_back
+
+    def __init__(
+        self, configuration: StationConfiguration, now_ns: Callable[[], int], steady: Callable[[], float],
+        publishers_of: Callable[[str], list[Any]],
+    ) -> None:  # fmt: skip
+        """Start the threads and subscribe; now_ns : the node's clock; steady : a steady clock (s)."""
+        self._patches = ExitStack()
+        clock = SimpleNamespace(monotonic=steady, sleep=time.sleep)
+        for module in WITH_TIME:
+            if hasattr(module, "time"):
+                self._patches.enter_context(patch.object(module, "time", clock))
+        self._patches.enter_context(patch.object(inputs, "LargeMessages", DryLargeMessages))
+        queues = SimpleNamespace(SimpleQueue=WatchedQueue, Empty=alert_desk.queue.Empty)
+        self._patches.enter_context(patch.object(alert_desk, "queue", queues))
+        self._now, self.ros = now_ns, DryRosNode(now_ns, publishers_of)
+        self.health: Any = NoOutput()
+        outlets = Outlets(
+            answers=self.health, alerts=AlertPublishers(self.ros), health=self.health, logger=self.health, now=now_ns
+        )
+        parameters = configuration.parameters
+        self._ticked, self._clock_stands = 0, False
+        self._clock_watch = ClockWatch(parameters.clock_patience)
+        self.station = station.Station(configuration, outlets)
+        self.inputs = Inputs(self.ros, parameters, self.station, self.health, self._notice_jump)
+        self.station.activate()
+        self.settle()
+
+    def settle(self) -> None:
+        """Wait until all threads wait for work."""
+        one = self.station
+        assert one.desk is not None
+        wait_until_idle((one.terrain._changed, one.flyer._changed, one.desk._requests.changed))
+
+    def receive(self, topic: str, *message: Any) -> None:
+        """Take a message as the executor does, or bytes and time of publication as the thread of the surveys does."""
+        self.ros.take[topic](*message)
+        self.settle()
+
+    def tick(self) -> None:
+        """Do what the node's timer does."""
+        self._tick()
+        self.settle()
+
+    def close(self) -> None:
+        """End all threads."""
+        self.inputs.close()
+        self.station.close()
+        self._patches.close()
+
+
+def numbered() -> Callable[[], int]:
+    """Return a function that returns 1, 2, 3 and so on."""
+    numbers = itertools.count(1)
+    return lambda: next(numbers)

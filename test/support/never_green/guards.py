@@ -1,0 +1,196 @@
+"""Take each guard of the safety argument away in a copy of the package, and let the campaign find a false green.
+
+    PYTHONPATH=test/support:. python -m never_green.guards               all guards
+    PYTHONPATH=test/support:. python -m never_green.guards 1.2 4         those whose line begins with one of these
+    PYTHONPATH=test/support:. python -m never_green.guards --table       the table of docs/explanation/never-green.md
+
+A change is exact text that occurs once in a file, and what it becomes. `line` is the line of the safety argument.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[3]
+COPIED = ("rpf3d_core", "rpf3d_ros", "test/support", "config")
+COMBINATIONS = 60
+"""Combinations with a defect that the guard is there for; the first that fails ends the search."""
+
+LONGEST = 900.0
+"""Time (s) after which the search is given up."""
+
+ENGINE, LIVE, ALERTS = "rpf3d_ros/engine", "rpf3d_core/live", "rpf3d_core/alerts"
+MESSAGES, NODES = "rpf3d_ros/messages", "rpf3d_ros/nodes"
+
+
+class Guard(NamedTuple):
+    """A guard of the safety argument.
+
+    line : number in the argument; guard : what it does; file, text, becomes : the change
+    kinds : kinds of defects that the guard is there for, separated by commas
+    also : another guard that covers the same defects, and is taken away at the same time; "" for none
+    """
+
+    line: str
+    guard: str
+    file: str
+    text: str
+    becomes: str
+    kinds: str
+    also: str = ""
+
+
+GUARDS = (
+    Guard("1.1", "a message of sources that was not understood is a fault", f"{ENGINE}/station.py",
+          "        self._refused_inputs.refused(topic, why, time.monotonic())\n", "        return\n",
+          "never understood"),
+    Guard("1.1", "the fault stands while a topic has two publishers", f"{ENGINE}/refused_inputs.py",
+          "if topic in self._refused and speakers() <= 1:", "if topic in self._refused:",
+          "two speakers,alternately understood", also="two publishers of one topic are a fault"),
+    Guard("1.2", "a sensor that sees nothing clears only its own topic", f"{ENGINE}/region_evidence.py",
+          "return other.topic == self.topic and other.stamp_ns < self.stamp_ns",
+          "return other.stamp_ns < self.stamp_ns", "contradicting,acknowledged early"),
+    Guard("1.2", "of two messages of one stamp, the one with sources counts", f"{ENGINE}/region_evidence.py",
+          "other.stamp_ns < self.stamp_ns", "other.stamp_ns <= self.stamp_ns", "contradicting itself"),
+    Guard("1.2", "each click is a region by itself", f"{ENGINE}/waiting_sources.py",
+          "        if trigger.topic == BY_HAND:\n", "        if False:\n", "acknowledged early,duplicated"),
+    Guard("1.3", "a cloud of NaN is not `nothing seen`", f"{MESSAGES}/source_messages.py",
+          "    if not bool(there.any()):\n", "    if False:\n", "nothing but NaN"),
+    Guard("1.3", "a pose that is not finite is refused with its message", f"{MESSAGES}/source_reading.py",
+          "    _check_poses(at, axes)\n",
+          "    there = np.isfinite(at).all(axis=1)\n    at, axes = at[there], axes[there]\n", "not finite"),
+    Guard("1.4", "a source that cannot be released is a fault", f"{ENGINE}/answer_evidence.py",
+          "(answer.left_out, answer.doubtful)", "(answer.doubtful,)", "one misplaced"),
+    Guard("1.4", "sources of which none can be released are a fault", f"{ENGINE}/station.py",
+          "        self._decide_without_answer(trigger, why)\n\n    def groundless",
+          "        return\n\n    def groundless", "never released"),
+    Guard("1.6", "a topic that falls silent is a fault", f"{ENGINE}/source_topics.py",
+          "            if stamp < oldest_ns\n", "            if False\n", "missing sources,late sources"),
+    Guard("1.6", "a topic that is expected and never published is a fault", f"{ENGINE}/source_topics.py",
+          "        never = [topic for topic in self._expected if topic not in self._last]\n", "        never = []\n",
+          "never published"),
+    Guard("1.6", "a topic that was received before the clock went back must be received again",
+          f"{ENGINE}/source_topics.py", "        self._heard.update(self._last)\n", "", "missing sources,clock back"),
+    Guard("2.1", "a survey that was refused is a fault", f"{ENGINE}/station.py",
+          '        self.report_fault("surveys", lack.survey_sentence)\n', "", "survey not understood",
+          also="a stale survey is a fault"),
+    Guard("2.1", "a patch that was refused is a fault", f"{ENGINE}/station.py",
+          '        self.report_fault("patches", lack.patches_sentence)\n', "", "patch not understood",
+          also="a stale survey is a fault"),
+    Guard("2.1", "a patch that reaches far beyond the ground is refused", f"{LIVE}/sewing.py",
+          "    if RELATIVE_TOLERANCE * math.dist(low, high) > WIDER * facets.tolerance:\n", "    if False:\n",
+          "wrong heights of a patch"),
+    Guard("2.2", "a source far above the ground is doubtful", f"{ENGINE}/answer_evidence.py",
+          "(answer.left_out, answer.doubtful)", "(answer.left_out,)", "mirrored survey"),
+    Guard("2.3", "rocks that left on the way to an area are a fault", f"{ALERTS}/sound.py",
+          "    if is_hidden or (area.left and area.left / area.flown > terms.most_left):\n", "    if False:\n",
+          "strip of holes"),
+    Guard("2.4", "an area without ground is a fault", f"{ALERTS}/sound.py",
+          "    if area.uncovered > terms.most_uncovered:\n", "    if False:\n", "cut survey,wrong unit,wrong sign"),
+    Guard("3.1", "each cluster of sources is judged by itself", f"{ENGINE}/station.py",
+          "        cluster = terms.cluster_m if terms is not None else math.inf\n", "        cluster = math.inf\n",
+          "diluted"),
+    Guard("3.2", "the worst wall counts", f"{ENGINE}/region_evidence.py",
+          "        known = together([part for part in parts if part.sources] or parts)\n",
+          "        known = parts[-1]\n", "acknowledged early,contradicting"),
+    Guard("4.1", "a stale survey is a fault", f"{ALERTS}/sound.py",
+          "        elif longest is not None and age > ns_of(longest):\n", "        elif False:\n",
+          "missing surveys"),
+    Guard("4.1", "a patch does not renew the whole survey", f"{LIVE}/ground.py",
+          "        stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=ground.whole_ns)\n",
+          "        stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=stamp_ns)\n", "missing surveys"),
+    Guard("4.2", "a stamp that goes back is refused", f"{ENGINE}/stamp_guards.py",
+          "        if stamp_ns < last:\n", "        if False:\n", "duplicated,late sources"),
+    Guard("4.2", "a stamp from the future is a fault", f"{ALERTS}/sound.py",
+          "        if age < -ahead:\n", "        if False:\n", "early,missing sources,acknowledged early"),
+    Guard("4.3", "a clock that stands still is a fault", f"{NODES}/simulator.py",
+          '            self.station.report_fault("clock", STANDS if stands else "")\n', "            pass\n",
+          "clock stands,missing sources"),
+    Guard("4.3", "after the clock went back all is forgotten", f"{NODES}/simulator.py",
+          "        if now < self._ticked:\n", "        if False:\n", "clock back,missing sources"),
+    Guard("4.4", "nothing is decided before the clock runs", f"{ENGINE}/alert_desk.py",
+          "        if not self._clock_ran:\n", "        if False:\n", "clock begins late"),
+    Guard("5.1", "a publisher that cannot be received is a fault", f"{ENGINE}/publisher_watch.py",
+          "            if why := _misfit(topic, each):\n", "            if False and (why := _misfit(topic, each)):\n",
+          "not received"),
+    Guard("5.2", "two publishers of one topic are a fault", f"{ENGINE}/publisher_watch.py",
+          "        if topic.is_single and len(fitting) > 1:\n", "        if False:\n", "two speakers"),
+    Guard("6", "a level falls only by an acknowledgement", f"{ALERTS}/decide.py",
+          "    return _Held(level=before, by=previous.held_by, ", "    return _Held(level=evident, by=said, ",
+          "none"),
+    Guard("7.1", "an answer that fails loses the evidence", f"{ENGINE}/station.py",
+          "            self.desk.lose(why)\n            if trigger is not None:\n", "            if False:\n",
+          "answers fail"),
+    Guard("7.1", "the wall of an answer that failed stays a fault", f"{ENGINE}/station.py",
+          "                self._decide_without_answer(trigger, why)\n", "                pass\n", "answers fail"),
+)  # fmt: skip
+
+
+def copy_of(folder: Path) -> Path:
+    """Copy what the campaign needs into a new folder, and return the folder."""
+    for name in COPIED:
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
+    return folder
+
+
+def found_without(guard: Guard, folder: Path) -> str:
+    """Return the first false green without a guard in a copy, as a line of the campaign; "" if none is found.
+
+    The copy is restored, so that code compiled for it can be used again.
+    """
+    taken = [guard, *(each for each in GUARDS if each.guard == guard.also)]
+    before = {folder / each.file: (folder / each.file).read_text() for each in taken}
+    for each in taken:
+        source = (folder / each.file).read_text()
+        if source.count(each.text) != 1:
+            raise SystemExit(f"{each.file} holds {source.count(each.text)} times: {each.text!r}")
+        (folder / each.file).write_text(source.replace(each.text, each.becomes))
+    try:
+        return first_failure(folder, guard.kinds)
+    finally:
+        for path, source in before.items():
+            path.write_text(source)
+
+
+def first_failure(folder: Path, kinds: str) -> str:
+    """Return the first line of a campaign in a copy that reports a failure; "" if there is none."""
+    command = [sys.executable, "-m", "never_green.campaign", "--count", str(COMBINATIONS), "--kinds", kinds]
+    environment = os.environ | {"PYTHONPATH": f"{folder / 'test/support'}:{folder}", "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [*command, "--until-failed", "--workers", "1"], cwd=folder, env=environment, capture_output=True, text=True,
+        timeout=LONGEST,
+    )  # fmt: skip
+    if done.returncode not in (0, 1):
+        raise RuntimeError(done.stderr)
+    return next((line for line in done.stdout.splitlines() if line.startswith("seed ")), "")
+
+
+def table() -> str:
+    """Return the guards as a table of Markdown."""
+    rows = [f"| {one.line} | {one.guard} | `{one.file.split('/', 1)[1]}` | {one.also or '-'} |" for one in GUARDS]
+    return "\n".join(["| line | guard | file | taken away with it |", "|---|---|---|---|", *rows])
+
+
+def main(chosen: list[str], folder: Path) -> int:
+    """Take the guards away one after another in a folder; return 1 if the campaign misses one."""
+    guards = [each for each in GUARDS if not chosen or each.line.startswith(tuple(chosen))]
+    missed = 0
+    copy_of(folder)
+    for guard in guards:
+        line = found_without(guard, folder)
+        missed += not line
+        print(f"{guard.line} {guard.guard}: {line or 'NOT FOUND'}", flush=True)
+    print(f"{len(guards) - missed} of {len(guards)} guards are found by the campaign when they are taken away")
+    return int(missed > 0)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--table"]:
+        print(table())
+    else:
+        with tempfile.TemporaryDirectory() as name:
+            sys.exit(main(sys.argv[1:], Path(name)))

@@ -1,0 +1,68 @@
+"""Make the ROS messages of a combination, and bytes of terrain messages."""
+
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
+from live_peer import cloud, header, polygon, poses
+from never_green.plan import Send
+from rclpy.serialization import serialize_message
+
+from rpf3d_ros.messages.survey_mesh import grid_mesh
+from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
+
+SECOND = 1_000_000_000
+TERRAIN = ("grid", "mesh", "patch")
+"""Kinds of messages that arrive as bytes, with their time of publication."""
+
+
+def message_of(send: Send, stamp_ns: int) -> Any:
+    """Return the message of a Send with a stamp (ns), after its damage; terrain messages as bytes."""
+    made = _made(send, max(stamp_ns, 0))
+    return made if send.damage is None else send.damage(made)
+
+
+def bytes_of(message: Any) -> bytes:
+    """Return a terrain message as bytes (CDR)."""
+    return message if isinstance(message, bytes) else serialize_message(message)
+
+
+def _made(send: Send, stamp_ns: int) -> Any:
+    if send.kind in ("grid", "patch"):
+        return cloud(send.places, stamp_ns, send.frame)
+    if send.kind == "cloud":
+        return cloud(send.places.reshape(-1, 3), stamp_ns, send.frame)
+    if send.kind == "mesh":
+        return cdr_of_mesh(grid_mesh(send.places))
+    if send.kind == "point":
+        x, y, z = send.places[0].tolist()
+        return PointStamped(header=header(stamp_ns, send.frame), point=Point(x=x, y=y, z=z))
+    if send.kind == "polygon":
+        return polygon(send.places.tolist(), stamp_ns, send.frame)
+    return poses(send.places.tolist(), stamp_ns, send.frame)
+
+
+def truncated(message: Any) -> Any:
+    """Return a message that lacks its last bytes or points."""
+    if isinstance(message, bytes):
+        return message[: len(message) // 2]
+    if isinstance(message, PoseArray) and not message.poses:
+        return message
+    if isinstance(message, PoseArray):
+        message.poses[-1:] = [Pose(position=message.poses[-1].position, orientation=Quaternion(x=3.0, w=3.0))]
+        return message
+    message.data = message.data[: len(message.data) // 2]
+    return message
+
+
+def dense(message: Any) -> Any:
+    """Return a cloud that says that no point is missing."""
+    message.is_dense = True
+    return message
+
+
+def with_nan(places: np.ndarray, row: int) -> np.ndarray:
+    """Return places (N, 3) m of which one is not a number."""
+    changed = np.array(places, dtype=float)
+    changed[row % len(changed)] = np.nan
+    return changed

@@ -1,0 +1,94 @@
+"""Rare cases of the defects, for guards that matter in these cases only; the campaign itself does not draw them."""
+
+from collections.abc import Callable
+
+import numpy as np
+from never_green import changes
+from never_green.changes import Change
+from never_green.defects import PATCH, WHOLE, Defect, changing, harmed
+from never_green.plan import END, Plan, Send, Speaker
+from never_green.stories import EVERY, patch_send
+
+
+def of_the_only_sensor(word: str, change_of: Callable[[np.random.Generator], Change]) -> Defect:
+    """Return a defect that changes all messages of the only sensor that sees a dangerous source."""
+
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        topics = plan.truth.sources[-1].seen_by if plan.truth.sources else ()
+        if len(topics) != 1 or topics[0] not in plan.sensors or plan.expects:
+            return None
+        return harmed(plan, f"{word}: {topics[0]}", lambda send: send.topic == topics[0], change_of(rng))
+
+    return defect
+
+
+never_understood = of_the_only_sensor("never understood", changes.framed)
+never_released = of_the_only_sensor("never released", changes.upside_down)
+
+
+def never_published(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the only sensor that sees a dangerous source never publish, on a site that expects all its sensors."""
+    harmed_plan = never_understood(plan._replace(expects=False), rng)
+    if harmed_plan is None:
+        return None
+    topic = harmed_plan.defects[-1].partition(": ")[2]
+    sends = tuple(send for send in plan.sends if send.topic != topic)
+    return plan.with_defect(f"never published: {topic}", sends=sends, expects=True)
+
+
+def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a sensor send in a foreign frame, while a second program on its topic sees nothing."""
+    harmed_plan = never_understood(plan, rng)
+    if harmed_plan is None:
+        return None
+    topic = harmed_plan.defects[-1].partition(": ")[2]
+    none, times = np.empty((0, 3)), np.arange(1.3, END, EVERY).tolist()
+    own = next(send for send in plan.sends if send.topic == topic)
+    more = tuple(own._replace(sent=at, at=at, places=none, publisher=1) for at in times)
+    second = Speaker(topic=topic, number=1)
+    return harmed_plan._replace(sends=(*harmed_plan.sends, *more), speakers=(*plan.speakers, second))
+
+
+def one_misplaced(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the last of several sources in a message be under the ground, in all messages that report the source."""
+    dangerous = plan.truth.sources[-1:]
+    topics = [topic for source in dangerous for topic in source.seen_by if topic in plan.sensors]
+
+    def change(send: Send) -> Send:
+        places = send.places.copy()
+        places[-1] *= changes.AXES[2]
+        return send._replace(places=places)
+
+    return harmed(plan, "one misplaced", lambda send: send.topic in topics and len(send.places) > 1, change)
+
+
+def change_not_understood(by_patch: bool) -> Defect:
+    """Return a defect: what shows that the bank is gone is in a foreign frame, a patch or all later whole surveys."""
+
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        gone = plan.truth.bank_until
+        whole = next((send for send in plan.sends if send.topic == "terrain/points"), None)
+        if np.isinf(gone) or whole is None:
+            return None
+        sends = [send for send in plan.sends if send.topic not in (*WHOLE, *PATCH) or send.sent < gone]
+        if by_patch:
+            sends.append(patch_send(plan.truth, gone + 0.1, ((32.0, 48.0), (40.0, 72.0)))._replace(frame="drone"))
+        else:
+            sends += [whole._replace(sent=at, at=at, frame="drone") for at in np.arange(gone + 0.1, END, 6.0).tolist()]
+        speakers = (*plan.speakers, *((Speaker(topic=PATCH[0], number=0),) if by_patch else ()))
+        return plan.with_defect("change not understood", sends=tuple(sends), speakers=speakers)
+
+    return defect
+
+
+NARROW: dict[str, Defect] = {
+    "never understood": never_understood,
+    "never released": never_released,
+    "never published": never_published,
+    "survey not understood": change_not_understood(by_patch=False),
+    "patch not understood": change_not_understood(by_patch=True),
+    "mirrored survey": changing("mirrored", WHOLE, changes.mirrored_heights),
+    "alternately understood": alternately_understood,
+    "one misplaced": one_misplaced,
+}
+"""The rare cases by name."""

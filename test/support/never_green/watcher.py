@@ -1,0 +1,57 @@
+"""What a subscriber of `alerts` and `alarm` must take the site for, and what the alarm bridge does."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rpf3d_ros.engine.alarm_state import AlarmState, heard_alert
+from rpf3d_ros.messages.alert_reading import alerts_of
+from rpf3d_ros.messages.stamps import nanoseconds_of_text
+
+STALE = 3.0
+"""Age (s) of the last message from which on the bridge opens its contact."""
+
+
+class Watcher:
+    """Reads what the node publishes, as the documentation asks of a subscriber: an alert that has ended is a fault."""
+
+    def __init__(self, published: list[tuple[str, Any]], now_ns: Callable[[], int]) -> None:
+        """published : topic and message, in order; now_ns : returns the time of the subscriber's clock (ns)."""
+        self._published, self._now_ns = published, now_ns
+        self._read, self._site, self._is_sounding = 0, None, True
+        self._bridge = AlarmState(STALE)
+
+    def shown(self, at: float) -> str:
+        """Return the level of the site at a steady time (s), as a word."""
+        return self._value("level", at)
+
+    def evident(self, at: float) -> str:
+        """Return the level of the newest evidence, as a word; `fault` if the level of the site is a fault."""
+        return self._value("evident", at)
+
+    def is_closed(self, at: float) -> bool:
+        """True if the bridge holds its contact closed, which means that no alarm sounds."""
+        self._read_on(at)
+        return not self._bridge.why_open(at)
+
+    def _value(self, key: str, at: float) -> str:
+        self._read_on(at)
+        if self._site is None or self._is_sounding:
+            return "fault"
+        values = self._site.health.values
+        until = nanoseconds_of_text(values["valid_until"])
+        if until is None or self._now_ns() >= until or values["level"] == "fault":
+            return values["level"] if values["level"] == "evacuate" else "fault"
+        return str(values[key])
+
+    def _read_on(self, at: float) -> None:
+        for topic, message in self._published[self._read :]:
+            if topic == "alarm":
+                self._is_sounding = message.data
+                self._bridge.note_alarm(message.data, at)
+                continue
+            levels = alerts_of(message)
+            self._site, self._is_sounding = next(each for each in levels if each.area is None), False
+            alert = heard_alert(levels)
+            if alert is not None:
+                self._bridge.note_alert(alert, at)
+        self._read = len(self._published)
