@@ -23,7 +23,7 @@ from rpf3d_core.desk.scene_text import (
     without_item,
     without_value,
 )
-from rpf3d_core.desk.shown import Shown
+from rpf3d_core.desk.shown import SceneView
 from rpf3d_core.desk.tables import bench_section, progress_words, run_notes, scene_section
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.extras import library_of
@@ -41,7 +41,7 @@ class Desk:
     def __init__(self) -> None:
         """Build the page without a scene, and start the thread that flies rocks."""
         self.server: Any = library_of("desk", "trame.app", "the desk needs").get_server("rpf3d", client_type="vue3")
-        self.shown = Shown()
+        self.shown = SceneView()
         self.scene: SceneState | None = None
         self.drawing = Drawing()
         self._loop: asyncio.AbstractEventLoop | None = None

@@ -41,7 +41,7 @@ class RunShown(NamedTuple):
 NO_RUN = RunShown(paths=NO_LINES, maps={})
 
 
-class Shown:
+class SceneView:
     """The window, and what it shows; only the thread of the server calls what changes it."""
 
     def __init__(self) -> None:

@@ -57,5 +57,5 @@ def served_desk(*words: object, cwd: Path | None = None) -> Iterator[ServedDesk]
         yield ServedDesk(process, found[0], heard | listening_addresses(process.pid))
     finally:
         if process.poll() is None:
-            process.kill()
-        process.communicate()
+            process.terminate()  # not killed, so that it deletes its results
+        process.communicate(timeout=LONGEST)
