@@ -18,6 +18,8 @@ from rpf3d_ros.engine.region_evidence import TopicEvidence
 
 PAGE = Path(__file__).parents[3] / "docs" / "explanation" / "never-green.md"
 FOUND = {
+    "answers of one wall fail, of others not": (7, ("answers fail",)),
+    "a patch renews the age of the survey": (3, ("missing surveys",)),
     "a click is removed by another": (7, ("acknowledged early", "duplicated")),
     "an empty message has the stamp of one with sources": (1, ("contradicting itself",)),
     "a silent radar is forgotten when the clock goes back": (57, ("missing sources", "clock back")),

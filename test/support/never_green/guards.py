@@ -99,7 +99,9 @@ GUARDS = (
           "        known = parts[-1]\n", "acknowledged early,contradicting"),
     Guard("4.1", "a stale survey is a fault", f"{ALERTS}/sound.py",
           "        elif longest is not None and age > ns_of(longest):\n", "        elif False:\n",
-          "missing surveys"),
+          "missing surveys", also="a decision ends when its evidence is too old"),
+    Guard("4.1", "a decision ends when its evidence is too old", f"{ALERTS}/decide.py",
+          "    until = min(until, *fresh)\n", "", "missing surveys", also="a stale survey is a fault"),
     Guard("4.1", "a patch does not renew the whole survey", f"{LIVE}/ground.py",
           "        stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=ground.whole_ns)\n",
           "        stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=stamp_ns)\n", "missing surveys"),
@@ -137,12 +139,20 @@ def copy_of(folder: Path) -> Path:
     return folder
 
 
+def taken_with(guard: Guard) -> list[Guard]:
+    """Return a guard and those that are taken away at the same time: two may cover each other, and also a third."""
+    taken = [guard]
+    while more := [each for each in GUARDS if each.guard == taken[-1].also and each not in taken]:
+        taken += more
+    return taken
+
+
 def found_without(guard: Guard, folder: Path) -> str:
     """Return the first false green without a guard in a copy, as a line of the campaign; "" if none is found.
 
     The copy is restored, so that code compiled for it can be used again.
     """
-    taken = [guard, *(each for each in GUARDS if each.guard == guard.also)]
+    taken = taken_with(guard)
     before = {folder / each.file: (folder / each.file).read_text() for each in taken}
     for each in taken:
         source = (folder / each.file).read_text()
