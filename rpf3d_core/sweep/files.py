@@ -8,7 +8,7 @@ from rpf3d_core.results.hazard_benches import write_csv
 from rpf3d_core.results.series import Curve, Panel
 from rpf3d_core.sweep.cells import Cell, value_text
 from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, STOPPED
-from rpf3d_core.sweep.flying import CELLS, Record
+from rpf3d_core.sweep.flying import CELLS, CellRecord
 from rpf3d_core.sweep.tables import (
     CSV_COLUMNS,
     RUN_HEADER,
@@ -45,7 +45,7 @@ def check_out(out: str | Path) -> Path:
     return folder
 
 
-def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record]) -> None:
+def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord]) -> None:
     """Write sweep.csv and sweep.png into an existing folder.
 
     Raises
@@ -64,7 +64,7 @@ def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], r
         raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
 
 
-def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record]) -> list[Panel]:
+def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[Panel]:
     """Return the panels of the picture: shares in the places that hold most, then percentiles of the runs."""
     places = sorted(places_that_hold(records), key=lambda place: -_most_held(records, place))[:MOST_PLACES]
     panels = [_panel(varied, cells, records, place) for place in places]
@@ -74,7 +74,7 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
     return panels
 
 
-def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record], place: Place) -> Panel:
+def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
     """Return the panel of a place: the share retained, or the share that reached it if it holds nearly all of them."""
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
     result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED
@@ -84,17 +84,17 @@ def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Re
     return Panel(title=title, axis=f"share of {of} (%)", curves=curves)
 
 
-def _most_held(records: Sequence[Record], place: Place) -> float:
+def _most_held(records: Sequence[CellRecord], place: Place) -> float:
     """Return the largest share of all rocks that a place holds in any cell; areas and barriers come first."""
     shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, STOPPED, place))]
     return max(shares, default=1.0) + (place[0] != "zone")
 
 
 def _curves(
-    varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Record], what: tuple[str, Place], scale: float
+    varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], what: tuple[str, Place], scale: float
 ) -> list[Curve]:
     """Return the curves of a figure over the values of the first key: one for each combination of the other values."""
-    found, keys = dict[str, list[tuple[object, Record]]](), _short([one.key for one in varied])[1:]
+    found, keys = dict[str, list[tuple[object, CellRecord]]](), _short([one.key for one in varied])[1:]
     for cell, record in zip(cells, records, strict=True):
         first, *others = cell.values.values()
         first = first if isinstance(first, int | float) else value_text(first)
@@ -109,7 +109,7 @@ def _short(keys: Sequence[str]) -> Sequence[str]:
     return last if len(set(last)) == len(last) else keys
 
 
-def _curve(name: str, points: Sequence[tuple[object, Record]], what: tuple[str, Place], scale: float) -> Curve:
+def _curve(name: str, points: Sequence[tuple[object, CellRecord]], what: tuple[str, Place], scale: float) -> Curve:
     found = [(at, figure_of(record, *what)) for at, record in points]
     figures = [(at, figure) for at, figure in found if figure is not None and figure.value is not None]
     scaled = [

@@ -26,7 +26,7 @@ CELLS = "cells"
 """Name of the folder of all cells in the folder of a sweep."""
 
 
-class Record(NamedTuple):
+class CellRecord(NamedTuple):
     """What the run of a cell found.
 
     digest : of scene and files; version : of rpf3d; rocks : that flew
@@ -40,7 +40,7 @@ class Record(NamedTuple):
 
 def fly_cells(
     cells: Sequence[Cell], folder: Path, executor: Executor, threads: int | None, flown: Callable[[], None]
-) -> list[Record]:
+) -> list[CellRecord]:
     """Fly the cells that have no record in a folder, each on a free worker, and return the records of all cells.
 
     threads : of each run, for the compiled engine; None for one thread for each core
@@ -69,7 +69,7 @@ def fly_cells(
     return [record for cell in cells if (record := records[cell.digest]) is not None]
 
 
-def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Record:
+def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> CellRecord:
     """Fly one cell in this process, write its result folder and its record, and return the record.
 
     Raises
@@ -80,17 +80,17 @@ def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Re
     if scene_digest(scene) != digest:
         raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
     run = run_scene(scene, folder, control=RunControl(threads=threads), recording=False)
-    record = Record(digest=digest, version=_version(), rocks=run.totals.rocks, figures=tuple(figures_of(run)))
+    record = CellRecord(digest=digest, version=_version(), rocks=run.totals.rocks, figures=tuple(figures_of(run)))
     _write(_path(folder), record)
     return record
 
 
-def record_of(cell: Cell, folder: Path) -> Record | None:
+def record_of(cell: Cell, folder: Path) -> CellRecord | None:
     """Return the record of a cell in a folder; None if the cell has not flown, or another version has flown it."""
     try:
         content = json.loads(_path(folder / cell.name).read_text(encoding="utf-8"))
         figures = tuple(Figure(**each) for each in content.pop("figures"))
-        record = Record(figures=figures, **content)
+        record = CellRecord(figures=figures, **content)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     return record if (record.digest, record.version) == (cell.digest, _version()) else None
@@ -100,7 +100,7 @@ def _path(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}.json")
 
 
-def _write(path: Path, record: Record) -> None:
+def _write(path: Path, record: CellRecord) -> None:
     """Write a record completely or not at all."""
     content: dict[str, Any] = {**record._asdict(), "figures": [figure._asdict() for figure in record.figures]}
     part = path.with_name(f".{path.name}.{os.getpid()}.part")

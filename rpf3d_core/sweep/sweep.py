@@ -10,7 +10,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.choices import Rocks, chosen_scene
 from rpf3d_core.sweep.cells import Cell, cells_of
 from rpf3d_core.sweep.files import check_out, write_sweep
-from rpf3d_core.sweep.flying import CELLS, Record, fly_cells, record_of
+from rpf3d_core.sweep.flying import CELLS, CellRecord, fly_cells, record_of
 from rpf3d_core.sweep.varied import Varied
 
 
@@ -19,7 +19,7 @@ class Sweep(NamedTuple):
 
     varied: tuple[Varied, ...]
     cells: tuple[Cell, ...]
-    records: tuple[Record, ...]
+    records: tuple[CellRecord, ...]
 
 
 def sweep(

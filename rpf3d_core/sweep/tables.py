@@ -6,7 +6,7 @@ from typing import Any
 from rpf3d_core.hazard.benches import AREA, SHORT, ZONE, in_percent, interval_in_percent, three_figures
 from rpf3d_core.sweep.cells import Cell, are_alike, value_text
 from rpf3d_core.sweep.figures import BARRIER, ENERGY, HEIGHT, PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED, Figure
-from rpf3d_core.sweep.flying import Record
+from rpf3d_core.sweep.flying import CellRecord
 
 CSV_COLUMNS = ("cell", "rocks", *Figure._fields)
 """Columns of sweep.csv after those of the keys; `cell` is the name of the cell's result folder."""
@@ -29,14 +29,14 @@ Place = tuple[str, str]
 """Kind and name of a place."""
 
 
-def csv_rows(cells: Sequence[Cell], records: Sequence[Record]) -> Iterator[list[Any]]:
+def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[list[Any]]:
     """Yield the rows of sweep.csv: the values of the keys, then CSV_COLUMNS; a row for each figure of each cell."""
     for cell, record in zip(cells, records, strict=True):
         for figure in record.figures:
             yield [*map(value_text, cell.values.values()), cell.name, record.rocks, *figure]
 
 
-def places_that_hold(records: Sequence[Record]) -> list[Place]:
+def places_that_hold(records: Sequence[CellRecord]) -> list[Place]:
     """Return the places in which rocks stopped in any cell, and all areas and barriers, in the order of the cells."""
     found = dict[Place, None]()
     for record in records:
@@ -47,13 +47,13 @@ def places_that_hold(records: Sequence[Record]) -> list[Place]:
     return sorted(found, key=lambda place: (ZONE, AREA, BARRIER).index(place[0]))
 
 
-def figure_of(record: Record, result: str, place: Place = ("", "")) -> Figure | None:
+def figure_of(record: CellRecord, result: str, place: Place = ("", "")) -> Figure | None:
     """Return one figure of a cell; None if the cell has no such place."""
     wanted = (result, *place)
     return next((each for each in record.figures if (each.result, each.kind, each.place) == wanted), None)
 
 
-def share_rows(cells: Sequence[Cell], records: Sequence[Record]) -> list[tuple[str, ...]]:
+def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
     """Return the rows of shares on the screen: the values of the keys, then SHARES_HEADER, place after place."""
     return [
         (*_values(cell), place_name(place), *(_percent(figure_of(record, one, place)) for one in (REACHED, RETAINED)))
@@ -63,7 +63,7 @@ def share_rows(cells: Sequence[Cell], records: Sequence[Record]) -> list[tuple[s
     ]
 
 
-def run_rows(cells: Sequence[Cell], records: Sequence[Record]) -> list[tuple[str, ...]]:
+def run_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
     """Return the rows of percentiles on the screen: the values of the keys, then RUN_HEADER, a row for each cell."""
     return [
         (*_values(cell), *(_number(figure_of(record, result), scale) for result, scale in RUN_RESULTS))
@@ -71,7 +71,7 @@ def run_rows(cells: Sequence[Cell], records: Sequence[Record]) -> list[tuple[str
     ]
 
 
-def notes_of(cells: Sequence[Cell], records: Sequence[Record]) -> list[str]:
+def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     """Return what a reader of the tables must know: what the intervals hold, and common random numbers."""
     predictive = any(figure.interval == PREDICTIVE for record in records for figure in record.figures)
     notes = [f"reached: of all rocks; retained: of those that came; in brackets {BRACKETS[predictive]}"]
