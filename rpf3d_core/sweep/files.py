@@ -91,7 +91,8 @@ def _most_held(records: Sequence[CellRecord], place: Place) -> float:
 
 
 def _curves(
-    varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], what: tuple[str, Place], scale: float
+    varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], what: tuple[str, Place],
+    scale: float,
 ) -> list[Curve]:
     """Return the curves of a figure over the values of the first key: one for each combination of the other values."""
     found, keys = dict[str, list[tuple[object, CellRecord]]](), _short([one.key for one in varied])[1:]
