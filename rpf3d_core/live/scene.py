@@ -125,6 +125,12 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
     scene = read_scene(path)
     if scene.rock.is_body:
         raise SceneError(f"{path}: `rock.shape` is for runs; live rocks are points or spheres, so remove it")
+    for source in scene.sources:
+        if source.size_key is not None:
+            raise SceneError(
+                f"{path}: source {source.name!r} has a `{source.size_key}`, but live sources come in messages, and none "
+                f"of them would have it; give `rock.{source.size_key}`, the size of all live rocks"
+            )
     return scene
 
 

@@ -39,6 +39,14 @@ def refusal(**values):
     return str(refused.value)
 
 
+def test_a_file_whose_sources_have_sizes_of_their_own_is_refused(tmp_path):
+    """Live rocks would have the default size of `rock`, and their energies would be too low without a word."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(FILE.replace("points:", "diameter: {uniform: [2, 3]}, points:"))
+    with pytest.raises(SceneError, match="source 'a' has a `diameter`.*give `rock.diameter`"):
+        live_scene({"scene": str(path)})
+
+
 def test_every_field_of_the_scene_model_is_a_parameter_or_excluded_with_a_reason():
     for field in scene_fields():
         offered = any(each.key == field.key for each in live_parameters())

@@ -14,7 +14,13 @@ from rpf3d_core.terrain.pit.relief import SMOOTH_SHARE
 CREST, FACE, BERM, FLOOR = "crest", "face_", "berm_", "floor"
 """Zones of a slope; the number of a face or berm follows, from 1 at the top."""
 UPRIGHT = (0.0, 1.0)
-"""Direction in which relief moves the points of level ground, and of all edges."""
+"""Direction in which relief moves the points of level ground."""
+FADE = 3.0
+"""Distance (m) from the edges over which relief grows to its full height: the shortest wave of the relief.
+
+Edges stay in place. If relief moved them, the face and the level ground next to an edge would move in different
+directions, and a fine mesh would cross itself there.
+"""
 
 
 class Part(NamedTuple):
@@ -62,20 +68,25 @@ def profile_of(benches: Benches) -> Profile:
 
     Its upper edge is at x = 0, its floor at z = 0, and x points away from the faces.
 
-    Edges move up and down only. So they stay straight in plan, and each berm has the width that was asked for.
+    Relief moves no edge, so each berm has the width that was asked for, and each part is a height field over its plane.
     """
     parts = list(parts_of(benches))
     counts = [benches.cells(length) for length in benches.lengths]
     start = (-benches.crest, benches.number * benches.height)
     corners = np.cumsum([start, *(part.way for part in parts)], axis=0)
-    points, normals, rough = [corners[:1]], [np.array([UPRIGHT])], [[1.0]]
+    points, normals, rough = [corners[:1]], [np.array([UPRIGHT])], [np.zeros(1)]
     for part, count, begin, end in zip(parts, counts, corners[:-1], corners[1:], strict=True):
-        share = np.arange(1, count)[:, None] / count
-        points += [begin + share * (end - begin), end[None]]
-        normals += [np.tile(part.normal, (count - 1, 1)), np.array([UPRIGHT])]
-        rough.append([part.rough] * count)
+        share = np.arange(1, count + 1) / count
+        points.append(begin + share[:, None] * (end - begin))
+        normals.append(np.tile(part.normal, (count, 1)))
+        rough.append(part.rough * _faded(share, float(np.hypot(*(end - begin)))))
     return Profile(
         points=np.concatenate(points), normal=np.concatenate(normals), rough=np.concatenate(rough),
         zone=np.repeat(np.arange(len(parts), dtype=np.int32), counts), zones=tuple(part.zone for part in parts),
         edges=[0, *np.cumsum(counts)[:-1].tolist()],
     )  # fmt: skip
+
+
+def _faded(share: FloatArray, length: float) -> FloatArray:
+    """Return the shares (N,) of the full relief at shares (N,) of the length (m) of a part: 0 at both edges."""
+    return np.clip(length * np.minimum(share, 1.0 - share) / FADE, 0.0, 1.0)
