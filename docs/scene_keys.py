@@ -59,7 +59,7 @@ With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line`
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
 
 A source with `diameter`, `mass` or `volume` has rocks of this size, all others those of `rock`. Density and shape are
-those of `rock` everywhere.
+those of `rock` everywhere. The live node refuses such a file, for its sources come in messages.
 """
 PIT = "Lengths are in m, angles in degrees."
 BENCHES = """\
@@ -68,7 +68,8 @@ edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
-`above_ground`. Edges stay straight in plan on rough ground; points of faces move normal to the face.
+`above_ground`. On rough ground edges stay in place, and relief grows over 3 m from them; points of faces move normal to
+the face.
 [How to](../howto/catch-bench-design.md).
 """
 POINTS = """## Files of points

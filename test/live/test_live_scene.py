@@ -43,7 +43,7 @@ def test_a_file_whose_sources_have_sizes_of_their_own_is_refused(tmp_path):
     """Live rocks would have the default size of `rock`, and their energies would be too low without a word."""
     path = tmp_path / "scene.yaml"
     path.write_text(FILE.replace("points:", "diameter: {uniform: [2, 3]}, points:"))
-    with pytest.raises(SceneError, match="source 'a' has a `diameter`.*give `rock.diameter`"):
+    with pytest.raises(SceneError, match=r"source 'a' has a `diameter`.*give `rock.diameter`"):
         live_scene({"scene": str(path)})
 
 
