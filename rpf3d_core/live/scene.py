@@ -128,8 +128,8 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
     for source in scene.sources:
         if source.size_key is not None:
             raise SceneError(
-                f"{path}: source {source.name!r} has a `{source.size_key}`, but live sources come in messages and would "
-                f"not have it; give `rock.{source.size_key}`, the size of all live rocks"
+                f"{path}: source {source.name!r} has a `{source.size_key}`, but live sources come in messages and "
+                f"would not have it; give `rock.{source.size_key}`, the size of all live rocks"
             )
     return scene
 
