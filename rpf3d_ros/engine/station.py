@@ -92,13 +92,19 @@ class Station:
             self.desk = AlertDesk(configuration.thresholds, configuration.log, outlets.now, self.decisions, expected)
         if configuration.log_fault:
             self.decisions.logged(configuration.log_fault)
+        self._note_terrain_before()
         if configuration.standing is not None:
-            before = self.desk.alert if self.desk is not None else None
-            self.terrain.lacks(*lack_of(before.faults if before is not None else ()))
             self.flyer.hand_over(ready=configuration.standing)
             self.stands(configuration.standing.ground, configuration.standing_report)
         else:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
+
+    def _note_terrain_before(self) -> None:
+        """Note the patches and lacks of the terrain before a restart: only a survey published later replaces them."""
+        alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
+        lack = lack_of(alert.faults if alert is not None else ())
+        self.terrain.lacks(lack.patches + before.unread, lack.why_refused or before.unreadable, before.read_ns)
+        self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:
         """Start to answer and decide."""

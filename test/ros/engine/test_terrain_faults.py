@@ -13,7 +13,7 @@ from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, patch_send, survey
 
 from rpf3d_core.alerts.log import DecisionLog
-from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of
+from rpf3d_ros.engine.terrain_faults import TerrainBefore, TerrainLack, lack_of
 from rpf3d_ros.nodes import inputs
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
@@ -32,6 +32,11 @@ def at(send, moment):
     return send._replace(sent=moment, at=moment)
 
 
+def published(sent):
+    """The time of publication (ns) of what is sent at a time (s), as in `Run.deliver`."""
+    return round((1e9 + sent) * 1e9)
+
+
 def faults_after(run, *sends):
     """The faults of the alert after some messages."""
     for send in sends:
@@ -45,10 +50,10 @@ def started(monkeypatch, tmp_path):
     """Starts nodes that share a decision log, one after another, over a given terrain."""
     runs = []
 
-    def start(standing=None):
+    def start(standing=None, **before):
         def configured(plan):
-            log = DecisionLog(tmp_path, "0.1.0")
-            return replace(configuration_of(plan), log=log, standing=standing, standing_report="restored")
+            log, known = DecisionLog(tmp_path, "0.1.0"), TerrainBefore(**before)
+            return replace(configuration_of(plan), log=log, standing=standing, standing_report="restored", before=known)
 
         monkeypatch.setattr(combination, "configuration_of", configured)
         runs.append(Run(PLAN))
@@ -72,6 +77,41 @@ def test_a_restart_does_not_hide_what_the_terrain_lacks(started, bad, sentence):
     run = started(standing)
     assert sentence in faults_after(run, at(AREA, 1.0), at(NOTHING, 1.1))[0]
     assert faults_after(run, at(WHOLE, 1.2)) == ()
+
+
+def test_a_latched_survey_that_comes_again_after_a_restart_hides_no_patch_that_it_replaces(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING, PATCH) == ()
+    standing = run.node.station.flyer.standing
+    run.node.close()
+    run = started(standing, read_ns=published(0.5), patches_ns=(published(0.4),))
+    assert faults_after(run, at(AREA, 1.0), at(NOTHING, 1.1)) == ()
+    assert "1 patches are not in" in faults_after(run, WHOLE)[0]
+    assert faults_after(run, at(WHOLE, 1.2)) == ()
+
+
+@pytest.mark.parametrize("stored", ["nothing is stored", "the terrain"])
+def test_a_latched_survey_from_before_a_restart_ends_no_fault_of_what_the_terrain_lacked(started, stored):
+    run = started()
+    assert "1 patches are not in" in faults_after(run, WHOLE, AREA, NOTHING, PATCH._replace(frame="drone"))[0]
+    standing = run.node.station.flyer.standing if stored == "the terrain" else None
+    run.node.close()
+    run = started(standing, read_ns=published(0.5))
+    assert "1 patches are not in" in faults_after(run, WHOLE, at(AREA, 1.0), at(NOTHING, 1.1))[0]
+    assert faults_after(run, at(WHOLE, 1.2)) == ()
+
+
+def test_stored_patches_that_cannot_be_read_are_missing_until_the_next_whole_survey(started):
+    run = started(read_ns=published(0.05), unread=2)
+    sends = (at(WHOLE, 0.01), AREA, NOTHING)
+    assert "2 patches are not in" in faults_after(run, *sends)[0]
+    assert faults_after(run, at(WHOLE, 0.6)) == ()
+
+
+def test_a_stored_terrain_that_cannot_be_read_may_have_had_patches(started):
+    run = started(read_ns=published(0.05), unreadable="the last terrain is not restored: damaged")
+    assert "not restored: damaged" in faults_after(run, at(WHOLE, 0.01), AREA, NOTHING)[0]
+    assert faults_after(run, at(WHOLE, 0.6)) == ()
 
 
 def test_an_unforeseen_error_in_the_intake_of_a_survey_is_a_fault_until_the_next(started, monkeypatch):
