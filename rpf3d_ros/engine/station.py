@@ -245,14 +245,16 @@ class Station:
     def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
         """Report an unforeseen error, which is a fault of the alert.
 
-        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do
+        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do.
+            Without a trigger it is unknown what failed, so every topic must publish again.
         """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
         if self.desk is not None:
             why = f"an answer failed: {type(error).__name__}"
-            self.desk.lose(why)
-            if trigger is not None:
+            if trigger is None:
+                self.desk.lose(why)
+            else:
                 self._decide_without_answer(trigger, why)
 
     # --- reports of the builder
