@@ -123,6 +123,37 @@ def test_an_unforeseen_error_in_the_intake_of_a_survey_is_a_fault_until_the_next
     assert faults_after(run, at(WHOLE, 0.6)) == ()
 
 
+def test_each_patch_whose_intake_raises_is_a_patch_that_the_terrain_lacks(started, monkeypatch):
+    """Also where the same error comes again; a survey that was published before the patches does not end it."""
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    monkeypatch.setattr(inputs, "check_cloud", lambda *given: 1 / 0)
+    assert "2 patches are not in" in faults_after(run, at(PATCH, 0.5), at(PATCH, 0.6))[0]
+    monkeypatch.undo()
+    assert "2 patches are not in" in faults_after(run, at(WHOLE, 0.45)._replace(at=0.7))[0]
+    assert faults_after(run, at(WHOLE, 0.8)) == ()
+
+
+def test_while_the_middleware_fails_the_terrain_is_a_fault_and_then_out_of_date(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    run.node.inputs._report_middleware("rcl says 1", published(0.5))
+    assert "cannot be received: rcl says 1" in faults_after(run, at(WHOLE, 0.55))[0]
+    run.node.inputs._report_middleware("", published(0.6))
+    assert "was refused (rcl says 1)" in faults_after(run, at(NOTHING, 0.65))[0]
+    assert faults_after(run, at(WHOLE, 0.7)) == ()
+
+
+def test_inputs_that_are_closed_while_the_middleware_fails_leave_the_terrain_out_of_date(started, monkeypatch):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    run.node.inputs._report_middleware("rcl says 1", published(0.5))
+    monkeypatch.setattr(inputs.time, "time_ns", lambda: published(0.6), raising=False)
+    run.node.inputs.close()
+    assert [fault for fault in faults_after(run) if "cannot be received" in fault] == []
+    assert "was refused (rcl says 1)" in run.node.station.desk.standing.sentences[0]
+
+
 def test_faults_of_the_terrain_are_read_as_they_are_written():
     lack = TerrainLack(patches=3, why_refused="frame_id is 'a\nb'; it must be 'map'")
     assert lack_of(["the sources are stale", lack.survey_sentence, lack.patches_sentence]) == lack
