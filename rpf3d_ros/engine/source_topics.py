@@ -7,6 +7,9 @@ from rpf3d_core.alerts.times import span
 BY_HAND = "clicked_point"
 """Topic of clicked sources: a click by a person is a single event, so no further message is expected."""
 
+REMOVED = "if its sensor was removed: clean up the node, remove the topic from its parameters, and configure the node"
+"""How a person ends the fault of a silent topic whose sensor will not publish again."""
+
 ANY_STAMP = -1
 """Smaller than every stamp (ns)."""
 
@@ -34,7 +37,7 @@ class SourceTopics:
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return a sentence for each topic that is silent: its last message is too old, or it is expected."""
         fell_silent = tuple(
-            f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}"
+            f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}; {REMOVED}"
             for topic, stamp in self._last.items()
             if stamp < oldest_ns
         )
@@ -43,7 +46,10 @@ class SourceTopics:
         return (
             *fell_silent,
             *(f"nothing has been heard of sources on {topic} (expected_topics)" for topic in never),
-            *(f"nothing has been heard of sources on {topic} since stamps were forgotten" for topic in again),
+            *(
+                f"nothing has been heard of sources on {topic} since stamps were forgotten; {REMOVED}"
+                for topic in again
+            ),
             *self._click_lost(oldest_ns, now_ns),
         )
 

@@ -24,7 +24,7 @@ from rpf3d_ros.engine import alert_desk
 from rpf3d_ros.engine.alert_desk import NO_CLOCK, AlertDesk
 from rpf3d_ros.engine.answer_evidence import EvidenceContext
 from rpf3d_ros.engine.decision_reports import DecisionReports
-from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.engine.source_topics import BY_HAND, REMOVED
 from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
@@ -351,7 +351,7 @@ def test_a_topic_that_falls_silent_after_it_told_of_sources_is_a_fault_that_name
     alert = decided(reports, 4)
     assert (alert.level, alert.faults) == (
         Level.FAULT,
-        (f"nothing has been heard of sources on {OTHER} for 32.000 s",),
+        (f"nothing has been heard of sources on {OTHER} for 32.000 s; {REMOVED}",),
     )
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     assert decided(reports, 5).faults == alert.faults, "that is what another radar sees"
@@ -381,7 +381,7 @@ def test_a_topic_that_saw_nothing_and_falls_silent_is_a_fault_too(desk):
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     alert = decided(reports, 3)
     assert alert.level == Level.FAULT
-    assert alert.faults == (f"nothing has been heard of sources on {OTHER} for 40.000 s",)
+    assert alert.faults == (f"nothing has been heard of sources on {OTHER} for 40.000 s; {REMOVED}",)
 
 
 def test_a_topic_that_is_expected_is_a_fault_until_it_is_heard():
@@ -411,6 +411,22 @@ def test_neither_lost_evidence_nor_a_new_beginning_hides_a_topic_that_fell_silen
     assert OTHER in decided(reports, 5).faults[0]
     desk.decide_on("other wall", evidence(now=clock.now), OTHER)
     assert decided(reports, 6).faults == ()
+
+
+def test_a_sensor_that_was_removed_is_a_fault_over_a_new_beginning_and_none_for_a_desk_that_is_made_anew(desk):
+    desk, reports, _ = desk
+    desk.decide_on("other wall", evidence(area(0)), OTHER)
+    desk.forget("the node has just been activated")
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    (fault,) = decided(reports, 3).faults
+    assert OTHER in fault and fault.endswith(REMOVED)
+    again = DeskReports()
+    configured = AlertDesk(site(), None, Clock(), again)
+    try:
+        configured.decide_on("wall", evidence(area(0)), RADAR)
+        assert decided(again, 1).faults == ()
+    finally:
+        assert configured.close(PATIENCE)
 
 
 def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
