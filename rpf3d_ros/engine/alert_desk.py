@@ -101,16 +101,16 @@ class AlertDesk:
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
     standing : faults that stand in every decision until their cause has ended
-    expected : topics of sources that must report
+    expected : topics of sources that must report; has_sensors : True if there are topics of sensors, besides clicks
     """
 
     def __init__(
         self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: DecisionListener,
-        expected: Sequence[str] = (),
+        expected: Sequence[str] = (), has_sensors: bool = False,
     ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected)
+        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected, has_sensors)
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()

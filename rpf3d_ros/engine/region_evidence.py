@@ -39,15 +39,15 @@ class TopicEvidence(NamedTuple):
 class RegionEvidence:
     """The last evidence of each region, that is of each wall, and the topics that have reported."""
 
-    def __init__(self, max_age_s: float, expected: Sequence[str] = ()) -> None:
+    def __init__(self, max_age_s: float, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
         """Begin without evidence.
 
-        max_age_s : age (s) beyond which evidence is stale; expected : topics that must report, as in `SourceTopics`
+        max_age_s : age (s) beyond which evidence is stale; expected, has_sensors : as in `SourceTopics`
         """
         self._max_age_ns = int(max_age_s * SECOND)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
-        self._topics = SourceTopics(expected)
+        self._topics = SourceTopics(expected, has_sensors)
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region; evidence without sources clears older evidence of its topic.

@@ -10,6 +10,9 @@ BY_HAND = "clicked_point"
 REMOVED = "if its sensor was removed: clean up the node, remove the topic from its parameters, and configure the node"
 """How a person ends the fault of a silent topic whose sensor will not publish again."""
 
+ONLY_CLICKS = "no sensor has reported, so only clicked sources are known: start the publishers of source topics"
+"""Fault of a node with topics of sensors that has received clicks only: a click says nothing about other walls."""
+
 ANY_STAMP = -1
 """Smaller than every stamp (ns)."""
 
@@ -18,10 +21,11 @@ class SourceTopics:
     """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
 
     expected : topics that must publish even if they have never published
+    has_sensors : True if the node subscribes to topics of sensors, so clicks alone are no complete evidence
     """
 
-    def __init__(self, expected: Sequence[str] = ()) -> None:
-        self._expected = tuple(expected)
+    def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
+        self._expected, self._has_sensors = tuple(expected), has_sensors
         self._last: dict[str, int] = {}
         self._heard: dict[str, int] = {}  # before all was forgotten: the stamp after which a topic counts again
         self._lost_click: int | None = None
@@ -51,6 +55,7 @@ class SourceTopics:
                 for topic in again
             ),
             *self._click_lost(oldest_ns, now_ns),
+            *((ONLY_CLICKS,) if self._has_sensors and not (self._last or never or again) else ()),
         )
 
     def forget(self) -> None:

@@ -88,8 +88,11 @@ class Station:
         self._refused_inputs = RefusedInputs(self.report_fault, age)
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         if configuration.thresholds is not None:
-            expected = parameters.sensors.expected
-            self.desk = AlertDesk(configuration.thresholds, configuration.log, outlets.now, self.decisions, expected)
+            sensors = parameters.sensors
+            self.desk = AlertDesk(
+                configuration.thresholds, configuration.log, outlets.now, self.decisions, sensors.expected,
+                has_sensors=bool(sensors.poses or sensors.clouds),
+            )  # fmt: skip
         if configuration.log_fault:
             self.decisions.logged(configuration.log_fault)
         self._note_terrain_before()
