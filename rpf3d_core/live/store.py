@@ -116,10 +116,11 @@ class Store:
         self._thread = threading.Thread(target=self._run, name="store", daemon=True)
         self._thread.start()
 
-    def keep(self, ground: LiveTerrain, survey: Survey) -> None:
+    def keep(self, ground: LiveTerrain, survey: Survey, is_patch: bool = False) -> None:
         """Queue the survey of a new ground or patch for writing; returns at once.
 
         survey : what the ground was built from, or its last patch
+        is_patch : True if the survey is a patch; a patch that leaves nothing of the ground is stored whole
 
         After many patches the ground itself is copied, which takes some hundredths of a second.
         """
@@ -129,7 +130,7 @@ class Store:
             survey = mesh_of(ground)
         piece = StoredSurvey(
             survey=survey, digest=ground.digest, upon=upon, stamp_ns=ground.stamp_ns, received_ns=ground.received_ns,
-            whole_ns=ground.whole_ns, patches=0 if upon else ground.patches,
+            whole_ns=ground.whole_ns, patches=0 if upon else max(ground.patches, int(is_patch)),
         )  # fmt: skip
         with self._changed:
             if not upon:

@@ -33,7 +33,8 @@ class StoredSurvey(NamedTuple):
 
     digest : of the resulting ground; upon : of the ground that the survey is a patch of, "" for a whole survey
     stamp_ns, received_ns, whole_ns : as in `ground.LiveTerrain`; whole_ns is 0 if an older version did not store it
-    patches : number of patches that a whole survey contains because the ground was stored whole after them
+    patches : number of patches that a whole survey contains because the ground was stored whole after them, or 1 if the
+        survey is itself a patch that left nothing of the ground
     """
 
     survey: Survey
