@@ -135,12 +135,13 @@ class Workshop:
         self._aside = ThreadPoolExecutor(1, thread_name_prefix="digest")
         self._rooms = Rooms()
 
-    def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "") -> LiveTerrain:
+    def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "", whole_ns: int | None = None) -> LiveTerrain:
         """Return the ground of a whole survey, ready for flights.
 
         Raises TerrainError if the survey is too large or is not a terrain.
 
         digest : the digest of the survey if it is known; "" to compute it
+        whole_ns : stamp of the whole survey (ns) if the survey also contains patches; None for `stamp_ns`
         """
         check_points(points_of(survey), self._most)
         told = self._aside.submit(lambda: digest or digest_of(survey))
@@ -152,7 +153,7 @@ class Workshop:
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
             pieces = pieces_that_cross(terrain) if isinstance(survey, MeshSurvey) else APART
-            stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=stamp_ns)
+            stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=stamp_ns if whole_ns is None else whole_ns)
             return self._ground(indexed, room, border, pieces, told.result(), stamps)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:

@@ -37,20 +37,31 @@ class StoredSurveys(NamedTuple):
     """The surveys of one ground on disk: the whole survey and its patches.
 
     pieces : the whole survey, then its patches in order; faults : sentences about patches that could not be read
+    unread : number of patches that are left out because of these faults
     """
 
     pieces: tuple[StoredSurvey, ...]
     faults: tuple[str, ...]
+    unread: int = 0
 
     def age_s(self, now_ns: int | None = None) -> float:
         """Return how long ago (s) the last survey was built into the ground, by the machine's clock; never below 0."""
         now = time.time_ns() if now_ns is None else now_ns
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
+    def patches_ns(self, latest_ns: int) -> tuple[int, ...]:
+        """Return when each patch in the ground was received (ns), by the machine's clock, not after `latest_ns`.
+
+        Of patches in a ground that was stored whole, the time is that of the last, and the number is a lower bound.
+        """
+        first, *patches = self.pieces
+        times = [first.received_ns] * first.patches + [patch.received_ns for patch in patches]
+        return tuple(min(time_ns, latest_ns) for time_ns in times)
+
     def ground(self, workshop: Workshop) -> LiveTerrain:
         """Return the ground built again from the stored surveys. Raises TerrainError if that fails."""
         first, *patches = self.pieces
-        ground = workshop.whole(first.survey, first.stamp_ns, first.digest)
+        ground = workshop.whole(first.survey, first.stamp_ns, first.digest, first.whole_ns)
         for piece in patches:
             assert not isinstance(piece.survey, MeshSurvey)
             ground = workshop.patched(ground, piece.survey, piece.stamp_ns)
@@ -65,15 +76,17 @@ def read_last(folder: Path) -> StoredSurveys | None:
     """
     if not (folder / WHOLE).exists():
         return None
-    pieces, faults = [read_piece(folder / WHOLE)], []
-    try:
-        for path in sorted(folder.glob(f"patch-*{SUFFIX}")):
+    pieces = [read_piece(folder / WHOLE)]
+    paths = sorted(folder.glob(f"patch-*{SUFFIX}"))
+    for number, path in enumerate(paths):
+        try:
             piece = read_piece(path)
-            if piece.upon == pieces[-1].digest:
-                pieces.append(piece)
-    except TerrainError as error:
-        faults.append(f"{error}; the terrain is that before this patch")
-    return StoredSurveys(tuple(pieces), tuple(faults))
+        except TerrainError as error:
+            fault = f"{error}; the terrain is that before this patch"
+            return StoredSurveys(tuple(pieces), (fault,), unread=len(paths) - number)
+        if piece.upon == pieces[-1].digest:
+            pieces.append(piece)
+    return StoredSurveys(tuple(pieces), ())
 
 
 class Store:
@@ -103,10 +116,11 @@ class Store:
         self._thread = threading.Thread(target=self._run, name="store", daemon=True)
         self._thread.start()
 
-    def keep(self, ground: LiveTerrain, survey: Survey) -> None:
+    def keep(self, ground: LiveTerrain, survey: Survey, is_patch: bool = False) -> None:
         """Queue the survey of a new ground or patch for writing; returns at once.
 
         survey : what the ground was built from, or its last patch
+        is_patch : True if the survey is a patch; a patch that leaves nothing of the ground is stored whole
 
         After many patches the ground itself is copied, which takes some hundredths of a second.
         """
@@ -115,8 +129,9 @@ class Store:
         if ground.patches and not follows:
             survey = mesh_of(ground)
         piece = StoredSurvey(
-            survey=survey, digest=ground.digest, upon=upon, stamp_ns=ground.stamp_ns, received_ns=ground.received_ns
-        )
+            survey=survey, digest=ground.digest, upon=upon, stamp_ns=ground.stamp_ns, received_ns=ground.received_ns,
+            whole_ns=ground.whole_ns, patches=0 if upon else max(ground.patches, int(is_patch)),
+        )  # fmt: skip
         with self._changed:
             if not upon:
                 self._waiting.clear()  # the whole ground replaces all waiting surveys

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 
 MAGIC = b"rpf3d survey 1\n"
@@ -31,7 +32,9 @@ class StoredSurvey(NamedTuple):
     """A survey as it is stored on disk, with the digests that show which ground it belongs to.
 
     digest : of the resulting ground; upon : of the ground that the survey is a patch of, "" for a whole survey
-    stamp_ns, received_ns : as in `ground.LiveTerrain`
+    stamp_ns, received_ns, whole_ns : as in `ground.LiveTerrain`; whole_ns is 0 if an older version did not store it
+    patches : number of patches that a whole survey contains because the ground was stored whole after them, or 1 if the
+        survey is itself a patch that left nothing of the ground
     """
 
     survey: Survey
@@ -39,6 +42,8 @@ class StoredSurvey(NamedTuple):
     upon: str
     stamp_ns: int
     received_ns: int
+    whole_ns: int = 0
+    patches: int = 0
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
@@ -83,7 +88,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def _told(piece: StoredSurvey) -> dict[str, Any]:
-    return {name: getattr(piece, name) for name in ("digest", "upon", "stamp_ns", "received_ns")}
+    return {name: getattr(piece, name) for name in ("digest", "upon", "stamp_ns", "received_ns", "whole_ns", "patches")}
 
 
 def _arrays(survey: Survey) -> list[NDArray[Any]]:
@@ -110,10 +115,23 @@ def _piece(body: memoryview) -> StoredSurvey:
         arrays.append(np.frombuffer(body, part["type"], count, at).reshape(part["shape"]))
         at += arrays[-1].nbytes
     survey = KINDS[header["kind"]](*arrays)
-    return StoredSurvey(
+    piece = StoredSurvey(
         survey=survey,
         digest=header["digest"],
         upon=header["upon"],
         stamp_ns=header["stamp_ns"],
         received_ns=header["received_ns"],
     )
+    if "whole_ns" not in header:
+        return _with_whole_ns(piece)
+    return piece._replace(whole_ns=header["whole_ns"], patches=header["patches"])
+
+
+def _with_whole_ns(piece: StoredSurvey) -> StoredSurvey:
+    """Return a piece of a store without `whole_ns`: a whole survey of its own stamp, unless it contains patches.
+
+    A ground that was stored whole after patches has the digest of the ground, not of its mesh; its age is unknown.
+    """
+    if digest_of(piece.survey) == piece.digest:
+        return piece._replace(whole_ns=piece.stamp_ns)
+    return piece if piece.upon else piece._replace(patches=1)

@@ -70,8 +70,9 @@ class Request:
     """A request to the alert desk: new evidence, a reason to forget evidence, or an acknowledgement.
 
     region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
-    faults : the reason why the state is unknown; all evidence is then forgotten. "" if there is no such reason
-    forgets_topics : if True, the desk also forgets which topics have reported sources
+    faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
+        "" if there is no such reason
+    is_error : True if the reason is an error, so the stamps of what was received before are still valid
     acknowledged : the acknowledging person, the reason, and the time (ns)
     reply : called with True and a sentence if the request was met, or False and the reason
     is_changed : True if the standing faults have changed
@@ -81,7 +82,7 @@ class Request:
     evidence: Evidence | None = None
     topic: str = ""
     faults: str = ""
-    forgets_topics: bool = False
+    is_error: bool = False
     acknowledged: tuple[str, str, int] | None = None
     reply: Reply | None = None
     is_changed: bool = False
@@ -100,16 +101,16 @@ class AlertDesk:
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
     standing : faults that stand in every decision until their cause has ended
-    expected : topics of sources that must report
+    expected : topics of sources that must report; has_sensors : True if there are topics of sensors, besides clicks
     """
 
     def __init__(
         self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: DecisionListener,
-        expected: Sequence[str] = (),
+        expected: Sequence[str] = (), has_sensors: bool = False,
     ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected)
+        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected, has_sensors)
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
@@ -126,15 +127,15 @@ class AlertDesk:
         self._requests.put(Request(region=region, evidence=evidence, topic=topic))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
-        """Ask to forget all evidence and topics; until there is new evidence, the state is unknown because of `why`.
+        """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
 
         reply : called on the desk's thread after the decision without evidence has been published
         """
-        self._requests.put(Request(faults=why, forgets_topics=True, reply=reply))
+        self._requests.put(Request(faults=why, reply=reply))
 
     def lose(self, why: str) -> None:
-        """Ask to forget all evidence, as `forget` does; topics that fall silent are still reported."""
-        self._requests.put(Request(faults=why))
+        """Ask to forget all evidence because of an error: only later messages count, and a lost click is a fault."""
+        self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply) -> None:
         """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread."""
@@ -152,7 +153,7 @@ class AlertDesk:
             if self._writing_since == since:  # still the same decision
                 self._listener.unwritten()
         if self._requests.empty() and (self._failed or self._is_over(self._now())):
-            self._requests.put(Request(faults=FORGOTTEN) if self._failed else TICK)
+            self._requests.put(Request(faults=FORGOTTEN, is_error=True) if self._failed else TICK)
 
     def close(self, timeout: float) -> bool:
         """Stop deciding; wait at most `timeout` (s). Return True if the thread has ended and the log is closed.
@@ -176,16 +177,14 @@ class AlertDesk:
             try:
                 self._serve(request)
             except Exception as error:
-                self._evidence.clear()
+                self._evidence.lose()
                 self._failed = True
                 report_error(self._listener.undecided, error)
 
     def _serve(self, request: Request) -> None:
         now, self._failed = self._now(), False
         if request.faults:
-            self._evidence.reset()
-        if request.forgets_topics:
-            self._evidence.clear_topics()
+            self._evidence.lose() if request.is_error else self._evidence.forget()
         if request.evidence is not None:
             self._evidence.note(request.region, request.topic, request.evidence)
         self._clock_ran = self._clock_ran or now > 0  # a clock that went back to 0 counts as running

@@ -91,7 +91,7 @@ class Builder:
         ground, survey = made
         self._listener.stands(ground, "received" if kind == "whole" else "received, patched")
         if self._store is not None and survey is not None:
-            self._store.keep(ground, survey)
+            self._store.keep(ground, survey, is_patch=kind == "patch")
 
     def _refuse(self, kind: str, why: str) -> None:
         """Report that a message cannot be used; a refused patch counts as missing in the terrain."""

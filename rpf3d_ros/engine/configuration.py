@@ -3,7 +3,7 @@
 import importlib.metadata
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.simulation.engines import Reference
+from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.messages.stamps import SECOND
@@ -52,6 +53,7 @@ class StationConfiguration:
     standing : the last good terrain, prepared, None if there is none; standing_report : its age, or why it is missing
     thresholds : of the site, None if there are no alerts; log_fault : why decisions cannot be logged, or empty
     compile_s : wall time of compiling (s)
+    before : what is known of the patches of the terrain before a restart
     """
 
     parameters: SimulatorParameters
@@ -64,6 +66,7 @@ class StationConfiguration:
     log: DecisionLog | None
     log_fault: str
     compile_s: float
+    before: TerrainBefore = field(default_factory=TerrainBefore)
 
 
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
@@ -81,7 +84,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     try:
         compile_s = warm(scene, parameters)
         workshop = _workshop_of(scene, parameters)
-        standing, standing_report = _restored(store, scene, workshop, now_ns)
+        standing, standing_report, before = _restored(store, scene, workshop, now_ns)
         log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
     except BaseException:
         if store is not None:
@@ -90,6 +93,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     return StationConfiguration(
         parameters=parameters, scene=scene, workshop=workshop, store=store, standing=standing,
         standing_report=standing_report, thresholds=thresholds, log=log, log_fault=log_fault, compile_s=compile_s,
+        before=before,
     )  # fmt: skip
 
 
@@ -168,24 +172,30 @@ def _store_of(parameters: SimulatorParameters) -> Store | None:
         raise InputError(f"store: {fault}") from fault
 
 
-def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int) -> tuple[PreparedTerrain | None, str]:
-    """Return the last good terrain in a store, prepared, and a sentence on its age or on why it cannot be read.
+def _restored(
+    store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
+) -> tuple[PreparedTerrain | None, str, TerrainBefore]:
+    """Return the last good terrain in a store, prepared, a sentence on its age, and what is known of its patches.
 
     A terrain that cannot be read is reported and stops nothing.
     """
+    before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
-        return None, ""
+        return None, "", before
     try:
         last = read_last(store.folder)
         standing = stand_on(last.ground(workshop), scene) if last is not None else None
     except (OSError, InputError) as fault:
-        return None, f"the last terrain is not restored: {fault}"
+        why = f"the last terrain is not restored: {fault}"
+        return None, why, before._replace(unreadable=why)
     if last is None or standing is None:
-        return None, ""
+        return None, "", before
     _ = standing.cells
     store.follow(last)
-    age = age_of(standing.ground.whole_ns, now_ns)
-    return standing, "; ".join((f"restored, {age} old", *last.faults))
+    before = before._replace(patches_ns=last.patches_ns(before.read_ns), unread=last.unread)
+    whole_ns = standing.ground.whole_ns
+    age = f"{age_of(whole_ns, now_ns)} old" if whole_ns else "of unknown age"
+    return standing, "; ".join((f"restored, {age}", *last.faults)), before
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:

@@ -10,10 +10,10 @@ publication is passed on with each message.
 
 import ctypes
 import threading
+import time
 import weakref
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,8 +24,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from rpf3d_ros.engine.in_order import InOrder, Published
+from rpf3d_ros.engine.in_order import InOrder
 from rpf3d_ros.interface.qos import OVERRIDABLE
+from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.terrain_messages import Buffer
 
 PAUSE = 0.01
@@ -33,9 +34,6 @@ PAUSE = 0.01
 
 AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
-
-MOST_REPORTED = 100
-"""Number of error messages that are remembered, so that a continuing error is reported once."""
 
 OK, NOTHING_THERE = 0, 401
 """Return codes of rcl (RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED in rcl/types.h)."""
@@ -124,10 +122,6 @@ class LargeTopic(NamedTuple):
     take: Callable[[Buffer, int], None]
     qos: QoSProfile
 
-    def take_from_rclpy(self, data: bytes, info: Mapping[str, int]) -> None:
-        """Take a message from the executor, with the message information of rclpy."""
-        self.take(data, info["source_timestamp"])
-
 
 class LargeMessages:
     """Subscriptions to large messages, which are passed on as CDR bytes (memoryview) on a separate thread.
@@ -135,22 +129,24 @@ class LargeMessages:
     The messages are in the order of publication (`InOrder`). If the functions of rcl are missing, the executor passes
     the messages on as `bytes`, topic by topic.
 
-    failed : called with a sentence if rcl cannot check for messages, or if a callback raises an error; the same
-        sentence is reported again only after the errors have stopped
+    failed : called with a sentence and the time (ns, as times of publication) if rcl cannot take messages, and with an
+        empty sentence at the first check without errors
+    refused : called with the topic, the time of publication (ns) and the error for each message whose callback raises
     """
 
     def __init__(
-        self, node: Node, topics: Sequence[LargeTopic], failed: Callable[[str], None], pause: float = PAUSE,
+        self, node: Node, topics: Sequence[LargeTopic], failed: Callable[[str, int], None],
+        refused: Callable[[str, int, BaseException], None], pause: float = PAUSE,
         events: SubscriptionEventCallbacks | None = None,
     ) -> None:  # fmt: skip
-        self._node, self._failed, self._pause = node, failed, pause
+        self._node, self._failed, self._refused, self._pause = node, failed, refused, pause
         self._rcl = _rcl()
         group = None if self._rcl is None else NotByTheExecutor()
         self._topics = topics
         self._subscriptions: list[Any] = [
             node.create_subscription(
-                topic.kind, topic.name, topic.take_from_rclpy, topic.qos, callback_group=group, raw=True,
-                event_callbacks=events, qos_overriding_options=OVERRIDABLE,
+                topic.kind, topic.name, partial(self._take_from_rclpy, topic), topic.qos, callback_group=group,
+                raw=True, event_callbacks=events, qos_overriding_options=OVERRIDABLE,
             )
             for topic in topics
         ]  # fmt: skip
@@ -158,7 +154,7 @@ class LargeMessages:
         rcl = self._rcl
         queues = [] if rcl is None else [_Queue(each, rcl, self._closed) for each in self._subscriptions]
         self._order = InOrder([queue.take for queue in queues])
-        self._reported: deque[str] = deque(maxlen=MOST_REPORTED)
+        self._errors = ""
         self._thread: threading.Thread | None = None
         if self._rcl is not None:
             self._thread = threading.Thread(target=self._run, name="rpf3d large messages", daemon=True)
@@ -181,30 +177,32 @@ class LargeMessages:
     def _run(self) -> None:
         pause = self._pause
         while not self._closed.wait(pause):
-            errors = sum(not self._hand_on(message) for message in self._order.ready())
+            for message in self._order.ready():
+                self._hand_on(self._topics[message.queue], message.content, message.at_ns)
             if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
-            for error in self._order.errors:
-                self._report(error)
-            if not errors and not self._order.errors:
-                self._reported.clear()
+            self._report(self._order.errors)
             pause = AFTER_ERROR if self._order.errors else self._pause
 
-    def _hand_on(self, message: Published[Buffer]) -> bool:
-        """Pass a message to its callback; return True if the callback raised no error. Other messages continue."""
-        try:
-            self._topics[message.queue].take(message.content, message.at_ns)
-        except Exception as error:
-            self._report(error)
-            return False
-        return True
+    def _take_from_rclpy(self, topic: LargeTopic, data: bytes, info: Mapping[str, int]) -> None:
+        """Take a message from the executor, with the message information of rclpy."""
+        self._hand_on(topic, data, info["source_timestamp"])
 
-    def _report(self, error: Exception) -> None:
-        """Report an error once until the errors stop; ignore errors after a signal has shut the context down."""
-        sentence = f"{type(error).__name__}: {error}"
-        if sentence not in self._reported and self._node.context.ok():
-            self._reported.append(sentence)
-            self._failed(sentence)
+    def _hand_on(self, topic: LargeTopic, content: Buffer, published_ns: int) -> None:
+        """Pass a message to its callback, and report the message if the callback raises. Other messages continue."""
+        try:
+            topic.take(content, published_ns)
+        except Exception as error:
+            if self._node.context.ok():  # otherwise a signal has shut the context down
+                report_error(partial(self._refused, topic.name, published_ns), error)
+
+    def _report(self, errors: Sequence[Exception]) -> None:
+        """Report the errors of a check if they differ from those of the last check, also if they have ended."""
+        sentence = "; ".join(dict.fromkeys(f"{type(error).__name__}: {error}" for error in errors))
+        if sentence == self._errors or not self._node.context.ok():
+            return
+        self._errors, now = sentence, time.time_ns()
+        report_error(lambda _: self._failed(sentence, now), RuntimeError(sentence))
 
 
 class _Queue:

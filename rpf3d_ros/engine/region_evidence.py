@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.live.evidence import together
-from rpf3d_ros.engine.source_topics import SourceTopics
+from rpf3d_ros.engine.source_topics import BY_HAND, SourceTopics
 from rpf3d_ros.messages.stamps import SECOND
 
 
@@ -39,15 +39,15 @@ class TopicEvidence(NamedTuple):
 class RegionEvidence:
     """The last evidence of each region, that is of each wall, and the topics that have reported."""
 
-    def __init__(self, max_age_s: float, expected: Sequence[str] = ()) -> None:
+    def __init__(self, max_age_s: float, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
         """Begin without evidence.
 
-        max_age_s : age (s) beyond which evidence is stale; expected : topics that must report, as in `SourceTopics`
+        max_age_s : age (s) beyond which evidence is stale; expected, has_sensors : as in `SourceTopics`
         """
         self._max_age_ns = int(max_age_s * SECOND)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
-        self._topics = SourceTopics(expected)
+        self._topics = SourceTopics(expected, has_sensors)
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
@@ -82,15 +82,17 @@ class RegionEvidence:
         # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.
         return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)
 
-    def clear(self) -> None:
-        """Forget all evidence, but keep the time of the newest evidence and the topics that have reported sources."""
+    def forget(self) -> None:
+        """Forget all evidence and stamps; every topic must publish again."""
+        self._clear()
+        self._topics.forget()
+
+    def lose(self) -> None:
+        """Forget all evidence because of an error; every topic must publish a later message, and clicks are lost."""
+        clicks = [kept.stamp_ns for kept in self._evidence.values() if kept.topic == BY_HAND]
+        self._clear()
+        self._topics.lose(max(clicks, default=None))
+
+    def _clear(self) -> None:
         self._evidence.clear()
-
-    def reset(self) -> None:
-        """Forget all evidence and the time of the newest evidence, but keep the topics that have reported sources."""
-        self.clear()
         self._newest_at_ns = 0
-
-    def clear_topics(self) -> None:
-        """Forget which topics have reported sources."""
-        self._topics.clear()

@@ -7,30 +7,41 @@ from rpf3d_core.alerts.times import span
 BY_HAND = "clicked_point"
 """Topic of clicked sources: a click by a person is a single event, so no further message is expected."""
 
+REMOVED = "if its sensor was removed: clean up the node, remove the topic from its parameters, and configure the node"
+"""How a person ends the fault of a silent topic whose sensor will not publish again."""
+
+ONLY_CLICKS = "no sensor has reported, so only clicked sources are known: start the publishers of source topics"
+"""Fault of a node with topics of sensors that has received clicks only: a click says nothing about other walls."""
+
+ANY_STAMP = -1
+"""Smaller than every stamp (ns)."""
+
 
 class SourceTopics:
     """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
 
     expected : topics that must publish even if they have never published
+    has_sensors : True if the node subscribes to topics of sensors, so clicks alone are no complete evidence
     """
 
-    def __init__(self, expected: Sequence[str] = ()) -> None:
-        self._expected = tuple(expected)
+    def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
+        self._expected, self._has_sensors = tuple(expected), has_sensors
         self._last: dict[str, int] = {}
-        self._heard: dict[str, int] = {}
+        self._heard: dict[str, int] = {}  # before all was forgotten: the stamp after which a topic counts again
+        self._lost_click: int | None = None
 
     def note(self, topic: str, stamp_ns: int) -> None:
         """Note the stamp (ns) of a message, with or without sources.
 
         A message that is answered again is not newer than the last message of its topic, so the call changes nothing.
         """
-        if topic != BY_HAND:
+        if topic != BY_HAND and stamp_ns > self._heard.get(topic, ANY_STAMP):
             self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return a sentence for each topic that is silent: its last message is too old, or it is expected."""
         fell_silent = tuple(
-            f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}"
+            f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}; {REMOVED}"
             for topic, stamp in self._last.items()
             if stamp < oldest_ns
         )
@@ -39,13 +50,37 @@ class SourceTopics:
         return (
             *fell_silent,
             *(f"nothing has been heard of sources on {topic} (expected_topics)" for topic in never),
-            *(f"nothing has been heard of sources on {topic} since stamps were forgotten" for topic in again),
+            *(
+                f"nothing has been heard of sources on {topic} since stamps were forgotten; {REMOVED}"
+                for topic in again
+            ),
+            *self._click_lost(oldest_ns, now_ns),
+            *((ONLY_CLICKS,) if self._has_sensors and not (self._last or never or again) else ()),
         )
 
-    def clear(self) -> None:
+    def forget(self) -> None:
         """Forget all stamps, because they are invalid or the node was not subscribed meanwhile.
 
         The topics must then publish again: a sensor that fell silent before is not back because the clock went back.
         """
+        self._heard = dict.fromkeys((*self._heard, *self._last), ANY_STAMP)
+        self._last.clear()
+        self._lost_click = None
+
+    def lose(self, click_ns: int | None = None) -> None:
+        """Note that the evidence of all messages was lost by an error, so that every topic must publish again.
+
+        A message of before the error may be answered again, but others of its topic are lost. So only later stamps
+        count. A click is not repeated, so its loss is a fault until the click would be too old.
+
+        click_ns : stamp of the newest lost click (ns), None without one
+        """
         self._heard.update(self._last)
         self._last.clear()
+        self._lost_click = self._lost_click if click_ns is None else click_ns
+
+    def _click_lost(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
+        """Return the fault of a click that was lost by an error; empty if the click would be too old by now."""
+        if self._lost_click is None or self._lost_click < oldest_ns:
+            return ()
+        return (f"a source clicked {span(max(now_ns - self._lost_click, 0))} ago was lost by an error",)

@@ -88,17 +88,26 @@ class Station:
         self._refused_inputs = RefusedInputs(self.report_fault, age)
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         if configuration.thresholds is not None:
-            expected = parameters.sensors.expected
-            self.desk = AlertDesk(configuration.thresholds, configuration.log, outlets.now, self.decisions, expected)
+            sensors = parameters.sensors
+            self.desk = AlertDesk(
+                configuration.thresholds, configuration.log, outlets.now, self.decisions, sensors.expected,
+                has_sensors=bool(sensors.poses or sensors.clouds),
+            )  # fmt: skip
         if configuration.log_fault:
             self.decisions.logged(configuration.log_fault)
+        self._note_terrain_before()
         if configuration.standing is not None:
-            before = self.desk.alert if self.desk is not None else None
-            self.terrain.lacks(*lack_of(before.faults if before is not None else ()))
             self.flyer.hand_over(ready=configuration.standing)
             self.stands(configuration.standing.ground, configuration.standing_report)
         else:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
+
+    def _note_terrain_before(self) -> None:
+        """Note the patches and lacks of the terrain before a restart: only a survey published later replaces them."""
+        alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
+        lack = lack_of(alert.faults if alert is not None else ())
+        self.terrain.lacks(lack.patches + before.unread, lack.why_refused or before.unreadable, before.read_ns)
+        self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:
         """Start to answer and decide."""
@@ -239,14 +248,16 @@ class Station:
     def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
         """Report an unforeseen error, which is a fault of the alert.
 
-        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do
+        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do.
+            Without a trigger it is unknown what failed, so every topic must publish again.
         """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
         if self.desk is not None:
             why = f"an answer failed: {type(error).__name__}"
-            self.desk.lose(why)
-            if trigger is not None:
+            if trigger is None:
+                self.desk.lose(why)
+            else:
                 self._decide_without_answer(trigger, why)
 
     # --- reports of the builder

@@ -25,6 +25,20 @@ class TerrainLack(NamedTuple):
         return SURVEY.format(self.why_refused) if self.why_refused else ""
 
 
+class TerrainBefore(NamedTuple):
+    """What is known of the terrain before a restart, so that an older survey hides none of its patches.
+
+    read_ns : time when the store was read, by the machine's clock (ns)
+    patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)
+    unread : number of stored patches that cannot be read; unreadable : why no terrain can be read, "" if one can
+    """
+
+    read_ns: int = 0
+    patches_ns: tuple[int, ...] = ()
+    unread: int = 0
+    unreadable: str = ""
+
+
 def lack_of(faults: Iterable[str]) -> TerrainLack:
     """Return what the terrain lacked according to the faults of an alert.
 

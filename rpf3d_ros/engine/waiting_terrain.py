@@ -6,6 +6,7 @@ Any thread may put surveys in the queue, which is quick. The builder's thread ta
 import threading
 import time
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
@@ -75,7 +76,7 @@ class Chapter(Generic[M]):
 
     whole : the survey; None for the survey in use
     early : patches that follow the survey but were received before the survey
-    missing : number of early patches that are no longer kept
+    missing : number of patches that follow the survey and are no longer kept
     lost : number of patches that this terrain lacks
     refused : later whole surveys that were refused
     """
@@ -113,6 +114,7 @@ class WaitingTerrain(Generic[M]):
         self._patched = self._chapters[0]
         self._received: deque[ReceivedPatch[M]] = deque(maxlen=REMEMBERED)
         self._kept: deque[ReceivedPatch[M]] = deque()
+        self._before: list[Moment] = []  # patches from before a restart, which no survey may hide
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
@@ -149,12 +151,24 @@ class WaitingTerrain(Generic[M]):
             moment = Moment(published_ns)  # a survey that was published before, and arrives later, lacks the patch, too
             self._received.append(ReceivedPatch(patch=None, moment=moment, at=time.monotonic()))
 
-    def lacks(self, patches: int, why_refused: str) -> None:
-        """Note what the terrain in use lacks since before a restart: patches, and why a survey was refused, or ""."""
+    def lacks(self, patches: int, why_refused: str, known_ns: int = 0) -> None:
+        """Note what the terrain in use lacks since before a restart: patches, and why a survey was refused, or "".
+
+        known_ns : latest time (ns) at which the lack can have begun; a whole survey published earlier lacks the same
+        """
         with self._changed:
             self._chapters[0].lost += patches
+            self._before += [Moment(known_ns)] * patches
             if why_refused:
-                self._chapters[0].refused.append(RefusedSurvey(published_ns=0, why=why_refused))
+                self._chapters[0].refused.append(RefusedSurvey(published_ns=known_ns, why=why_refused))
+
+    def holds(self, patches_ns: Iterable[int]) -> None:
+        """Note the patches that the terrain in use contains since before a restart.
+
+        patches_ns : when each patch was received (ns); a whole survey published earlier lacks the patch
+        """
+        with self._changed:
+            self._before += [Moment(published_ns) for published_ns in patches_ns]
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.
@@ -168,9 +182,9 @@ class WaitingTerrain(Generic[M]):
             self._drop_old_patches()
             following = [each.patch for each in self._received if moment is not None and each.moment.follows(moment)]
             early = tuple(patch for patch in following if patch is not None)
-            self._chapters.append(
-                Chapter(whole=survey, moment=moment, early=early, missing=len(following) - len(early))
-            )
+            before = sum(moment is not None and each.follows(moment) for each in self._before)
+            missing = len(following) - len(early) + before
+            self._chapters.append(Chapter(whole=survey, moment=moment, early=early, missing=missing))
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
             self.overtaken += len(untried) > 1
             if len(untried) > UNTRIED:
@@ -246,7 +260,10 @@ class WaitingTerrain(Generic[M]):
             return self._length()
 
     def forget_received(self) -> None:
-        """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again."""
+        """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again.
+
+        Patches from before a restart are remembered: a latched survey that lacks them may still arrive.
+        """
         with self._changed:
             self._received.clear()
             self._kept.clear()

@@ -88,6 +88,7 @@ class Inputs:
         self._frame = parameters.frame
         self.guards = StampGuards(parameters.most_ahead)
         self._refused, self._counting = 0, threading.Lock()
+        self._middleware = ""
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
         self._events, sensors = SubscriptionEventCallbacks(incompatible_qos=self._on_misfit), parameters.sensors
@@ -103,7 +104,9 @@ class Inputs:
             LargeTopic(kind=PointCloud2, name="terrain/points", take=self.on_points, qos=terrain),
             LargeTopic(kind=Mesh, name="terrain/mesh", take=self.on_mesh, qos=terrain),
         )
-        self._surveys = LargeMessages(node, surveys, self._lose_terrain, events=self._events)
+        self._surveys = LargeMessages(
+            node, surveys, self._report_middleware, self._refuse_after_error, events=self._events
+        )
         own = {topic: each.qos_profile for topic, each in self._subscriptions.items()}
         self._watched = watched_topics({**own, **self._surveys.qos}, sensors)
         self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
@@ -112,6 +115,8 @@ class Inputs:
     def close(self) -> None:
         """End all subscriptions."""
         self._surveys.close()
+        if self._middleware:
+            self._report_middleware("", time.time_ns())
         for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
         self._subscriptions = {}
@@ -148,10 +153,25 @@ class Inputs:
 
     # --- on the thread of the surveys
 
-    def _lose_terrain(self, why: str) -> None:
-        """Report a terrain message that was lost by an unforeseen error: only a later whole survey makes up for it."""
-        self._station.terrain.refuse("whole", why=why)
-        self._station.terrain_refused(why)
+    def _report_middleware(self, why: str, at_ns: int) -> None:
+        """Let a fault stand while the middleware cannot take terrain messages.
+
+        Afterwards a message may have been lost, so the terrain is out of date until a later whole survey is used.
+
+        why : error of the middleware, "" as soon as messages can be taken; at_ns : time (ns, as times of publication)
+        """
+        if why:
+            self._health.set("terrain", ERROR, why)
+        else:
+            self._station.terrain.refuse("whole", at_ns, self._middleware)
+            self._station.terrain_refused(self._middleware)
+        self._station.report_fault("middleware", f"terrain cannot be received: {why}" if why else "")
+        self._middleware = why
+
+    def _refuse_after_error(self, topic: str, published_ns: int, error: BaseException) -> None:
+        """Refuse a terrain message because of an unforeseen error in its intake."""
+        why = f"{type(error).__name__}: {error}"
+        self._refuse(topic, why, published_ns)
         self._health.set("terrain", ERROR, why)
 
     def on_points(self, data: Buffer, published_ns: int) -> None:

@@ -82,6 +82,38 @@ def test_many_patches_are_folded_into_a_whole_mesh(tmp_path):
     assert len(live_facets(again)) == len(live_facets(ground))
 
 
+def test_a_ground_that_is_stored_whole_after_patches_is_no_younger_and_knows_of_them(tmp_path):
+    ground = kept(tmp_path, grid(), *PATCHES, most_patches=2)
+    last = read_last(tmp_path)
+    again = last.ground(Workshop())
+    assert (again.stamp_ns, again.whole_ns) == (4, 1) == (ground.stamp_ns, ground.whole_ns)
+    assert last.patches_ns(ground.received_ns) == (ground.received_ns,) * 3
+
+
+def test_patches_are_known_by_the_times_of_their_reception_and_none_later_than_now(tmp_path):
+    ground = kept(tmp_path, grid(), *PATCHES)
+    last = read_last(tmp_path)
+    times = last.patches_ns(ground.received_ns)
+    assert len(times) == 3 and times == tuple(sorted(times)) and times[-1] == ground.received_ns
+    assert last.patches_ns(5) == (5, 5, 5), "the machine's clock was set back"
+
+
+def without_whole_ns(piece):
+    """The header of a piece, as an older version wrote it."""
+    return {name: getattr(piece, name) for name in ("digest", "upon", "stamp_ns", "received_ns")}
+
+
+@pytest.mark.parametrize(("most_patches", "expected"), [(64, (1, 3)), (2, (0, 1))], ids=["patches", "stored whole"])
+def test_a_store_of_an_older_version_makes_no_ground_younger(tmp_path, monkeypatch, most_patches, expected):
+    """Where patches were stored in a whole mesh, the age of its survey is unknown, which is a stamp of 0."""
+    monkeypatch.setattr("rpf3d_core.live.stored._told", without_whole_ns)
+    ground = kept(tmp_path, mesh(grid()), *PATCHES, most_patches=most_patches)
+    last = read_last(tmp_path)
+    again = last.ground(Workshop())
+    assert again.digest == ground.digest
+    assert (again.whole_ns, len(last.patches_ns(ground.received_ns))) == expected
+
+
 def test_patches_go_on_after_a_return(tmp_path):
     kept(tmp_path, grid(), *PATCHES[:1])
     last, store, workshop = read_last(tmp_path), Store(tmp_path), Workshop()
@@ -121,7 +153,7 @@ def test_a_damaged_patch_leaves_the_terrain_before_it_and_a_sentence(tmp_path):
     second = sorted(tmp_path.glob("patch*"))[1]
     second.write_bytes(second.read_bytes()[:-9])
     last = read_last(tmp_path)
-    assert len(last.pieces) == 2
+    assert (len(last.pieces), last.unread) == (2, 2)
     assert last.faults[0].endswith("the terrain is that before this patch")
     assert second.name in last.faults[0]
 

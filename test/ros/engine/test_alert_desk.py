@@ -24,7 +24,7 @@ from rpf3d_ros.engine import alert_desk
 from rpf3d_ros.engine.alert_desk import NO_CLOCK, AlertDesk
 from rpf3d_ros.engine.answer_evidence import EvidenceContext
 from rpf3d_ros.engine.decision_reports import DecisionReports
-from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.engine.source_topics import BY_HAND, REMOVED
 from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
@@ -351,7 +351,7 @@ def test_a_topic_that_falls_silent_after_it_told_of_sources_is_a_fault_that_name
     alert = decided(reports, 4)
     assert (alert.level, alert.faults) == (
         Level.FAULT,
-        (f"nothing has been heard of sources on {OTHER} for 32.000 s",),
+        (f"nothing has been heard of sources on {OTHER} for 32.000 s; {REMOVED}",),
     )
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     assert decided(reports, 5).faults == alert.faults, "that is what another radar sees"
@@ -381,7 +381,7 @@ def test_a_topic_that_saw_nothing_and_falls_silent_is_a_fault_too(desk):
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     alert = decided(reports, 3)
     assert alert.level == Level.FAULT
-    assert alert.faults == (f"nothing has been heard of sources on {OTHER} for 40.000 s",)
+    assert alert.faults == (f"nothing has been heard of sources on {OTHER} for 40.000 s; {REMOVED}",)
 
 
 def test_a_topic_that_is_expected_is_a_fault_until_it_is_heard():
@@ -413,6 +413,22 @@ def test_neither_lost_evidence_nor_a_new_beginning_hides_a_topic_that_fell_silen
     assert decided(reports, 6).faults == ()
 
 
+def test_a_sensor_that_was_removed_is_a_fault_over_a_new_beginning_and_none_for_a_desk_that_is_made_anew(desk):
+    desk, reports, _ = desk
+    desk.decide_on("other wall", evidence(area(0)), OTHER)
+    desk.forget("the node has just been activated")
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    (fault,) = decided(reports, 3).faults
+    assert OTHER in fault and fault.endswith(REMOVED)
+    again = DeskReports()
+    configured = AlertDesk(site(), None, Clock(), again)
+    try:
+        configured.decide_on("wall", evidence(area(0)), RADAR)
+        assert decided(again, 1).faults == ()
+    finally:
+        assert configured.close(PATIENCE)
+
+
 def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
     lost = []
     station = SimpleNamespace(desk=SimpleNamespace(lose=lost.append), _outlets=MagicMock())
@@ -428,9 +444,80 @@ def test_a_wall_whose_answer_failed_is_a_fault_whatever_is_answered_of_other_wal
     station._decide_without_answer = partial(Station._decide_without_answer, station)
     Station.failed(station, RuntimeError("broken"), trigger)
     desk.decide_on("other wall", evidence(area(0)), OTHER)
-    assert "an answer failed: RuntimeError" in decided(reports, 3).faults
+    assert "an answer failed: RuntimeError" in decided(reports, 2).faults
     desk.decide_on("wall", evidence(area(0)), RADAR)
+    assert decided(reports, 3).faults == ()
+
+
+def test_an_answer_that_fails_for_one_wall_loses_no_danger_that_another_radar_sees(desk):
+    desk, reports, _ = desk
+    desk.decide_on("wall of the other", evidence(area(5000)), OTHER)
+    trigger = trigger_of([(1.0, 1.0, 1.0)], [(0.0, 0.0, 0.0)], None, NOW - 3 * S, RADAR)
+    station = MagicMock(desk=desk, region_of=lambda trigger: "wall")
+    station._circumstances.return_value = EvidenceContext(standing=None, at_ns=NOW, seed=1)
+    station._decide_without_answer = partial(Station._decide_without_answer, station)
+    Station.failed(station, RuntimeError("broken"), trigger)
+    assert "an answer failed: RuntimeError" in decided(reports, 2).faults
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    alert = decided(reports, 3)
+    assert (alert.evident, alert.faults) == (Level.EVACUATE, ())
+
+
+@pytest.mark.parametrize("error", ["in an unknown answer", "in a decision"])
+def test_after_an_error_every_topic_must_publish_again(desk, error):
+    """An answer of an older message, as of a refinement, shows one wall; the others of its topic are lost."""
+    desk, reports, clock = desk
+    desk.decide_on("dangerous wall", evidence(area(5000)), OTHER)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    assert decided(reports, 2).evident == Level.EVACUATE
+    lose_all(desk, reports, error)
+    clock.now = NOW + S
+    desk.decide_on("wall", evidence(area(0), now=clock.now), RADAR)
+    assert OTHER in decided(reports, 4).faults[0], "its danger was forgotten"
+    desk.decide_on("harmless wall", evidence(area(0))._replace(at_ns=clock.now), OTHER)  # answered again
+    assert OTHER in decided(reports, 5).faults[0]
+    desk.decide_on("dangerous wall", evidence(area(5000), now=clock.now), OTHER)
+    alert = decided(reports, 6)
+    assert (alert.evident, alert.faults) == (Level.EVACUATE, ())
+
+
+@pytest.mark.parametrize("error", ["in an unknown answer", "in a decision"])
+def test_a_click_that_an_error_lost_is_a_fault_until_it_would_be_too_old(desk, error):
+    desk, reports, clock = desk
+    desk.decide_on("clicked", evidence(area(5000)), BY_HAND)
+    decided(reports, 1)
+    lose_all(desk, reports, error)
+    desk.decide_on("wall", evidence(area(0), now=NOW + S), RADAR)
+    assert "a source clicked" in decided(reports, 3).faults[0]
+    clock.now = NOW + 40 * S
+    desk.decide_on("wall", evidence(area(0), now=clock.now), RADAR)
     assert decided(reports, 4).faults == ()
+
+
+def test_where_the_clock_goes_back_after_an_error_earlier_stamps_count_again(desk):
+    desk, reports, clock = desk
+    desk.decide_on("clicked", evidence(area(0)), BY_HAND)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    desk.lose("an answer failed")
+    clock.now = NOW - 40 * S
+    desk.forget("the clock went back")
+    desk.decide_on("wall", evidence(area(0), now=clock.now), RADAR)
+    assert decided(reports, 5).faults == ()
+
+
+def lose_all(desk, reports, error):
+    """Let the desk lose all evidence by an error; the decision that follows is a fault."""
+    count = len(reports.alerts)
+    if error == "in a decision":
+        reports.broken = True
+        desk.standing.report("any", "so that it decides")
+        wait(lambda: reports.errors)
+        reports.broken = False
+        desk.standing._sentences = {}
+        desk.tick()
+    else:
+        desk.lose("an answer failed")
+    assert "there is no evidence" in decided(reports, count + 1).faults[0]
 
 
 def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():

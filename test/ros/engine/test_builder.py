@@ -15,6 +15,7 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.answers import EnsembleSize
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
+from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey
 from rpf3d_ros.engine.builder import Arrival, Builder
 from rpf3d_ros.engine.flyer import Flyer
@@ -45,7 +46,7 @@ class BuilderReports:
 class FullStore:
     """A store that cannot take anything."""
 
-    def keep(self, ground, survey):
+    def keep(self, ground, survey, is_patch=False):
         raise MemoryError
 
 
@@ -94,6 +95,20 @@ def test_a_patch_that_is_refused_is_told_of_as_lost_until_the_next_whole_survey(
     waiting.put_whole(arrival(hill(1.0)))
     wait(lambda: len(reports.grounds) == 2)
     assert waiting.lost_patches == 0
+
+
+def test_a_patch_that_leaves_nothing_of_the_ground_is_stored_as_a_patch(made, tmp_path):
+    """Otherwise a latched survey would replace it silently after a restart."""
+    store = Store(tmp_path / "store")
+    waiting, flyer, reports = made(store)
+    waiting.put_whole(arrival(hill(count=15)))
+    wait(lambda: reports.grounds)
+    waiting.put_patch(arrival(GridSurvey(hill(count=25).points - (5.0, 5.0, 0.0))))
+    wait(lambda: len(reports.grounds) == 2 and len(waiting) == 0)
+    last = wait(lambda: store.flush(0.0) and (found := read_last(store.folder)) and found.patches_ns(1) and found)
+    store.close(PATIENCE)
+    assert flyer.standing.ground.patches == 0 and len(last.pieces) == 1
+    assert last.patches_ns(1) == (1,)
 
 
 def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(made, monkeypatch):

@@ -4,10 +4,48 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from rpf3d_core.live.store import Store
+from live_ground import pit_scene
+from surveyed_hills import grid
+
+from rpf3d_core.live.ground import Workshop
+from rpf3d_core.live.store import WHOLE, Store
 from rpf3d_ros.engine import configuration
-from rpf3d_ros.engine.configuration import configuration_of
+from rpf3d_ros.engine.configuration import _restored, configuration_of
 from rpf3d_ros.interface.parameters import SimulatorParameters
+from rpf3d_ros.messages.stamps import SECOND
+
+
+@pytest.fixture
+def restored(tmp_path):
+    """A function that returns what configuring restores from a store with a survey and two patches."""
+    store, workshop = Store(tmp_path), Workshop(reference=True)
+    ground = workshop.whole(grid(), stamp_ns=SECOND)
+    store.keep(ground, grid())
+    for stamp in (2, 3):
+        ground = workshop.patched(ground, grid(8, 8, 12.3, 9.2, seed=stamp), stamp_ns=stamp * SECOND)
+        store.keep(ground, grid(8, 8, 12.3, 9.2, seed=stamp))
+    assert store.flush(20.0)
+    scene = pit_scene(tmp_path).model_copy(update={"areas_of_interest": ()})
+    yield lambda: _restored(store, scene, Workshop(reference=True), 9 * SECOND)
+    store.close(20.0)
+
+
+def test_what_is_restored_knows_the_times_of_its_patches_and_those_that_cannot_be_read(restored, tmp_path):
+    standing, report, before = restored()
+    assert standing.ground.patches == len(before.patches_ns) == 2
+    assert report == "restored, 8 seconds old" and max(before.patches_ns) <= before.read_ns
+    last = sorted(tmp_path.glob("patch-*"))[-1]
+    last.write_bytes(last.read_bytes()[:-9])
+    standing, report, before = restored()
+    assert (standing.ground.patches, len(before.patches_ns), before.unread) == (1, 1, 1)
+    assert last.name in report
+
+
+def test_a_store_that_cannot_be_read_says_so_and_since_when(restored, tmp_path):
+    (tmp_path / WHOLE).write_bytes(b"no survey")
+    standing, report, before = restored()
+    assert standing is None and before.read_ns > 0
+    assert before.unreadable == report and "is not restored" in report
 
 
 def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path, monkeypatch):

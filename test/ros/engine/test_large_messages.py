@@ -70,8 +70,12 @@ def subscriber(node):
     node.subscription.close()
 
 
-def subscribed(node, take, topic="mesh", failed=pytest.fail):
-    return LargeMessages(node, [LargeTopic(Mesh, topic, take, LATCHED)], failed)
+def fail(*told):
+    pytest.fail(f"{told}")
+
+
+def subscribed(node, take, topic="mesh", failed=fail, refused=fail):
+    return LargeMessages(node, [LargeTopic(Mesh, topic, take, LATCHED)], failed, refused)
 
 
 def publish(node, data):
@@ -119,23 +123,30 @@ def test_messages_leave_no_memory_behind(subscriber):
     assert resident(os.getpid()) < began + STAYS
 
 
-def test_what_a_callback_raises_is_told_and_the_next_message_comes(node):
-    received, told = [], []
+@pytest.mark.parametrize("takes", ["rcl", "the executor"])
+def test_each_message_whose_callback_raises_is_refused_and_the_next_message_comes(node, monkeypatch, takes):
+    received, times, told = [], [], []
+    if takes == "the executor":
+        monkeypatch.setattr(large_messages, "_rcl", lambda: None)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
 
     def take(data, published_ns):
         received.append(len(data))
-        if len(received) == 1:
-            raise ValueError("the first is not wanted")
+        times.append(published_ns)
+        if len(received) <= 2:
+            raise ValueError("the first two are not wanted")
 
     node.received = received
-    some = subscribed(node, take, failed=told.append)
+    some = subscribed(node, take, refused=lambda topic, at_ns, error: told.append((topic, at_ns, str(error))))
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
-    for count in (10, 20):
+    for count in (10, 10, 20):
         before = publish(node, mesh(count))
-        wait(lambda before=before: len(received) > before)
+        wait(lambda before=before: len(received) > before, lambda: executor.spin_once(timeout_sec=0.01))
     some.close()
-    assert received == [len(mesh(10)), len(mesh(20))]
-    assert told == ["ValueError: the first is not wanted"]
+    executor.shutdown()
+    assert received == [len(mesh(10)), len(mesh(10)), len(mesh(20))]
+    assert told == [("mesh", published_ns, "the first two are not wanted") for published_ns in times[:2]]
 
 
 def test_what_a_callback_raises_costs_no_message_that_came_with_it(node):
@@ -147,7 +158,8 @@ def test_what_a_callback_raises_costs_no_message_that_came_with_it(node):
         raise ValueError("none is wanted")
 
     node.received = received
-    some = LargeMessages(node, [LargeTopic(Mesh, "mesh", take, QoSProfile(depth=10))], lambda sentence: None)
+    topics = [LargeTopic(Mesh, "mesh", take, QoSProfile(depth=10))]
+    some = LargeMessages(node, topics, fail, lambda *told: None)
     node.publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=10))
     for _ in range(4):
         publish(node, mesh(10))
@@ -185,7 +197,7 @@ def test_where_rcl_is_not_to_be_had_the_executor_hands_on_the_bytes(node, monkey
 def test_messages_of_several_topics_come_in_the_order_in_which_they_were_published(node):
     received = []
     topics = [LargeTopic(Mesh, name, lambda data, at, name=name: received.append(name), DEEP) for name in "abc"]
-    some = LargeMessages(node, topics, pytest.fail)
+    some = LargeMessages(node, topics, fail, fail)
     publishers = {name: node.create_publisher(Mesh, name, DEEP) for name in "abc"}
     wait(lambda: all(each.get_subscription_count() for each in publishers.values()))
     for each in publishers.values():  # a reader that has not found its writer yet gets the first messages late
@@ -202,19 +214,37 @@ def test_messages_of_several_topics_come_in_the_order_in_which_they_were_publish
     assert received == sent
 
 
-def test_an_error_of_rcl_is_told_once_with_its_sentence(node, monkeypatch):
+def test_an_error_of_rcl_is_told_once_with_its_sentence_and_its_end_too(node, monkeypatch):
     told = []
-    rcl = large_messages._rcl()
+    rcl, begin = large_messages._rcl(), time.time_ns()
+    take = rcl.take
     monkeypatch.setattr(rcl, "take", lambda *given: 1)
     monkeypatch.setattr(large_messages, "AFTER_ERROR", 0.01)
-    some = subscribed(node, pytest.fail, failed=told.append)
+    some = subscribed(node, fail, failed=lambda *given: told.append(given))
     time.sleep(0.3)
+    assert len(told) == 1 and "rcl says 1" in told[0][0]
+    monkeypatch.setattr(rcl, "take", take)
+    wait(lambda: len(told) == 2)
+    time.sleep(0.1)
     some.close()
-    assert len(told) == 1 and "rcl says 1" in told[0]
+    assert len(told) == 2 and told[1][0] == "" and begin < told[0][1] < told[1][1]
+
+
+def test_what_fails_while_an_error_is_reported_ends_no_thread(node, monkeypatch):
+    rcl, take, received = large_messages._rcl(), large_messages._rcl().take, []
+    monkeypatch.setattr(rcl, "take", lambda *given: 1)
+    monkeypatch.setattr(large_messages, "AFTER_ERROR", 0.01)
+    some = subscribed(node, lambda data, published_ns: received.append(data), failed=lambda *given: 1 / 0)
+    time.sleep(0.1)
+    monkeypatch.setattr(rcl, "take", take)
+    node.received, node.publisher = received, node.create_publisher(Mesh, "mesh", LATCHED)
+    publish(node, mesh(10))
+    wait(lambda: received)
+    some.close()
 
 
 def test_a_publisher_whose_durability_does_not_fit_is_warned_of(node, capfd):
-    some = subscribed(node, pytest.fail)
+    some = subscribed(node, fail)
     publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=1))  # volatile, where latched is asked for
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)

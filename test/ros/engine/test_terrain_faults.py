@@ -13,7 +13,7 @@ from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, patch_send, survey
 
 from rpf3d_core.alerts.log import DecisionLog
-from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of
+from rpf3d_ros.engine.terrain_faults import TerrainBefore, TerrainLack, lack_of
 from rpf3d_ros.nodes import inputs
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
@@ -32,6 +32,11 @@ def at(send, moment):
     return send._replace(sent=moment, at=moment)
 
 
+def published(sent):
+    """The time of publication (ns) of what is sent at a time (s), as in `Run.deliver`."""
+    return round((1e9 + sent) * 1e9)
+
+
 def faults_after(run, *sends):
     """The faults of the alert after some messages."""
     for send in sends:
@@ -45,10 +50,10 @@ def started(monkeypatch, tmp_path):
     """Starts nodes that share a decision log, one after another, over a given terrain."""
     runs = []
 
-    def start(standing=None):
+    def start(standing=None, **before):
         def configured(plan):
-            log = DecisionLog(tmp_path, "0.1.0")
-            return replace(configuration_of(plan), log=log, standing=standing, standing_report="restored")
+            log, known = DecisionLog(tmp_path, "0.1.0"), TerrainBefore(**before)
+            return replace(configuration_of(plan), log=log, standing=standing, standing_report="restored", before=known)
 
         monkeypatch.setattr(combination, "configuration_of", configured)
         runs.append(Run(PLAN))
@@ -74,6 +79,41 @@ def test_a_restart_does_not_hide_what_the_terrain_lacks(started, bad, sentence):
     assert faults_after(run, at(WHOLE, 1.2)) == ()
 
 
+def test_a_latched_survey_that_comes_again_after_a_restart_hides_no_patch_that_it_replaces(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING, PATCH) == ()
+    standing = run.node.station.flyer.standing
+    run.node.close()
+    run = started(standing, read_ns=published(0.5), patches_ns=(published(0.4),))
+    assert faults_after(run, at(AREA, 1.0), at(NOTHING, 1.1)) == ()
+    assert "1 patches are not in" in faults_after(run, WHOLE)[0]
+    assert faults_after(run, at(WHOLE, 1.2)) == ()
+
+
+@pytest.mark.parametrize("stored", ["nothing is stored", "the terrain"])
+def test_a_latched_survey_from_before_a_restart_ends_no_fault_of_what_the_terrain_lacked(started, stored):
+    run = started()
+    assert "1 patches are not in" in faults_after(run, WHOLE, AREA, NOTHING, PATCH._replace(frame="drone"))[0]
+    standing = run.node.station.flyer.standing if stored == "the terrain" else None
+    run.node.close()
+    run = started(standing, read_ns=published(0.5))
+    assert "1 patches are not in" in faults_after(run, WHOLE, at(AREA, 1.0), at(NOTHING, 1.1))[0]
+    assert faults_after(run, at(WHOLE, 1.2)) == ()
+
+
+def test_stored_patches_that_cannot_be_read_are_missing_until_the_next_whole_survey(started):
+    run = started(read_ns=published(0.05), unread=2)
+    sends = (at(WHOLE, 0.01), AREA, NOTHING)
+    assert "2 patches are not in" in faults_after(run, *sends)[0]
+    assert faults_after(run, at(WHOLE, 0.6)) == ()
+
+
+def test_a_stored_terrain_that_cannot_be_read_may_have_had_patches(started):
+    run = started(read_ns=published(0.05), unreadable="the last terrain is not restored: damaged")
+    assert "not restored: damaged" in faults_after(run, at(WHOLE, 0.01), AREA, NOTHING)[0]
+    assert faults_after(run, at(WHOLE, 0.6)) == ()
+
+
 def test_an_unforeseen_error_in_the_intake_of_a_survey_is_a_fault_until_the_next(started, monkeypatch):
     run = started()
     assert faults_after(run, WHOLE, AREA, NOTHING) == ()
@@ -81,6 +121,37 @@ def test_an_unforeseen_error_in_the_intake_of_a_survey_is_a_fault_until_the_next
     assert "ZeroDivisionError" in faults_after(run, at(WHOLE, 0.5))[0]
     monkeypatch.undo()
     assert faults_after(run, at(WHOLE, 0.6)) == ()
+
+
+def test_each_patch_whose_intake_raises_is_a_patch_that_the_terrain_lacks(started, monkeypatch):
+    """Also where the same error comes again; a survey that was published before the patches does not end it."""
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    monkeypatch.setattr(inputs, "check_cloud", lambda *given: 1 / 0)
+    assert "2 patches are not in" in faults_after(run, at(PATCH, 0.5), at(PATCH, 0.6))[0]
+    monkeypatch.undo()
+    assert "2 patches are not in" in faults_after(run, at(WHOLE, 0.45)._replace(at=0.7))[0]
+    assert faults_after(run, at(WHOLE, 0.8)) == ()
+
+
+def test_while_the_middleware_fails_the_terrain_is_a_fault_and_then_out_of_date(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    run.node.inputs._report_middleware("rcl says 1", published(0.5))
+    assert "cannot be received: rcl says 1" in faults_after(run, at(WHOLE, 0.55))[0]
+    run.node.inputs._report_middleware("", published(0.6))
+    assert "was refused (rcl says 1)" in faults_after(run, at(NOTHING, 0.65))[0]
+    assert faults_after(run, at(WHOLE, 0.7)) == ()
+
+
+def test_inputs_that_are_closed_while_the_middleware_fails_leave_the_terrain_out_of_date(started, monkeypatch):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    run.node.inputs._report_middleware("rcl says 1", published(0.5))
+    monkeypatch.setattr(inputs.time, "time_ns", lambda: published(0.6), raising=False)
+    run.node.inputs.close()
+    assert [fault for fault in faults_after(run) if "cannot be received" in fault] == []
+    assert "was refused (rcl says 1)" in run.node.station.desk.standing.sentences[0]
 
 
 def test_faults_of_the_terrain_are_read_as_they_are_written():

@@ -235,6 +235,27 @@ def test_what_was_heard_before_the_clock_went_back_is_not_laid_again():
     assert waiting.lost_patches == 0
 
 
+def test_a_latched_survey_that_comes_again_after_a_restart_lacks_the_patches_that_the_terrain_had():
+    waiting = WaitingTerrain(5)
+    waiting.holds((20, 30))
+    waiting.forget_received()  # the node is deactivated and activated before the survey arrives
+    for published, missing in ((10, 2), (25, 1), (40, 0)):
+        waiting.put_whole("latched", Moment(published))
+        waiting.take()
+        waiting.accepted()
+        assert waiting.lost_patches == missing
+
+
+def test_a_survey_from_before_a_restart_makes_good_nothing_that_was_lost_before_it():
+    waiting = WaitingTerrain(5)
+    waiting.lacks(patches=1, why_refused="in a foreign frame", known_ns=20)
+    for published, lacking in ((10, (1, "in a foreign frame")), (30, (0, ""))):
+        waiting.put_whole("latched", Moment(published))
+        waiting.take()
+        waiting.accepted()
+        assert (waiting.lost_patches, waiting.why_refused) == lacking
+
+
 def test_who_waits_is_let_go_when_it_is_closed():
     waiting, found = surveys(), []
     thread = threading.Thread(target=lambda: found.append(waiting.take()))

@@ -111,15 +111,15 @@ class DryRosNode:
 class DryLargeMessages:
     """The subscriptions to terrain; messages are passed on by the caller's thread."""
 
-    def __init__(self, node: DryRosNode, topics: Sequence[Any], failed: Any, events: Any = None) -> None:
+    def __init__(self, node: DryRosNode, topics: Sequence[Any], failed: Any, refused: Any, events: Any = None) -> None:
         self.qos = {topic.name: topic.qos for topic in topics}
-        node.take |= {topic.name: partial(self._hand_on, topic.take, failed) for topic in topics}
+        node.take |= {topic.name: partial(self._hand_on, topic, refused) for topic in topics}
 
-    def _hand_on(self, take: Any, failed: Any, *message: Any) -> None:
+    def _hand_on(self, topic: Any, refused: Any, content: Any, published_ns: int) -> None:
         try:
-            take(*message)
+            topic.take(content, published_ns)
         except Exception as error:  # as the thread of LargeMessages does
-            failed(f"{type(error).__name__}: {error}")
+            refused(topic.name, published_ns, error)
 
     def close(self) -> None:
         """Do nothing."""

@@ -125,8 +125,8 @@ GUARDS = (
           "    return _Held(level=before, by=previous.held_by, ", "    return _Held(level=evident, by=said, ",
           "none"),
     Guard("7.1", "an answer that fails loses the evidence", f"{ENGINE}/station.py",
-          "            self.desk.lose(why)\n            if trigger is not None:\n", "            if False:\n",
-          "answers fail"),
+          "            if trigger is None:\n                self.desk.lose(why)\n            else:\n",
+          "            if False:\n", "answers fail"),
     Guard("7.1", "the wall of an answer that failed stays a fault", f"{ENGINE}/station.py",
           "                self._decide_without_answer(trigger, why)\n", "                pass\n", "answers fail"),
 )  # fmt: skip

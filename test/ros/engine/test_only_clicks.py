@@ -1,0 +1,65 @@
+"""A click is no report of a sensor: where sensors are configured and none has reported, what else falls is unknown."""
+
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+import numpy as np
+from never_green import combination, pit
+from never_green.combination import Run, configuration_of
+from never_green.plan import Plan, Send, Speaker, Truth
+from never_green.stories import CLICK, RADAR_A, survey
+
+from rpf3d_ros.engine.source_topics import ONLY_CLICKS
+
+TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
+TOPICS = (RADAR_A, CLICK, "terrain/points", "areas/polygon")
+PLAN = Plan(
+    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(),
+    limits="restrict", expects=False,
+)  # fmt: skip
+WHOLE = Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1))
+AREA = Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=pit.outline(pit.ROAD))
+CLICKED = Send(
+    sent=0.3, at=0.3, topic=CLICK, kind="point", places=pit.on_the_floor(np.random.default_rng(1))[None]
+)  # fmt: skip
+NOTHING = Send(sent=0.4, at=0.4, topic=RADAR_A, kind="poses", places=np.empty((0, 3)))
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """Starts a node with given topics of sensors."""
+    runs = []
+
+    def start(**topics):
+        def configured(plan):
+            before = configuration_of(plan)
+            return replace(before, parameters=replace(before.parameters, **topics))
+
+        monkeypatch.setattr(combination, "configuration_of", configured)
+        runs.append(Run(PLAN))
+        return runs[-1]
+
+    yield start
+    runs[-1].node.close()
+
+
+def faults_after(run, *sends):
+    """The faults of the alert after some messages, once the click is answered."""
+    for send in sends:
+        run.deliver(send)
+        run.node.tick()
+    return run.node.station.desk.alert.faults
+
+
+def test_a_click_alone_is_a_fault_until_a_sensor_reports(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, CLICKED) == (ONLY_CLICKS,)
+    assert faults_after(run, NOTHING) == ()
+
+
+def test_a_click_alone_is_enough_where_the_node_has_no_topics_of_sensors(started):
+    run = started(source_topics=("",), source_cloud_topics=("",))
+    assert faults_after(run, WHOLE, AREA, CLICKED) == ()
