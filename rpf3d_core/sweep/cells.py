@@ -9,6 +9,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
+from rpf3d_core.sweep.overridden import check_priors, check_samples
 from rpf3d_core.sweep.varied import Varied, check_varied
 
 MOST_CELLS = 10_000
@@ -50,7 +51,8 @@ def cells_of(scene: Scene, varied: Sequence[Varied]) -> list[Cell]:
     Raises
     ------
     InputError
-        A key path leads nowhere, a value is refused, there are too many cells, or two cells are the same run.
+        A key path leads nowhere, a value is refused, an unknown gives the value of a key, there are too many cells, or
+        two cells are the same run.
     """
     check_varied(varied)
     number = prod(len(one.values) for one in varied)
@@ -61,6 +63,8 @@ def cells_of(scene: Scene, varied: Sequence[Varied]) -> list[Cell]:
     cells = [
         _cell(plain, dict(zip(keys, values, strict=True))) for values in product(*(one.values for one in varied))
     ]  # fmt: skip
+    check_priors(plain, keys)
+    check_samples((cell.scene for cell in cells), keys)
     _refuse_same_runs(cells)
     return cells
 

@@ -1,0 +1,57 @@
+"""Refuse varied keys without effect: an unknown of the scene gives their value, in every parameter set."""
+
+from collections.abc import Iterable, Sequence
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.scene.key_paths import Steps, steps_to
+from rpf3d_core.scene.library import LIBRARY
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.unknowns import sampled
+
+
+def check_priors(scene: Scene, keys: Sequence[str]) -> None:
+    """Refuse a varied key if a prior covers its places and others too, so that the prior stays when the key varies.
+
+    Raises
+    ------
+    InputError
+        A key path leads nowhere, or a prior covers a key; the message names both.
+    """
+    varied = [(key, steps_to(scene, key)) for key in keys]
+    for path in {} if scene.unknowns is None else scene.unknowns.priors:
+        places = steps_to(scene, path)
+        keys_over = [key for key, sections in varied if _below(places, sections)]
+        if keys_over and len(_below(places, [steps for _, sections in varied for steps in sections])) < len(places):
+            raise InputError(
+                f"{scene.path}: `{keys_over[0]}` is varied, but the prior of `{path}` gives its value too; give a "
+                "prior to each of the other places instead"
+            )
+
+
+def check_samples(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
+    """Refuse a varied key if the sample of a calibration has a column for it.
+
+    Raises
+    ------
+    InputError
+        A sample is refused or has such a column; the message names the key and the column.
+    """
+    by_file = {scene.unknowns.sample: scene for scene in scenes if scene.unknowns is not None}
+    for file, scene in by_file.items():
+        for column in sampled(scene):
+            for key in keys:
+                if _below(steps_to(scene, column), _sections(scene, key)):
+                    raise InputError(
+                        f"{scene.path}: `{key}` is varied, but `{column}` has its values in the sample {file}, which a "
+                        "calibration found; vary another key, or leave out `unknowns.sample`"
+                    )
+
+
+def _below(places: Iterable[Steps], sections: Sequence[Steps]) -> list[Steps]:
+    """Return the places that are one of some sections of a scene, or below one."""
+    return [place for place in places if any(place[: len(section)] == section for section in sections)]
+
+
+def _sections(scene: Scene, key: str) -> list[Steps]:
+    """Return the places that a key changes; an entry of the library changes its whole material."""
+    return [steps[:-1] if steps[-1] == LIBRARY else steps for steps in steps_to(scene, key)]
