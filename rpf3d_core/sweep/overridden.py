@@ -1,4 +1,4 @@
-"""Refuse varied keys without effect: an unknown of the scene gives their value, in every parameter set."""
+"""Refuse varied keys without effect: an unknown, or the total number of rocks, gives their value in every cell."""
 
 from collections.abc import Iterable, Sequence
 
@@ -7,6 +7,26 @@ from rpf3d_core.scene.key_paths import Steps, steps_to
 from rpf3d_core.scene.library import LIBRARY
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.unknowns import sampled
+
+ROCKS = "rocks"
+"""Key of the total number of rocks, and of the number of a source."""
+
+
+def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | None]) -> None:
+    """Refuse varied numbers of rocks of sources if a cell has a total, which is dealt to the sources.
+
+    totals : the total number of rocks of each cell, None without one
+
+    Raises
+    ------
+    InputError
+        Names the key.
+    """
+    total = next((each for each in totals if each is not None), None)
+    numbers = [key for key in keys if any(len(at) > 1 and at[-1] == ROCKS for at in steps_to(scene, key))]
+    if numbers and total is not None:
+        raise InputError(f"{scene.path}: `{numbers[0]}` is varied, but the total `{ROCKS}: {total}` is dealt to the "
+                         f"sources; vary `{ROCKS}`, or give no total")  # fmt: skip
 
 
 def check_priors(scene: Scene, keys: Sequence[str]) -> None:
