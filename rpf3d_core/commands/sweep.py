@@ -12,7 +12,7 @@ import typer
 
 from rpf3d_core.commands.options import RocksOption, SceneFile, number_of_rocks
 from rpf3d_core.commands.progress import progress
-from rpf3d_core.commands.screen import end_interrupted, print_table, screen
+from rpf3d_core.commands.screen import end_interrupted, print_table, print_warnings, screen
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -84,8 +84,9 @@ def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[
 
 
 def _print_sweep(found: "Sweep") -> None:
-    """Print the tables of a sweep, and what their intervals hold."""
+    """Print the tables of a sweep, what their intervals hold, and the warnings of the runs."""
     from rpf3d_core.sweep.tables import RUN_HEADER, SHARES_HEADER, notes_of, run_rows, share_rows
+    from rpf3d_core.sweep.warnings import surer_cells, warnings_of_cells
 
     keys = tuple(one.key for one in found.varied)
     for header, rows in (
@@ -97,3 +98,8 @@ def _print_sweep(found: "Sweep") -> None:
             screen.print(f"{len(rows) - MOST_ROWS:,} more rows are in sweep.csv", soft_wrap=True)
     for note in notes_of(found.cells, found.records):
         screen.print(note, soft_wrap=True)
+    print_warnings(warnings_of_cells(found.cells, found.records))
+    if sentences := surer_cells(found.cells, found.records):
+        screen.print("surer than it may be:", highlight=False)
+    for sentence in sentences:
+        screen.print(f"- {sentence}", highlight=False, soft_wrap=True)

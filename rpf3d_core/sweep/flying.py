@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.folder import check_folder
+from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.summary import plain, versions
 from rpf3d_core.runs.parallel import as_they_finish
 from rpf3d_core.runs.run import RunControl, run_scene
@@ -30,11 +32,16 @@ class Record(NamedTuple):
     """What the run of a cell found.
 
     digest : of scene and files; version : of rpf3d; rocks : that flew
+    sets : parameter sets that flew, None without unknowns
+    warnings, surer : sentences of `rpf3d run` about it: warnings, and where the answer is surer than it may be
     """
 
     digest: str
     version: str
     rocks: int
+    sets: int | None
+    warnings: tuple[str, ...]
+    surer: tuple[str, ...]
     figures: tuple[Figure, ...]
 
 
@@ -80,7 +87,11 @@ def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Re
     if scene_digest(scene) != digest:
         raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
     run = run_scene(scene, folder, control=RunControl(threads=threads), recording=False)
-    record = Record(digest=digest, version=_version(), rocks=run.totals.rocks, figures=tuple(figures_of(run)))
+    sets = run.maps.sets
+    record = Record(
+        digest=digest, version=_version(), rocks=run.totals.rocks, sets=None if sets is None else sets.flown,
+        warnings=tuple(warnings_of_run(run)), surer=tuple(surer_than_it_may_be(run)), figures=tuple(figures_of(run)),
+    )  # fmt: skip
     _write(_path(folder), record)
     return record
 
@@ -90,7 +101,8 @@ def record_of(cell: Cell, folder: Path) -> Record | None:
     try:
         content = json.loads(_path(folder / cell.name).read_text(encoding="utf-8"))
         figures = tuple(Figure(**each) for each in content.pop("figures"))
-        record = Record(figures=figures, **content)
+        sentences = {name: tuple(content.pop(name)) for name in ("warnings", "surer")}
+        record = Record(figures=figures, **sentences, **content)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     return record if (record.digest, record.version) == (cell.digest, _version()) else None

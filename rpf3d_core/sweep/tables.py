@@ -55,7 +55,7 @@ def places_that_hold(records: Sequence[Record]) -> list[Place]:
     found = dict[Place, None]()
     for record in records:
         for figure in record.figures:
-            holds = figure.result == STOPPED and (figure.value or figure.kind == AREA)
+            holds = figure.result == STOPPED and figure.kind and (figure.value or figure.kind == AREA)
             if holds or (figure.kind == BARRIER and figure.result == RETAINED):
                 found[figure.kind, figure.place] = None
     return sorted(found, key=lambda place: (ZONE, AREA, BARRIER).index(place[0]))
