@@ -24,7 +24,7 @@ MOST_ROWS = 60
 VaryOption = Annotated[
     list[str], typer.Option(help="KEY=V1,V2,... or KEY=FIRST:LAST:NUMBER; give the option once for each key.")
 ]
-WorkersOption = Annotated[int | None, typer.Option(help="Cells that fly at the same time; one for each core.")]
+WorkersOption = Annotated[int | None, typer.Option(help="Cells that fly at the same time; one for each usable core.")]
 
 
 def sweep(
@@ -57,14 +57,22 @@ def sweep(
 
 @contextmanager
 def _executor(workers: int | None) -> Iterator[Executor]:
-    """Yield a pool of processes; when Ctrl-C ends the block, waiting cells are cancelled."""
+    """Yield a pool of processes; when Ctrl-C ends the block, waiting cells are cancelled.
+
+    The pool starts a process only for a cell that no idle process can take, so there are never more than cells to fly.
+    """
     if workers is not None and workers < 1:
         raise InputError(f"--workers is {workers}; it must be at least 1")
-    pool = ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context("spawn"))
+    pool = ProcessPoolExecutor(workers or _cores(), mp_context=get_context("spawn"))
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _cores() -> int:
+    """Return the number of cores that this process may use, where the system says so; else of all cores."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
