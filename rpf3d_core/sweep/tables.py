@@ -26,10 +26,7 @@ SHARES_HEADER = ("place", "reached", "retained")
 RUN_HEADER = ("runout p95 (m)", "energy p95 (kJ)", "height p95 (m)")
 RUN_RESULTS = ((RUNOUT, 1.0), (ENERGY, 1e-3), (HEIGHT, 1.0))
 SUFFIX = {ZONE: "", AREA: " (area)", BARRIER: " (barrier)"}
-COMMON = (
-    "all cells have seed {seed}: their rocks are drawn from the same random numbers, so chance moves all cells alike; "
-    "differences between cells are surer than the intervals of the cells"
-)
+COMMON = "all cells have seed {seed}: their rocks are drawn from the same random numbers"
 PREDICTIVE_NOTE = (
     "the 95 % predictive interval, which holds the unknowns of the scene, and then the sampling interval of the number "
     "of rocks"

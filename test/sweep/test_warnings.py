@@ -5,16 +5,18 @@ from typing import Any
 
 import pytest
 from command_line import call
-from sweeps import BERM, SCENE, UNKNOWN, Here, road, table, written
+from sweeps import ANGLE, BERM, FENCE, SCENE, UNKNOWN, Here, road, table, written
 
 import rpf3d_core as rpf3d
 from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.sweep.cells import cells_of
 from rpf3d_core.sweep.sweep import Sweep, sweep
 from rpf3d_core.sweep.tables import figure_of
-from rpf3d_core.sweep.warnings import surer_cells, warnings_of_cells
+from rpf3d_core.sweep.varied import Varied
+from rpf3d_core.sweep.warnings import places_that_stay, surer_cells, warnings_of_cells
 from rpf3d_core.values import Outcome
 
 FRICTION = "materials.default.friction_angle_deg"
@@ -50,7 +52,7 @@ def test_each_sentence_comes_once_with_the_number_of_its_cells(scene: Path) -> N
 
 
 def test_names_with_different_numbers_are_different_sentences(scene: Path) -> None:
-    found = swept(scene, {BERM: (4, 5)})
+    found = swept(scene, {FRICTION: (29, 30)})
     records = [
         record._replace(warnings=(f"berm_{number}: {number} rocks of 1,200.5",), surer=(f"{number}.5 m",))
         for number, record in enumerate(found.records, start=1)
@@ -58,7 +60,7 @@ def test_names_with_different_numbers_are_different_sentences(scene: Path) -> No
     assert warnings_of_cells(found.cells, records) == [
         f"1 of 2 cells: berm_{number}: {number} rocks of 1,200.5" for number in (1, 2)
     ]
-    assert surer_cells(found.cells, records) == [f"2 of 2 cells, numbers of {BERM} 4: 1.5 m"]
+    assert surer_cells(found.cells, records) == [f"2 of 2 cells, numbers of {FRICTION} 29: 1.5 m"]
 
 
 def test_the_command_prints_them(
@@ -95,3 +97,35 @@ def test_cells_with_too_few_parameter_sets_are_named(scene: Path) -> None:
     outcome = figure_of(found.records[1], "stopped")
     assert outcome is not None
     assert outcome.interval == "predictive"
+
+
+def words_on_places(scene: Path, key: str, values: tuple[Any, ...]) -> list[str]:
+    return places_that_stay(cells_of(read_scene(scene), [Varied(key=key, values=values)]))
+
+
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [
+        (BERM, (4, 5)), (ANGLE, (60, 70)), ("terrain.benches.height", (9, 10)), ("terrain.benches.number", (2, 3)),
+        ("terrain", ({"benches": {"berm": 4, "number": 2}}, {"benches": {"berm": 5, "number": 2}})),
+    ],
+)  # fmt: skip
+def test_places_with_coordinates_are_named_when_the_slope_moves(scene: Path, key: str, values: tuple[Any, ...]) -> None:
+    written(scene.parent, SCENE + FENCE)
+    (sentence,) = words_on_places(scene, key, values)
+    assert sentence.startswith(
+        f"`{key}` moves the slope, but these keep their coordinates in all cells: area road, barrier fence; compare"
+    )
+
+
+def test_windrows_and_sources_with_coordinates_are_named_too(scene: Path) -> None:
+    windrow = "berms: [{name: heap, along: [[30, -30], [30, 30]], height: 1, width: 3}]"
+    text = SCENE.replace("width: 80}}", f"width: 80}}, {windrow}}}").replace("crest: 1", "points: [[1, 0, 25]]")
+    (sentence,) = words_on_places(written(scene.parent, text), BERM, (4, 5))
+    assert ": area road, windrow heap, source top; compare" in sentence
+
+
+def test_nothing_is_named_when_the_slope_stays(scene: Path) -> None:
+    assert not words_on_places(scene, "terrain.benches.width", (70, 80))
+    written(scene.parent, SCENE.replace("areas_of_interest: [{name: road, polygons: road.geojson}]\n", ""))
+    assert not words_on_places(scene, BERM, (4, 5))
