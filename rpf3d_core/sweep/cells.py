@@ -10,7 +10,7 @@ from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import filled_in, scene_digest
 from rpf3d_core.setup.choices import Rocks, with_choices
-from rpf3d_core.sweep.overridden import ROCKS, check_priors, check_rocks, check_samples
+from rpf3d_core.sweep.overridden import ROCKS, check_libraries, check_priors, check_rocks, check_samples
 from rpf3d_core.sweep.varied import Varied, check_varied
 
 MOST_CELLS = 10_000
@@ -71,6 +71,7 @@ def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> lis
         _cell(plain, dict(zip(keys, values, strict=True)), rocks) for values in product(*(one.values for one in varied))
     ]  # fmt: skip
     check_rocks(scene, keys, [cell.scene.rocks for cell in cells])
+    check_libraries((cell.scene for cell in cells), keys)
     check_priors(plain, keys)
     check_samples((cell.scene for cell in cells), keys)
     _refuse_same_runs(cells)

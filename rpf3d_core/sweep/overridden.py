@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.key_paths import Steps, steps_to
-from rpf3d_core.scene.library import LIBRARY
+from rpf3d_core.scene.library import LIBRARY, keys_of_entry
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.unknowns import sampled
 
@@ -27,6 +27,27 @@ def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | 
     if numbers and total is not None:
         raise InputError(f"{scene.path}: `{numbers[0]}` is varied, but the total `{ROCKS}: {total}` is dealt to the "
                          f"sources; vary `{ROCKS}`, or give no total")  # fmt: skip
+
+
+def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
+    """Refuse a varied entry of the library if the material gives all coefficients of the entry itself.
+
+    scenes : of the cells
+
+    Raises
+    ------
+    InputError
+        Names the key.
+    """
+    of_library = [key for key in keys if key.rpartition(".")[2] == LIBRARY]
+    for scene in scenes if of_library else ():
+        priors = {} if scene.unknowns is None else scene.unknowns.priors
+        for key in of_library:
+            names = [str(steps[1]) for steps in steps_to(scene, key)]
+            materials = {name: scene.materials[name] for name in names if scene.materials[name].library is not None}
+            if materials and not any(keys_of_entry(each, name, priors) for name, each in materials.items()):
+                raise InputError(f"{scene.path}: `{key}` is varied, but the material gives all coefficients of the "
+                                 "entry itself; remove those that the library shall give")  # fmt: skip
 
 
 def check_priors(scene: Scene, keys: Sequence[str]) -> None:

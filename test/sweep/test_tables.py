@@ -27,7 +27,7 @@ def rows_of(found: Sweep, place: str) -> list[tuple[str, ...]]:
 
 
 def test_a_fence_in_a_scene_with_unknowns_is_not_under_the_predictive_note(folder: Path) -> None:
-    scene = written(folder, (UNKNOWN + FENCE).replace("rocks: 60", "rocks: 1280").replace("height: 1,", "height: 9,"))
+    scene = written(folder, (UNKNOWN + FENCE).replace("rocks: 60", "rocks: 640").replace("height: 1,", "height: 9,"))
     found = sweep(scene, {BERM: (4,)}, folder / "out", Here())
     note = notes_of(found.cells, found.records)[0]
     assert "predictive interval" in note
@@ -75,7 +75,7 @@ def test_a_band_is_predictive_only_if_all_its_points_are(folder: Path) -> None:
 
 def test_a_cell_without_unknowns_next_to_one_with_them_is_marked(folder: Path) -> None:
     varied = {R_N: (0.4, {"prior": {"min": 0.2, "max": 0.6}})}
-    scene = written(folder, SCENE.replace("rocks: 60", "rocks: 1280"))
+    scene = written(folder, SCENE.replace("rocks: 60", "rocks: 200"))
     found = sweep(scene, varied, folder / "out", Here())
     known, unknown = rows_of(found, "berm_1")
     assert "sampling only" in known[3]

@@ -111,3 +111,13 @@ def test_a_coefficient_of_a_calibrated_sample_cannot_vary(tmp_path: Path) -> Non
             cells(scene, varied)
     assert len(cells(scene, {"materials.face_*.normal_restitution": (0.3, 0.4)})) == 2
     assert len(cells(scene, {"materials.default.tangential_restitution": (0.7, 0.8)})) == 2
+
+
+def test_an_entry_whose_coefficients_the_material_gives_itself_cannot_vary(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, KNOWN)
+    for key in (LIBRARY, "materials.*.library"):
+        with pytest.raises(InputError, match=r"library` is varied, but the material gives all coefficients"):
+            cells(scene, {key: ("bedrock", "talus")})
+    assert len(cells(scene, {LIBRARY: ("pit_talus", "pit_coal")})) == 2, "the entries give the friction angle"
+    some = scene_of(tmp_path, "{library: soil, normal_restitution: 0.3}")
+    assert len(cells(some, {"materials.*.library": ("bedrock", "talus")})) == 2, "one material takes one coefficient"
