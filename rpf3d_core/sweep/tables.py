@@ -112,10 +112,15 @@ def _on_brackets(cells: Sequence[Cell], records: Sequence[Record]) -> str:
     """Return what stands in the brackets of the tables, in words."""
     if not have_unknowns(cells):
         return f"{SAMPLING_NOTE}; the scene has no unknowns"
-    shown = {figure.interval for record in records for figure in record.figures}
+    shown = {figure.interval for record in records for figure in record.figures if _is_printed(figure)}
     first = [PREDICTIVE_NOTE] if PREDICTIVE in shown else []
     only = [f"`{SAMPLING_ONLY}`: {SAMPLING_NOTE}, which leaves the unknowns out"] if SAMPLING in shown else []
     return "; ".join([*first, *only])
+
+
+def _is_printed(figure: Figure) -> bool:
+    """Return True if a figure may stand in the tables with an interval."""
+    return figure.value is not None and (figure.result in (REACHED, RETAINED) or not figure.kind)
 
 
 def _percent(figure: Figure | None, has_unknowns: bool) -> str:

@@ -41,6 +41,14 @@ def test_a_fence_in_a_scene_with_unknowns_is_not_under_the_predictive_note(folde
     assert all(BOTH.fullmatch(text) for text in percentiles)
 
 
+def test_the_note_names_only_intervals_that_stand_in_the_tables(folder: Path) -> None:
+    found = sweep(written(folder, UNKNOWN.replace("rocks: 60", "rocks: 80")), {BERM: (4,)}, folder / "out", Here())
+    note, texts = notes_of(found.cells, found.records)[0], [*rows_of(found, "berm_1")[0], *rows_of(found, "floor")[0]]
+    assert any(figure.interval == SAMPLING for figure in found.records[0].figures), "an energy of too few rocks"
+    assert all("sampling only" not in text for text in texts)
+    assert "sampling only" not in note
+
+
 def test_without_unknowns_the_note_says_so_and_an_unknown_end_is_a_question_mark(folder: Path) -> None:
     found = sweep(written(folder, SCENE), {BERM: (4,)}, folder / "out", Here())
     assert notes_of(found.cells, found.records)[0].endswith("number of rocks; the scene has no unknowns")
