@@ -12,7 +12,7 @@ import typer
 
 from rpf3d_core.commands.options import RocksOption, SceneFile, number_of_rocks
 from rpf3d_core.commands.progress import progress
-from rpf3d_core.commands.screen import end_interrupted, print_table, screen
+from rpf3d_core.commands.screen import end_interrupted, print_table, print_warnings, screen
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ MOST_ROWS = 60
 VaryOption = Annotated[
     list[str], typer.Option(help="KEY=V1,V2,... or KEY=FIRST:LAST:NUMBER; give the option once for each key.")
 ]
-WorkersOption = Annotated[int | None, typer.Option(help="Cells that fly at the same time; one for each core.")]
+WorkersOption = Annotated[int | None, typer.Option(help="Cells that fly at the same time; one for each usable core.")]
 
 
 def sweep(
@@ -57,14 +57,22 @@ def sweep(
 
 @contextmanager
 def _executor(workers: int | None) -> Iterator[Executor]:
-    """Yield a pool of processes; when Ctrl-C ends the block, waiting cells are cancelled."""
+    """Yield a pool of processes; when Ctrl-C ends the block, waiting cells are cancelled.
+
+    The pool starts a process only for a cell that no idle process can take, so there are never more than cells to fly.
+    """
     if workers is not None and workers < 1:
         raise InputError(f"--workers is {workers}; it must be at least 1")
-    pool = ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context("spawn"))
+    pool = ProcessPoolExecutor(workers or _cores(), mp_context=get_context("spawn"))
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _cores() -> int:
+    """Return the number of cores that this process may use, where the system says so; else of all cores."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
@@ -84,8 +92,9 @@ def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[
 
 
 def _print_sweep(found: "Sweep") -> None:
-    """Print the tables of a sweep, and what their intervals hold."""
+    """Print the tables of a sweep, what their intervals hold, and the warnings of the runs."""
     from rpf3d_core.sweep.tables import RUN_HEADER, SHARES_HEADER, notes_of, run_rows, share_rows
+    from rpf3d_core.sweep.warnings import surer_cells, warnings_of_cells
 
     keys = tuple(one.key for one in found.varied)
     for header, rows in (
@@ -97,3 +106,8 @@ def _print_sweep(found: "Sweep") -> None:
             screen.print(f"{len(rows) - MOST_ROWS:,} more rows are in sweep.csv", soft_wrap=True)
     for note in notes_of(found.cells, found.records):
         screen.print(note, soft_wrap=True)
+    print_warnings(warnings_of_cells(found.cells, found.records))
+    if sentences := surer_cells(found.cells, found.records):
+        screen.print("surer than it may be:", highlight=False)
+    for sentence in sentences:
+        screen.print(f"- {sentence}", highlight=False, soft_wrap=True)

@@ -13,7 +13,8 @@ from pydantic import BaseModel, ValidationError
 from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.yaml import Document
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, nearest_key
-from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS, Material, Scene
+from rpf3d_core.scene.library import LIBRARY, keys_of_entry, ranges_of
+from rpf3d_core.scene.model import POINT_KEYS, Material, Scene
 from rpf3d_core.scene.values import StrictModel
 
 ALL = "*"
@@ -41,13 +42,36 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
                                  "remove one")  # fmt: skip
     if not changes:
         return scene
-    scene = _without_priors_of(scene, changes)
+    scene = _without_priors_of(_without_entries(scene, changes), changes)
     try:
         return Scene.model_validate(_merged(scene, changes), context={"folder": scene.path.parent})
     except ValidationError as error:
         document = Document(values=_plain(_merged(scene, changes)), lines={}, faults=[])
         sentences = {fault.sentence for fault in faults_of(error.errors(), document)}
         raise SceneError("\n".join(f"{scene.path}: {sentence}" for sentence in sorted(sentences))) from None
+
+
+def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """Return a scene without the coefficients and priors that replaced entries of the library gave its materials.
+
+    A prior stays if the new entry has one of the same coefficient, which replaces the prior in its place: the order of
+    priors is that of a scene file with the new entry.
+    """
+    of_materials = changes.get("materials", {})
+    if isinstance(of_materials, _Value):
+        return scene
+    materials = dict(scene.materials)
+    priors = {} if scene.unknowns is None else dict(scene.unknowns.priors)
+    for name, inner in of_materials.items():
+        if isinstance(inner, _Value) or LIBRARY not in inner or materials[name].library is None:
+            continue
+        keys = keys_of_entry(materials[name], name, priors)
+        materials[name] = materials[name].model_copy()
+        materials[name].model_fields_set.difference_update(keys)
+        for key in keys.difference(ranges_of(inner[LIBRARY].value)):
+            priors.pop(f"materials.{name}.{key}", None)
+    unknowns = scene.unknowns and scene.unknowns.model_copy(update={"priors": priors})
+    return scene.model_copy(update={"materials": materials, "unknowns": unknowns})
 
 
 def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
@@ -183,7 +207,7 @@ def _merged(part: Any, changes: Any) -> Any:
 def _given(part: BaseModel) -> list[str]:
     """Return the keys that a section of a scene has from its file."""
     names = [name for name in type(part).model_fields if name in part.model_fields_set]
-    if isinstance(part, Material) and any(key in names for key in BODY_KEYS) and part.is_of_a_body:
+    if isinstance(part, Material) and part.is_of_a_body:
         return [name for name in names if name not in POINT_KEYS]  # the reader fills them in
     return names
 

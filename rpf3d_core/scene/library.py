@@ -9,6 +9,7 @@ from typing import Any
 
 from rpf3d_core.scene.releases import RockSpec
 from rpf3d_core.scene.shapes import SPHERE
+from rpf3d_core.scene.unknowns import PRIOR, PriorSpec
 from rpf3d_core.scene.values import refuse
 
 LIBRARY = "library"
@@ -44,6 +45,34 @@ def _with_entry(material: Mapping[str, Any], bodies: bool, name: str) -> dict[st
     return {**ranges, **material}
 
 
+def ranges_of(name: Any) -> Mapping[str, Any]:
+    """Return the ranges of an entry of the library by the keys of a material; {} if there is no such entry."""
+    from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
+
+    return ENTRIES[name].ranges if isinstance(name, str) and name in ENTRIES else {}
+
+
+def keys_of_entry(material: Any, name: str, priors: Mapping[str, PriorSpec]) -> set[str]:
+    """Return the coefficients of a checked material that are those of its entry of the library, by their keys.
+
+    A coefficient that the scene states itself, with another number or range than the entry, is not among them.
+
+    material : with the name of an entry; name : of the material; priors : those of the scene, by key path
+    """
+    return {
+        key
+        for key, span in ranges_of(material.library).items()
+        if _is_of_entry(span, getattr(material, key), priors.get(f"materials.{name}.{key}"))
+    }
+
+
+def _is_of_entry(span: Any, value: Any, prior: PriorSpec | None) -> bool:
+    """Return True if a coefficient has the number of an entry of the library, or its prior the range of the entry."""
+    if isinstance(span, float):
+        return bool(value == span)
+    return prior is not None and prior == PriorSpec.model_validate(_as_prior(span)[PRIOR])
+
+
 def _names_an_entry(material: Any) -> bool:
     return isinstance(material, Mapping) and material.get(LIBRARY) is not None
 
@@ -77,4 +106,4 @@ def _as_prior(span: Any) -> Any:
     if isinstance(span, float):
         return span
     normal = {} if span.mean is None else {"mean": span.mean, "sd": span.sd}
-    return {"prior": {"min": span.low, "max": span.high, **normal}}
+    return {PRIOR: {"min": span.low, "max": span.high, **normal}}

@@ -66,7 +66,7 @@ def _checked(path: Path, document: Document) -> Scene:
     if faults or document.faults:
         raise SceneError(report_of(path, [*document.faults, *faults]))
     check_unknowns(scene)
-    return _filled_in(scene)
+    return filled_in(scene)
 
 
 def check_unknowns(scene: Scene) -> None:
@@ -121,8 +121,11 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
         raise SceneError("\n".join(f"parameter {sentence}" for sentence in sorted(sentences))) from None
 
 
-def _filled_in(scene: Scene) -> Scene:
-    """Return the scene with values that its files determine: reference system, and rocks of each source."""
+def filled_in(scene: Scene) -> Scene:
+    """Return the scene with values that its files determine: reference system, and rocks of each source.
+
+    The number of rocks of a source stays a default, so that other points give another number.
+    """
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
     sources = tuple(_a_rock_a_point(source, scene) for source in scene.sources)
@@ -137,7 +140,9 @@ def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
         points: Sized = source_points(source, scene.terrain.up)
     else:
         points = source.points or ()
-    return source.model_copy(update={"rocks": max(len(points), 1)})
+    filled = source.model_copy(update={"rocks": max(len(points), 1)})
+    filled.model_fields_set.discard("rocks")
+    return filled
 
 
 def scene_digest(scene: Scene) -> str:

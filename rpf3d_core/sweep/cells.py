@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.reading import scene_digest
+from rpf3d_core.scene.reading import filled_in, scene_digest
+from rpf3d_core.setup.choices import Rocks, with_choices
+from rpf3d_core.sweep.overridden import ROCKS, check_libraries, check_priors, check_rocks, check_samples
 from rpf3d_core.sweep.varied import Varied, check_varied
 
 MOST_CELLS = 10_000
@@ -44,13 +46,18 @@ def value_text(value: Any) -> str:
     return f"[{', '.join(map(value_text, value))}]" if isinstance(value, list | tuple) else str(value)
 
 
-def cells_of(scene: Scene, varied: Sequence[Varied]) -> list[Cell]:
+def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> list[Cell]:
     """Return the cells of a sweep: the full grid of all values, the last key fastest.
+
+    The scene of a cell is that of a scene file with the values of the cell.
+
+    scene : as its file states it; rocks : the caller's choice for each cell, as in `with_choices`
 
     Raises
     ------
     InputError
-        A key path leads nowhere, a value is refused, there are too many cells, or two cells are the same run.
+        A key path leads nowhere, a value or the number of rocks is refused, an unknown gives the value of a key, the
+        rocks of sources vary under a total, there are too many cells, or two cells are the same run.
     """
     check_varied(varied)
     number = prod(len(one.values) for one in varied)
@@ -58,15 +65,21 @@ def cells_of(scene: Scene, varied: Sequence[Varied]) -> list[Cell]:
         raise InputError(f"the sweep has {number:,} cells, and {MOST_CELLS:,} is the most; give fewer values")
     plain = scene.model_copy(update={"outputs": scene.outputs.model_copy(update=LEFT_OUT)})
     keys = [one.key for one in varied]
+    if rocks is not None and ROCKS in keys:
+        raise InputError(f"`{ROCKS}` is varied, and the number of rocks of each cell is given too; give one of them")
     cells = [
-        _cell(plain, dict(zip(keys, values, strict=True))) for values in product(*(one.values for one in varied))
+        _cell(plain, dict(zip(keys, values, strict=True)), rocks) for values in product(*(one.values for one in varied))
     ]  # fmt: skip
+    check_rocks(scene, keys, [cell.scene.rocks for cell in cells])
+    check_libraries((cell.scene for cell in cells), keys)
+    check_priors(plain, keys)
+    check_samples((cell.scene for cell in cells), keys)
     _refuse_same_runs(cells)
     return cells
 
 
-def _cell(scene: Scene, values: Mapping[str, Any]) -> Cell:
-    made = with_values(scene, values)
+def _cell(scene: Scene, values: Mapping[str, Any], rocks: Rocks) -> Cell:
+    made = with_choices(filled_in(with_values(scene, values)), rocks, None, None)
     return Cell(values=values, scene=made, digest=scene_digest(made))
 
 

@@ -9,6 +9,7 @@ from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_barriers import barriers_section
+from rpf3d_core.values import Outcome
 
 REACHED, STOPPED, RETAINED = "reached", "stopped", "retained"
 ENERGY, HEIGHT, RUNOUT = "energy_p95", "height_p95", "runout_p95"
@@ -24,7 +25,8 @@ UNKNOWN: Ends = (None, None)
 class Figure(NamedTuple):
     """One result of a cell.
 
-    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; kind, place : of the place, "" for the whole run
+    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; of the whole run also the name of an outcome, whose share it is
+    kind, place : of the place, "" for the whole run
     unit : -, J or m; value : None if it is unknown, such as a share of no rocks
     interval : PREDICTIVE or SAMPLING, what the 95 % interval from low to high holds; the wider one of both
     sampling_low, sampling_high : the 95 % interval of the number of rocks alone; None where it is unknown
@@ -44,7 +46,7 @@ class Figure(NamedTuple):
 
 def figures_of(run: Run) -> list[Figure]:
     """Return the figures of a run: of the whole run, then of each zone, area of interest and barrier."""
-    return [*_of_run(run), *_of_benches(run), *_of_barriers(run.maps, run.totals.rocks)]
+    return [*_of_run(run), *_of_outcomes(run), *_of_benches(run), *_of_barriers(run.maps, run.totals.rocks)]
 
 
 def _of_run(run: Run) -> Iterator[Figure]:
@@ -58,6 +60,15 @@ def _of_run(run: Run) -> Iterator[Figure]:
         predictive = UNKNOWN if sets is None else _pair(sets.percentile(name)[f"p{P95}"])
         value = sample.summary((P95,)).get(f"p{P95}")
         yield _figure((result, "", "", unit), value, predictive, sample.interval(P95))
+
+
+def _of_outcomes(run: Run) -> Iterator[Figure]:
+    """Yield the share of all rocks with each outcome, also of outcomes that no rock has."""
+    sets = run.maps.sets
+    for outcome in Outcome:
+        share = share_of(run.totals.outcomes[outcome], run.totals.rocks)
+        predictive = None if sets is None else sets.outcome(outcome)
+        yield _figure((outcome.name.lower(), "", "", "-"), share["share"], predictive, share["interval_95"])
 
 
 def _of_benches(run: Run) -> Iterator[Figure]:

@@ -111,13 +111,15 @@ def _short(keys: Sequence[str]) -> Sequence[str]:
 
 
 def _curve(name: str, points: Sequence[tuple[object, CellRecord]], what: tuple[str, Place], scale: float) -> Curve:
+    """Return a curve; its band is predictive if the intervals of all its points are, else their sampling intervals."""
     found = [(at, figure_of(record, *what)) for at, record in points]
     figures = [(at, figure) for at, figure in found if figure is not None and figure.value is not None]
-    scaled = [
-        [None if end is None else scale * end for end in (each.value, each.low, each.high)] for _, each in figures
-    ]  # fmt: skip
+    is_predictive = all(figure.interval == PREDICTIVE for _, figure in figures)
+    ends = ("low", "high") if is_predictive else ("sampling_low", "sampling_high")
+    values, low, high = (
+        [None if (end := getattr(each, name)) is None else scale * end for _, each in figures]
+        for name in ("value", *ends)
+    )
     return Curve(
-        name=name, at=[at for at, _ in figures], values=[value for value, _, _ in scaled],
-        low=[low for _, low, _ in scaled], high=[high for *_, high in scaled],
-        is_predictive=any(figure.interval == PREDICTIVE for _, figure in figures),
+        name=name, at=[at for at, _ in figures], values=values, low=low, high=high, is_predictive=is_predictive
     )  # fmt: skip

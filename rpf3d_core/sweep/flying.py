@@ -1,19 +1,22 @@
 """Fly the cells of a sweep on an executor, and keep what they found, so that no cell flies twice.
 
-The record of a cell lies next to its result folder. It has the digest of its scene and files, and the version of rpf3d.
-A record with the same digest and version stands for the cell: an interrupted sweep goes on where it stopped, and a
-sweep with more values flies the new cells only.
+The record of a cell lies next to its result folder. It has the digest of its scene and files, and the versions of the
+packages that affect a result. A record with the same digest and versions, next to a result, stands for the cell: an
+interrupted sweep goes on where it stopped, and a sweep with more values flies the new cells only.
 """
 
 import json
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Executor
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.results.folder import check_folder
+from rpf3d_core.results.certainty import surer_than_it_may_be
+from rpf3d_core.results.folder import SUMMARY, check_folder
+from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.summary import plain, versions
 from rpf3d_core.runs.parallel import as_they_finish
 from rpf3d_core.runs.run import RunControl, run_scene
@@ -29,12 +32,17 @@ CELLS = "cells"
 class CellRecord(NamedTuple):
     """What the run of a cell found.
 
-    digest : of scene and files; version : of rpf3d; rocks : that flew
+    digest : of scene and files; versions : of the packages that affect a result; rocks : that flew
+    sets : parameter sets that flew, None without unknowns
+    warnings, surer : sentences of `rpf3d run` about it: warnings, and where the answer is surer than it may be
     """
 
     digest: str
-    version: str
+    versions: Mapping[str, str | None]
     rocks: int
+    sets: int | None
+    warnings: tuple[str, ...]
+    surer: tuple[str, ...]
     figures: tuple[Figure, ...]
 
 
@@ -49,24 +57,40 @@ def fly_cells(
     Raises
     ------
     InputError
-        The run of a cell is refused; the message has the values of the cell. Cells that have not begun are cancelled.
+        The run of a cell is refused, or its worker was killed; the message has the values of the cell. Cells that have
+        not begun are cancelled.
     """
     records = {cell.digest: record_of(cell, folder) for cell in cells}
     missing = [cell for cell in cells if records[cell.digest] is None]
     for cell in missing:
         check_folder(folder / cell.name)
+    try:
+        for cell, found in _flown(missing, folder, executor, threads):
+            records[cell.digest] = found
+            flown()
+    except BrokenExecutor as fault:
+        flying = next((cell for cell in missing if record_of(cell, folder) is None), missing[-1])
+        raise InputError(
+            f"cell {flying.describe()}: a process ended while this cell and others flew, as when memory runs out; "
+            "cells that have flown are kept; fly fewer cells at the same time, such as with --workers 1"
+        ) from fault
+    return [record for cell in cells if (record := records[cell.digest]) is not None]
+
+
+def _flown(
+    cells: Sequence[Cell], folder: Path, executor: Executor, threads: int | None
+) -> Iterator[tuple[Cell, CellRecord]]:
+    """Yield each cell with its record when the cell has flown; errors are as in `fly_cells`."""
     flying = {
         executor.submit(fly_cell, cell.scene, cell.digest, folder / cell.name, threads): number
-        for number, cell in enumerate(missing)
+        for number, cell in enumerate(cells)
     }
     with as_they_finish(flying) as finished:
         for future, number in finished:
             try:
-                records[missing[number].digest] = future.result()
+                yield cells[number], future.result()
             except InputError as fault:
-                raise InputError(f"cell {missing[number].describe()}: {fault}") from fault
-            flown()
-    return [record for cell in cells if (record := records[cell.digest]) is not None]
+                raise InputError(f"cell {cells[number].describe()}: {fault}") from fault
 
 
 def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> CellRecord:
@@ -75,25 +99,34 @@ def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Ce
     Raises
     ------
     InputError
-        As `run_scene`; or the files of the scene are not those of the digest.
+        As `run_scene`; or the files of the scene are not those of the digest, before or after the run. Then there is no
+        record.
     """
     if scene_digest(scene) != digest:
         raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
     run = run_scene(scene, folder, control=RunControl(threads=threads), recording=False)
-    record = CellRecord(digest=digest, version=_version(), rocks=run.totals.rocks, figures=tuple(figures_of(run)))
+    if scene_digest(scene) != digest:
+        raise InputError(f"{scene.path}: a file of the scene changed while the cell flew; sweep again")
+    sets = run.maps.sets
+    record = CellRecord(
+        digest=digest, versions=_versions(), rocks=run.totals.rocks, sets=None if sets is None else sets.flown,
+        warnings=tuple(warnings_of_run(run)), surer=tuple(surer_than_it_may_be(run)), figures=tuple(figures_of(run)),
+    )  # fmt: skip
     _write(_path(folder), record)
     return record
 
 
 def record_of(cell: Cell, folder: Path) -> CellRecord | None:
-    """Return the record of a cell in a folder; None if the cell has not flown, or another version has flown it."""
+    """Return the record of a cell in a folder; None if the cell has not flown there with these versions of packages."""
     try:
         content = json.loads(_path(folder / cell.name).read_text(encoding="utf-8"))
         figures = tuple(Figure(**each) for each in content.pop("figures"))
+        content |= {name: tuple(content[name]) for name in ("warnings", "surer")}
         record = CellRecord(figures=figures, **content)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
-    return record if (record.digest, record.version) == (cell.digest, _version()) else None
+    is_of_cell = (record.digest, record.versions) == (cell.digest, _versions())
+    return record if is_of_cell and (folder / cell.name / SUMMARY).is_file() else None
 
 
 def _path(folder: Path) -> Path:
@@ -108,5 +141,7 @@ def _write(path: Path, record: CellRecord) -> None:
     part.replace(path)
 
 
-def _version() -> str:
-    return str(versions()["rpf3d"])
+@cache
+def _versions() -> Mapping[str, str | None]:
+    """Return the versions of all packages that affect a result, read once."""
+    return versions()

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.choices import Rocks, chosen_scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.choices import Rocks
 from rpf3d_core.sweep.cells import Cell, cells_of
 from rpf3d_core.sweep.files import check_out, write_sweep
 from rpf3d_core.sweep.flying import CELLS, CellRecord, fly_cells, record_of
@@ -51,7 +52,7 @@ def sweep(
     """
     folder = check_out(out)
     asked = tuple(Varied(key=key, values=tuple(values)) for key, values in varied.items())
-    cells = cells_of(chosen_scene(scene, rocks, None, None), asked)
+    cells = cells_of(scene if isinstance(scene, Scene) else read_scene(scene), asked, rocks)
     done = sum(record_of(cell, folder / CELLS) is not None for cell in cells)
     told(done, len(cells))
 

@@ -1,11 +1,23 @@
 """The tables of a sweep: all figures for sweep.csv, and shares and percentiles side by side for the screen."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from rpf3d_core.hazard.benches import AREA, SHORT, ZONE, in_percent, interval_in_percent, three_figures
 from rpf3d_core.sweep.cells import Cell, are_alike, value_text
-from rpf3d_core.sweep.figures import BARRIER, ENERGY, HEIGHT, PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED, Figure
+from rpf3d_core.sweep.figures import (
+    BARRIER,
+    ENERGY,
+    HEIGHT,
+    PREDICTIVE,
+    REACHED,
+    RETAINED,
+    RUNOUT,
+    SAMPLING,
+    STOPPED,
+    Ends,
+    Figure,
+)
 from rpf3d_core.sweep.flying import CellRecord
 
 CSV_COLUMNS = ("cell", "rocks", *Figure._fields)
@@ -14,16 +26,15 @@ SHARES_HEADER = ("place", "reached", "retained")
 RUN_HEADER = ("runout p95 (m)", "energy p95 (kJ)", "height p95 (m)")
 RUN_RESULTS = ((RUNOUT, 1.0), (ENERGY, 1e-3), (HEIGHT, 1.0))
 SUFFIX = {ZONE: "", AREA: " (area)", BARRIER: " (barrier)"}
-COMMON = (
-    "all cells have seed {seed}: their rocks are drawn from the same random numbers, so chance moves all cells alike; "
-    "differences between cells are surer than the intervals of the cells"
+COMMON = "all cells have seed {seed}: their rocks are drawn from the same random numbers"
+PREDICTIVE_NOTE = (
+    "the 95 % predictive interval, which holds the unknowns of the scene, and then the sampling interval of the number "
+    "of rocks"
 )
-BRACKETS = {
-    True: "the 95 % predictive interval, which holds the unknowns of the scene, and then the sampling interval of the "
-    "number of rocks",
-    False: "the 95 % sampling interval of the number of rocks; the scene has no unknowns",
-}
-"""What stands in the brackets of the tables, by whether there are predictive intervals."""
+SAMPLING_NOTE = "the 95 % sampling interval of the number of rocks"
+SAMPLING_ONLY = "sampling only"
+"""Stands before a sampling interval if a cell has unknowns, because the interval does not hold them."""
+UNKNOWN_END = "?"
 
 Place = tuple[str, str]
 """Kind and name of a place."""
@@ -41,7 +52,7 @@ def places_that_hold(records: Sequence[CellRecord]) -> list[Place]:
     found = dict[Place, None]()
     for record in records:
         for figure in record.figures:
-            holds = figure.result == STOPPED and (figure.value or figure.kind == AREA)
+            holds = figure.result == STOPPED and figure.kind and (figure.value or figure.kind == AREA)
             if holds or (figure.kind == BARRIER and figure.result == RETAINED):
                 found[figure.kind, figure.place] = None
     return sorted(found, key=lambda place: (ZONE, AREA, BARRIER).index(place[0]))
@@ -55,26 +66,35 @@ def figure_of(record: CellRecord, result: str, place: Place = ("", "")) -> Figur
 
 def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
     """Return the rows of shares on the screen: the values of the keys, then SHARES_HEADER, place after place."""
+    has_unknowns = have_unknowns(cells)
     return [
-        (*_values(cell), place_name(place), *(_percent(figure_of(record, one, place)) for one in (REACHED, RETAINED)))
+        (
+            *_values(cell), place_name(place),
+            *(_percent(figure_of(record, one, place), has_unknowns) for one in (REACHED, RETAINED)),
+        )
         for place in places_that_hold(records)
         for cell, record in zip(cells, records, strict=True)
         if figure_of(record, RETAINED, place) is not None
-    ]
+    ]  # fmt: skip
 
 
 def run_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
     """Return the rows of percentiles on the screen: the values of the keys, then RUN_HEADER, a row for each cell."""
+    has_unknowns = have_unknowns(cells)
     return [
-        (*_values(cell), *(_number(figure_of(record, result), scale) for result, scale in RUN_RESULTS))
+        (*_values(cell), *(_number(figure_of(record, result), scale, has_unknowns) for result, scale in RUN_RESULTS))
         for cell, record in zip(cells, records, strict=True)
     ]
 
 
+def have_unknowns(cells: Sequence[Cell]) -> bool:
+    """Return whether a value is unknown in the scene of any cell, which sampling intervals do not hold."""
+    return any(cell.scene.has_unknowns for cell in cells)
+
+
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     """Return what a reader of the tables must know: what the intervals hold, and common random numbers."""
-    predictive = any(figure.interval == PREDICTIVE for record in records for figure in record.figures)
-    notes = [f"reached: of all rocks; retained: of those that came; in brackets {BRACKETS[predictive]}"]
+    notes = [f"reached: of all rocks; retained: of those that came; in brackets {_on_brackets(cells, records)}"]
     return [*notes, COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else notes
 
 
@@ -88,23 +108,50 @@ def _values(cell: Cell) -> tuple[str, ...]:
     return tuple(map(value_text, cell.values.values()))
 
 
-def _percent(figure: Figure | None) -> str:
+def _on_brackets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> str:
+    """Return what stands in the brackets of the tables, in words."""
+    if not have_unknowns(cells):
+        return f"{SAMPLING_NOTE}; the scene has no unknowns"
+    shown = {figure.interval for record in records for figure in record.figures if _is_printed(figure)}
+    first = [PREDICTIVE_NOTE] if PREDICTIVE in shown else []
+    only = [f"`{SAMPLING_ONLY}`: {SAMPLING_NOTE}, which leaves the unknowns out"] if SAMPLING in shown else []
+    return "; ".join([*first, *only])
+
+
+def _is_printed(figure: Figure) -> bool:
+    """Return True if a figure may stand in the tables with an interval."""
+    return figure.value is not None and (figure.result in (REACHED, RETAINED) or not figure.kind)
+
+
+def _percent(figure: Figure | None, has_unknowns: bool) -> str:
     """Return a share in per cent with its intervals, the wider first, such as `84.5 % (79-89; 83-86)`."""
     if figure is None or figure.value is None:
         return "-"
-    texts = dict.fromkeys(interval_in_percent(*ends) for ends in _intervals(figure))
-    return f"{in_percent(figure.value, SHORT)} %" + (f" ({'; '.join(texts)})" if texts else "")
+    return f"{in_percent(figure.value, SHORT)} %{_brackets(figure, has_unknowns, _interval_in_percent)}"
 
 
-def _number(figure: Figure | None, scale: float) -> str:
+def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
     """Return a figure times a scale with its intervals, the wider first, such as `84.8 (11.2-136; 83.1-86.6)`."""
     if figure is None or figure.value is None:
         return "-"
-    texts = dict.fromkeys("-".join(three_figures(scale * end) for end in ends) for ends in _intervals(figure))
-    return three_figures(scale * figure.value) + (f" ({'; '.join(texts)})" if texts else "")
+
+    def interval(ends: Ends) -> str:
+        return "-".join(UNKNOWN_END if end is None else three_figures(scale * end) for end in ends)
+
+    return f"{three_figures(scale * figure.value)}{_brackets(figure, has_unknowns, interval)}"
 
 
-def _intervals(figure: Figure) -> list[tuple[float, float]]:
-    """Return the intervals of a figure whose ends are both known, the wider first."""
-    pairs = ((figure.low, figure.high), (figure.sampling_low, figure.sampling_high))
-    return [(low, high) for low, high in pairs if low is not None and high is not None]
+def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -> str:
+    """Return both intervals of a figure in brackets, or the sampling interval, which says so if there are unknowns."""
+    sampling = text((figure.sampling_low, figure.sampling_high))
+    if figure.interval == PREDICTIVE:
+        return f" ({text((figure.low, figure.high))}; {sampling})"
+    return f" ({SAMPLING_ONLY} {sampling})" if has_unknowns else f" ({sampling})"
+
+
+def _interval_in_percent(ends: Ends) -> str:
+    """Return an interval of a share in per cent as text, such as `79-89`, with UNKNOWN_END for an unknown end."""
+    low, high = ends
+    if low is not None and high is not None:
+        return interval_in_percent(low, high)
+    return "-".join(UNKNOWN_END if end is None else in_percent(end, SHORT) for end in ends)

@@ -1,0 +1,89 @@
+"""Warnings about a sweep: those of its runs, each once, too few parameter sets, places that do not move along."""
+
+import re
+from collections.abc import Iterator, Sequence
+
+from rpf3d_core.scene.key_paths import Steps, steps_to
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.sweep.cells import Cell
+from rpf3d_core.sweep.figures import PREDICTIVE
+from rpf3d_core.sweep.flying import CellRecord
+from rpf3d_core.unknowns.predictive import ENOUGH
+
+NUMBER = re.compile(r"(?<![\w.])\d[\d,]*(\.\d+)?(?!\w)")
+"""A number in a sentence that is not part of a name such as `berm_1`."""
+MOVING = ("height", "face_angle_deg", "berm", "number")
+"""Keys of `terrain.benches` that move the faces and berms below the uppermost edge."""
+NAMED = 5
+"""Largest number of cells that a sentence names."""
+
+
+def warnings_of_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
+    """Return the warnings of all runs, each with the number of its cells, and those about the sweep itself."""
+    of_runs = _each_once(cells, [record.warnings for record in records])
+    return [*of_runs, *_few_sets(cells, records), *places_that_stay(cells)]
+
+
+def surer_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
+    """Return where the answers of runs are surer than they may be, each sentence with the number of its cells."""
+    return _each_once(cells, [record.surer for record in records])
+
+
+def _each_once(cells: Sequence[Cell], sentences: Sequence[Sequence[str]]) -> list[str]:
+    """Return the distinct sentences of cells; sentences that differ in numbers only count as one.
+
+    sentences : those of each cell
+    """
+    found = dict[str, list[tuple[Cell, str]]]()
+    for cell, some in zip(cells, sentences, strict=True):
+        for sentence in dict.fromkeys(some):
+            found.setdefault(NUMBER.sub("#", sentence), []).append((cell, sentence))
+    return [_with_number(alike, len(cells)) for alike in found.values()]
+
+
+def _with_number(alike: Sequence[tuple[Cell, str]], of: int) -> str:
+    """Return a sentence of some cells with the number of these cells, and the cell whose numbers it has."""
+    (first, sentence), number = alike[0], len({cell.digest for cell, _ in alike})
+    where = "" if len({text for _, text in alike}) == 1 else f", numbers of {first.describe()}"
+    return f"{number} of {of} cells{where}: {sentence}"
+
+
+def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
+    """Return a sentence that names cells with a predictive interval but too few parameter sets for 95 %, if any."""
+    few = [
+        f"{cell.describe()} ({record.sets})"
+        for cell, record in zip(cells, records, strict=True)
+        if record.sets is not None and record.sets < ENOUGH
+        and any(figure.interval == PREDICTIVE for figure in record.figures)
+    ]  # fmt: skip
+    if not few:
+        return []
+    more = f"; and {len(few) - NAMED:,} more" if len(few) > NAMED else ""
+    return [f"fewer than {ENOUGH} parameter sets have flown in the cells {'; '.join(few[:NAMED])}{more}: their "
+            "predictive intervals hold less than 95 %; fly more rocks"]  # fmt: skip
+
+
+def places_that_stay(cells: Sequence[Cell]) -> list[str]:
+    """Return a sentence on places with coordinates of their own, if a varied key moves the slope below them."""
+    scene = cells[0].scene
+    moving = [key for key in cells[0].values if any(map(_moves_benches, steps_to(scene, key)))]
+    if scene.terrain.benches is None or not moving or not (places := list(_places_of(scene))):
+        return []
+    more = f" and {len(places) - NAMED} more" if len(places) > NAMED else ""
+    return [f"`{moving[0]}` moves the slope, but these keep their coordinates in all cells: {', '.join(places[:NAMED])}"
+            f"{more}; compare cells only where they lie on the same part of the slope"]  # fmt: skip
+
+
+def _moves_benches(steps: Steps) -> bool:
+    """Return True if a place in a scene moves a slope of benches, or has such a place below it."""
+    return any(steps == ("terrain", "benches", key)[: len(steps)] for key in MOVING)
+
+
+def _places_of(scene: Scene) -> Iterator[str]:
+    """Yield the names of what a scene puts at coordinates on its terrain."""
+    yield from (f"area {area.name}" for area in scene.areas_of_interest)
+    barriers = scene.effects.barriers
+    yield from () if barriers is None else (f"barrier {panel.name}" for panel in barriers.panels)
+    yield from (f"windrow {berm.name}" for berm in scene.terrain.berms)
+    yield from (f"zone {spec.zone}" for spec in scene.zones)
+    yield from (f"source {source.name}" for source in scene.sources if source.crest is None and source.zone is None)

@@ -1,0 +1,90 @@
+"""The tables and curves of a sweep say of each interval whether it holds the unknowns of the scene."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from sweeps import BERM, FENCE, SCENE, UNKNOWN, Here, road, written
+
+from rpf3d_core.sweep.figures import PREDICTIVE, SAMPLING, Figure
+from rpf3d_core.sweep.files import panels_of
+from rpf3d_core.sweep.sweep import Sweep, sweep
+from rpf3d_core.sweep.tables import notes_of, run_rows, share_rows
+
+R_N = "materials.default.normal_restitution"
+BOTH = re.compile(r"[^()]+ \([\d.]+-[\d.]+; [\d.]+-[\d.?]+\)")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "road.geojson").write_text(road(20.0, 24.0))
+    return tmp_path
+
+
+def rows_of(found: Sweep, place: str) -> list[tuple[str, ...]]:
+    return [row for row in share_rows(found.cells, found.records) if row[1] == place]
+
+
+def test_a_fence_in_a_scene_with_unknowns_is_not_under_the_predictive_note(folder: Path) -> None:
+    scene = written(folder, (UNKNOWN + FENCE).replace("rocks: 60", "rocks: 640").replace("height: 1,", "height: 9,"))
+    found = sweep(scene, {BERM: (4,)}, folder / "out", Here())
+    note = notes_of(found.cells, found.records)[0]
+    assert "predictive interval" in note
+    assert "`sampling only`: the 95 % sampling interval of the number of rocks, which leaves the unknowns out" in note
+    ((_, _, reached, retained),) = rows_of(found, "fence (barrier)")
+    for text in (reached, retained):
+        assert re.fullmatch(r"[\d.]+ % \(sampling only [\d.]+-[\d.]+\)", text)
+    ((_, _, *shares),) = rows_of(found, "berm_1")
+    assert all(BOTH.fullmatch(text) for text in shares)
+    ((_, *percentiles),) = run_rows(found.cells, found.records)
+    assert all(BOTH.fullmatch(text) for text in percentiles)
+
+
+def test_the_note_names_only_intervals_that_stand_in_the_tables(folder: Path) -> None:
+    found = sweep(written(folder, UNKNOWN.replace("rocks: 60", "rocks: 80")), {BERM: (4,)}, folder / "out", Here())
+    note, texts = notes_of(found.cells, found.records)[0], [*rows_of(found, "berm_1")[0], *rows_of(found, "floor")[0]]
+    assert any(figure.interval == SAMPLING for figure in found.records[0].figures), "an energy of too few rocks"
+    assert all("sampling only" not in text for text in texts)
+    assert "sampling only" not in note
+
+
+def test_without_unknowns_the_note_says_so_and_an_unknown_end_is_a_question_mark(folder: Path) -> None:
+    found = sweep(written(folder, SCENE), {BERM: (4,)}, folder / "out", Here())
+    assert notes_of(found.cells, found.records)[0].endswith("number of rocks; the scene has no unknowns")
+    ((_, *percentiles),) = run_rows(found.cells, found.records)
+    assert all(re.fullmatch(r"[\d.]+ \([\d.]+-\?\)", text) for text in percentiles), "60 rocks bound p95 from below"
+
+
+def test_too_few_parameter_sets_for_any_predictive_interval_do_not_mean_no_unknowns(folder: Path) -> None:
+    scene = written(folder, UNKNOWN.replace("rocks: 60", "rocks: 10"))
+    found = sweep(scene, {BERM: (4,)}, folder / "out", Here())
+    note, ((_, *percentiles),) = notes_of(found.cells, found.records)[0], run_rows(found.cells, found.records)
+    assert "no unknowns" not in note
+    assert all(re.fullmatch(r"[\d.]+ \(sampling only [\d.?]+-\?\)", text) for text in percentiles)
+
+
+def band_of(intervals: Sequence[str], found: Sweep) -> tuple[bool, list[float | None]]:
+    """Return whether the band of the curve of runouts is predictive, and its lower ends, by the cells' intervals."""
+    figures = [
+        Figure("runout_p95", "", "", "m", 50.0, 1.0 if kind == PREDICTIVE else 40.0, 60.0, kind, 40.0, 60.0)
+        for kind in intervals
+    ]
+    records = [record._replace(figures=(one,)) for record, one in zip(found.records, figures, strict=True)]
+    curve = panels_of(found.varied, found.cells, records)[0].curves[0]
+    return curve.is_predictive, list(curve.low)
+
+
+def test_a_band_is_predictive_only_if_all_its_points_are(folder: Path) -> None:
+    found = sweep(written(folder, SCENE), {BERM: (4, 5)}, folder / "out", Here())
+    assert band_of((PREDICTIVE, PREDICTIVE), found) == (True, [1.0, 1.0])
+    assert band_of((PREDICTIVE, SAMPLING), found) == (False, [40.0, 40.0])
+
+
+def test_a_cell_without_unknowns_next_to_one_with_them_is_marked(folder: Path) -> None:
+    varied = {R_N: (0.4, {"prior": {"min": 0.2, "max": 0.6}})}
+    scene = written(folder, SCENE.replace("rocks: 60", "rocks: 200"))
+    found = sweep(scene, varied, folder / "out", Here())
+    known, unknown = rows_of(found, "berm_1")
+    assert "sampling only" in known[3]
+    assert BOTH.fullmatch(unknown[3])
