@@ -8,6 +8,7 @@ import pytest
 from rpf3d_core.desk.coefficients import coefficient_of, coefficient_text, materials_of
 from rpf3d_core.desk.scene_text import (
     AREAS,
+    MATERIALS,
     SOURCES,
     free_name,
     with_item,
@@ -113,3 +114,30 @@ def test_the_usual_coefficients_are_shown_even_if_left_out() -> None:
 def test_a_free_name_is_not_taken() -> None:
     assert free_name([], "source") == "source_1"
     assert free_name(["source_2", "source_1", "x"], "source") == "source_3"
+
+
+ANCHOR = """\
+materials:
+  spill: &loose {normal_restitution: 0.3, tangential_restitution: 0.7}
+  berm: *loose
+  face: {normal_restitution: &hard 0.4, tangential_restitution: *hard}
+"""
+
+
+@pytest.mark.parametrize("name", ["spill", "berm"])
+def test_an_edit_of_a_value_that_an_anchor_repeats_is_refused(name: str) -> None:
+    other = "berm" if name == "spill" else "spill"
+    with pytest.raises(InputError, match=rf"also change `materials\.{other}\.normal_restitution`; .* anchor \(&name\)"):
+        with_value(ANCHOR, (MATERIALS, name, "normal_restitution"), 0.5)
+    with pytest.raises(InputError, match=rf"also change `materials\.{other}\.friction`"):
+        with_value(ANCHOR, (MATERIALS, name, "friction"), 0.5)
+    with pytest.raises(InputError, match=rf"also change `materials\.{other}\.normal_restitution`"):
+        without_value(ANCHOR, (MATERIALS, name, "normal_restitution"))
+
+
+def test_other_values_of_a_file_with_anchors_are_edited() -> None:
+    edited = with_value(ANCHOR, (MATERIALS, "face", "tangential_restitution"), 0.9)
+    wanted = values(ANCHOR)
+    wanted["materials"]["face"]["tangential_restitution"] = 0.9
+    assert values(edited) == wanted
+    assert values(with_value(edited, ("seed",), 3)) == {**wanted, "seed": 3}
