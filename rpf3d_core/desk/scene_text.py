@@ -109,7 +109,7 @@ def _edited(text: str, edit: Callable[[Any], object]) -> str:
     if other is not None:
         raise InputError(
             f"this edit would also change `{key_name(other)}`; the file may repeat a value with an anchor (&name), so "
-            "write its values out in the file, and open the scene again"
+            "write its values out in the file, and start the desk again"
         )
     return changed
 

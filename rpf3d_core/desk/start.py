@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from rpf3d_core.desk.server import new_gate, open_browser, serve
+from rpf3d_core.desk.server import new_gate, open_browser, opening_page, serve
 from rpf3d_core.formats.extras import library_of
 
 LIBRARIES = ("trame.app", "trame.widgets.vtk", "aiohttp.web", "ruamel.yaml")
@@ -35,8 +35,9 @@ def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], 
             desk.connected()
             say(f"desk on {gate.address}\nonly browsers on this machine reach it; Ctrl-C ends it")
             if browser:
-                open_browser(gate.address)
+                open_browser(page)
 
-        serve(desk.server, gate, ready)
+        with opening_page(gate.address) as page:
+            serve(desk.server, gate, ready)
     finally:
         desk.close()

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
-from rpf3d_core.desk.coefficients import coefficient_of, coefficient_text, materials_of
+from rpf3d_core.desk.coefficients import coefficient_of, coefficient_text, drawn_elsewhere, materials_of
 from rpf3d_core.desk.scene_text import (
     AREAS,
     MATERIALS,
@@ -109,6 +111,26 @@ def test_the_usual_coefficients_are_shown_even_if_left_out() -> None:
         ("normal_restitution", "0.3"), ("tangential_restitution", ""), ("friction_angle_deg", ""),
     ]  # fmt: skip
     assert [each.key for each in shown["b"]] == ["restitution", "friction", "rolling_resistance"]
+
+
+def test_values_of_a_sample_and_of_priors_are_drawn_elsewhere_and_a_range_in_its_place_is_not(tmp_path: Path) -> None:
+    names = ["materials.default.normal_restitution"]
+    pq.write_table(pa.table({names[0]: [0.3, 0.4, 0.5]}), tmp_path / "sample.parquet")
+    text = """\
+terrain: {pit: {triangles: 6000}}
+materials:
+  default: {normal_restitution: 0.4, tangential_restitution: {prior: {min: 0.6, max: 0.8}}, friction_angle_deg: 30}
+  spill: {normal_restitution: 0.2, tangential_restitution: 0.5}
+sources: [{name: top, zone: bench_1, rocks: 100}]
+unknowns: {sample: sample.parquet, priors: {materials.spill.normal_restitution: {min: 0.1, max: 0.2}}}
+"""
+    path = tmp_path / "s.yaml"
+    fixed = drawn_elsewhere(scene_of_text(text, path), parse_yaml(text, path).values)
+    assert fixed == {
+        ("materials", "default", "normal_restitution"): "drawn from the sample sample.parquet; change it there",
+        ("materials", "spill", "normal_restitution"):
+            "drawn from `unknowns.priors`, key path `materials.spill.normal_restitution`; change it there",
+    }  # fmt: skip
 
 
 def test_a_free_name_is_not_taken() -> None:
