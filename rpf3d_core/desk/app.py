@@ -285,8 +285,8 @@ class Desk:
         section = scene_section(scene.scene, scene.values)
         self.state.update({
             **section, "name": scene.path.stem, "path": shown_path(scene.path), "unsaved": scene.unsaved,
+            "listed": self.state.listed + 1,  # lets the fields of materials show what holds
         })  # fmt: skip
-        self.state.dirty("materials")
 
     def _drawn(self) -> None:
         """Show what has been drawn so far."""
