@@ -30,7 +30,7 @@ class Round(NamedTuple):
         return blocks_of(self.first, self.last)
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
-        """Yield the rocks of each source that fly with each parameter set; sets : number of sets."""
+        """Yield, for each parameter set, the rocks (N,) of each source that fly with it; sets : number of sets."""
         for number in range(sets):
             yield [rocks_of_set(number, sets, first, last, source)
                    for source, (first, last) in enumerate(zip(self.first, self.last, strict=True))]  # fmt: skip
@@ -47,13 +47,13 @@ class EvenRound(NamedTuple):
         return sum(map(len, self.numbers))
 
     def blocks(self) -> Iterator[list[IntArray]]:
-        """Yield the rocks of each source, in blocks that fit into memory: every n-th rock of each source."""
+        """Yield the rocks (N,) of each source, in blocks that fit into memory: every n-th rock of each source."""
         blocks = -(-self.rocks // BLOCK)
         for block in range(blocks):
             yield [its[block::blocks] for its in self.numbers]
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
-        """Yield the rocks of each source that fly with each parameter set; sets : number of sets."""
+        """Yield, for each parameter set, the rocks (N,) of each source that fly with it; sets : number of sets."""
         parts = [_by_set(its, sets, source) for source, its in enumerate(self.numbers)]
         for number in range(sets):
             yield [part[number] for part in parts]
