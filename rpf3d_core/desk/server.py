@@ -144,7 +144,7 @@ def guard(gate: Gate) -> Any:
 
 async def _answer(request: Any, path: str) -> Any:
     """Return the answer of a server of aiohttp to a request, as if its path were another one."""
-    inner = request.clone(rel_url=request.rel_url.with_path(path, keep_query=True))
+    inner = request.clone(rel_url=request.rel_url.with_path(path).with_query(request.rel_url.query))
     route = await request.app.router.resolve(inner)
     route.add_app(request.app)
     route.freeze()

@@ -1,6 +1,7 @@
 """Start the desk: check what it needs, serve it until Ctrl-C, and leave nothing behind."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 from rpf3d_core.desk.server import new_gate, open_browser, opening_page, serve
@@ -34,10 +35,10 @@ def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], 
         def ready() -> None:
             desk.connected()
             say(f"desk on {gate.address}\nonly browsers on this machine reach it; Ctrl-C ends it")
-            if browser:
+            if page is not None:
                 open_browser(page)
 
-        with opening_page(gate.address) as page:
+        with opening_page(gate.address) if browser else nullcontext() as page:
             serve(desk.server, gate, ready)
     finally:
         desk.close()

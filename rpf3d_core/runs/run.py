@@ -50,7 +50,7 @@ class RunControl:
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
     first : number of rocks after which the first results are known; the rocks then fly in rounds that double their
-        number. None for the rounds of the scene
+        number, and each round represents all rocks; see `setup.rounds.growing_rounds`. None for the rounds of the scene
     after_round : called after each round but the last, with the result so far
     """
 

@@ -11,7 +11,8 @@ from urllib.request import url2pathname
 import pytest
 from command_line import rpf3d
 from listening import session
-from served_desk import ServedDesk, served_desk
+from served_desk import LONGEST, ServedDesk, served_desk
+from waiting import wait_for
 
 from rpf3d_core.desk.server import Gate, Request, new_gate, opening_page
 from rpf3d_core.errors import InputError
@@ -137,6 +138,19 @@ def test_a_scene_that_is_refused_ends_the_command_with_its_sentence(tmp_path: Pa
     (tmp_path / "s.yaml").write_text("terrain: {pit: {}}\n")
     done = rpf3d("desk", tmp_path / "s.yaml", "--no-open")
     assert done.returncode == 2 and "`materials` is missing" in done.stderr and done.stdout == ""
+
+
+def test_the_command_starts_the_browser_without_the_token(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    browser, given = tmp_path / "browser.sh", tmp_path / "given"
+    browser.write_text(f'#!/bin/sh\necho "$@" > {given}.part && mv {given}.part {given}\n')
+    browser.chmod(0o700)
+    monkeypatch.setenv("BROWSER", str(browser))
+    with served_desk("--open") as running:
+        wait_for(given.exists, LONGEST)
+        page = Path(url2pathname(urlsplit(given.read_text().strip()).path))
+        assert urlsplit(running.address).path.strip("/") not in given.read_text()
+        assert f"url={running.address}" in page.read_text()
+    assert not page.parent.exists()
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
