@@ -1,18 +1,19 @@
 """The desk: what happens when the user clicks, types and presses, and how results come back to the page."""
 
 import asyncio
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rpf3d_core.desk.coefficients import coefficient_of
+from rpf3d_core.desk.coefficients import coefficient_of, drawn_elsewhere
 from rpf3d_core.desk.drawing import AREA, Drawing, area_of, source_of
-from rpf3d_core.desk.page import STILL, Actions, build_page
+from rpf3d_core.desk.page import NO_RESULTS, STILL, Actions, build_page
 from rpf3d_core.desk.picking import place_on
 from rpf3d_core.desk.runner import Listener, Runner, Written
-from rpf3d_core.desk.scene_state import SceneState, check_target, opened, saved, shown_path
+from rpf3d_core.desk.scene_state import SceneState, opened, saved, shown_path
 from rpf3d_core.desk.scene_text import (
     AREAS,
     MATERIALS,
@@ -23,8 +24,9 @@ from rpf3d_core.desk.scene_text import (
     without_item,
     without_value,
 )
-from rpf3d_core.desk.shown import SceneView
+from rpf3d_core.desk.shown import NO_RUN, SceneView
 from rpf3d_core.desk.tables import bench_section, progress_words, run_notes, scene_section
+from rpf3d_core.desk.whole_files import check_target
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.extras import library_of
 from rpf3d_core.results.findings import Run
@@ -46,6 +48,9 @@ class Desk:
         self.drawing = Drawing()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._waiting: list[Callable[[], None]] = []
+        self._connecting = threading.Lock()
+        self._refused_edit = ""
+        self._flying: Written | None = None
         self.runner = Runner(Listener(
             prepared=lambda written, prepared: self._later(lambda: self._prepared(written, prepared)),
             results=self._results, report=lambda path: self._later(lambda: self._reported(path)),
@@ -61,8 +66,9 @@ class Desk:
 
     def connected(self) -> None:
         """Take up work that came before browsers could connect; call it once in the server's thread."""
-        self._loop = asyncio.get_event_loop()
-        waiting, self._waiting = self._waiting, []
+        with self._connecting:
+            self._loop = asyncio.get_event_loop()
+            waiting, self._waiting = self._waiting, []
         for work in waiting:
             self._do(work)
 
@@ -140,21 +146,30 @@ class Desk:
         """Change a coefficient; with nothing typed, its default holds."""
         path = (MATERIALS, material, key)
         try:
-            if typed.strip():
-                value = coefficient_of(typed)
-                self._edited(lambda text: with_value(text, path, value))
-            else:
-                self._edited(lambda text: without_value(text, path))
+            self._edited(lambda text: self._with_coefficient(text, path, typed))
         except InputError:
             self._list_scene()  # the field shows again what holds
             raise
+
+    def _with_coefficient(self, text: str, path: tuple[str, str, str], typed: str) -> str:
+        """Return the text of the scene with another coefficient."""
+        scene = self._opened()
+        why = drawn_elsewhere(scene.scene, scene.values).get(path)
+        if why is not None:
+            raise InputError(f"`{'.'.join(path)}` is {why}")
+        return with_value(text, path, coefficient_of(typed)) if typed.strip() else without_value(text, path)
 
     def _undo(self) -> None:
         self._take(self._opened().undone())
 
     def _run(self) -> None:
+        """Fly the rocks, unless the last edit was refused: the click on Run may be what ended the edit."""
+        refused, self._refused_edit = self._refused_edit, ""
+        if refused:
+            raise InputError(f"{refused}; no rock flies, because this edit was refused: press Run to fly without it")
+        self._flying = self._opened().written
         self.state.flying, self.state.has_run = True, False
-        self.runner.fly(self._opened().written)
+        self.runner.fly(self._flying)
 
     def _stop(self) -> None:
         self.runner.stop_flying()
@@ -211,11 +226,13 @@ class Desk:
     def _results(self, run: Run, last: bool) -> None:
         """Take results in the thread that flies; they are laid out there, because the run goes on afterwards."""
         shown, layer = self.shown.laid_out(run), self.state.layer
-        values = {"benches": bench_section(run), "progress": progress_words(run)}
-        notes = run_notes(run) if last else []
+        values = {"benches": bench_section(run), "progress": progress_words(run, last), "notes": run_notes(run)}
 
         def show() -> None:
-            self.state.update({**values, "notes": notes, "flying": not last, "has_run": last})
+            if self._opened().written != self._flying:
+                self.state.flying = self.state.flying and not last
+                return  # these are results of another scene
+            self.state.update({**values, "flying": not last, "has_run": last})
             self.shown.show_run(shown)
             self.state.legend = self.shown.drape(layer)
             self.view.update()
@@ -245,12 +262,20 @@ class Desk:
         return self.shown.terrain
 
     def _edited(self, edit: Callable[[str], str]) -> None:
-        self._take(self._opened().edited(edit))
+        """Edit the scene; Run repeats the sentence of a refusal once."""
+        try:
+            self._take(self._opened().edited(edit))
+        except InputError as fault:
+            self._refused_edit = str(fault)
+            raise
 
     def _take(self, scene: SceneState) -> None:
-        """Take a scene as the one that is edited, and let it be prepared."""
-        self.scene = scene
-        self.state.has_run = False
+        """Take a scene as the one that is edited, without the results of the last one, and let it be prepared."""
+        self.scene, self._refused_edit = scene, ""
+        self.state.update(NO_RESULTS)
+        self.shown.show_run(NO_RUN)
+        self.shown.drape("")
+        self.view.update()
         self._list_scene()
         self.runner.prepare(scene.written)
 
@@ -260,8 +285,8 @@ class Desk:
         section = scene_section(scene.scene, scene.values)
         self.state.update({
             **section, "name": scene.path.stem, "path": shown_path(scene.path), "unsaved": scene.unsaved,
+            "listed": self.state.listed + 1,  # lets the fields of materials show what holds
         })  # fmt: skip
-        self.state.dirty("materials")
 
     def _drawn(self) -> None:
         """Show what has been drawn so far."""
@@ -274,10 +299,11 @@ class Desk:
 
     def _later(self, work: Callable[[], None]) -> None:
         """Do something in the server's thread, now or when browsers can connect."""
-        if self._loop is None:
-            self._waiting.append(work)
-        else:
-            self._loop.call_soon_threadsafe(self._do, work)
+        with self._connecting:
+            if self._loop is None:
+                self._waiting.append(work)
+            else:
+                self._loop.call_soon_threadsafe(self._do, work)
 
     def _do(self, work: Callable[[], None]) -> None:
         """Do something and send what has changed to the page."""

@@ -3,11 +3,16 @@
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError, SceneError
 from rpf3d_core.formats.yaml import parse_yaml, yaml_text
-from rpf3d_core.scene.model import BODY_KEYS
+from rpf3d_core.scene.key_paths import Steps, steps_to
+from rpf3d_core.scene.model import BODY_KEYS, Scene
+from rpf3d_core.setup.unknowns import sampled
+
+MATERIALS = "materials"
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 RANGE = re.compile(rf"\s*({NUMBER})\s*(?:to|-|\.\.)\s*({NUMBER})\s*")
@@ -17,10 +22,15 @@ OF_BODIES = ("restitution", "friction", "rolling_resistance")
 
 
 class Coefficient(NamedTuple):
-    """A value of a material; key : of the scene; text : as the user types it, "" if left out."""
+    """A value of a material.
+
+    key : of the scene; text : as the user types it, "" if left out
+    fixed : why the desk does not edit it, "" if it does
+    """
 
     key: str
     text: str
+    fixed: str = ""
 
 
 def coefficients_of(material: Mapping[str, Any]) -> list[Coefficient]:
@@ -61,7 +71,26 @@ def coefficient_of(text: str) -> Any:
     return document.values
 
 
-def materials_of(values: Mapping[str, Any]) -> Iterator[tuple[str, list[Coefficient]]]:
-    """Yield name and values of each material of a scene's plain values."""
-    for name, material in values["materials"].items():
-        yield name, coefficients_of(material)
+def materials_of(
+    values: Mapping[str, Any], fixed: Mapping[Steps, str] = MappingProxyType({})
+) -> Iterator[tuple[str, list[Coefficient]]]:
+    """Yield name and values of each material of a scene's plain values; fixed : as `drawn_elsewhere` returns."""
+    for name, material in values[MATERIALS].items():
+        yield name, [
+            each._replace(fixed=fixed.get((MATERIALS, str(name), each.key), "")) for each in coefficients_of(material)
+        ]
+
+
+def drawn_elsewhere(scene: Scene, values: Mapping[str, Any]) -> dict[Steps, str]:
+    """Return the values that `unknowns` draws, so that what stands in the material has no effect, with the reason.
+
+    values : the plain values of the scene's file
+    """
+    own = values.get("unknowns") or {}
+    priors = own.get("priors") or ()
+    found = {path: f"drawn from `unknowns.priors`, key path `{path}`; change it there" for path in priors}
+    try:
+        found |= dict.fromkeys(sampled(scene), f"drawn from the sample {own.get('sample')}; change it there")
+        return {steps: why for path, why in found.items() for steps in steps_to(scene, path)}
+    except InputError:
+        return {}  # the scene is refused where it is prepared, with the reason

@@ -16,6 +16,8 @@ from rpf3d_core.simulation.engines import Compiled
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 
+ONE = threading.Lock()
+"""Held while loops are compiled, so that scenes that are edited quickly do not compile at the same time."""
 PAUSE = 0.05
 """Seconds between two looks at whether the user has stopped the rocks."""
 
@@ -35,10 +37,15 @@ class Compiling:
         """Start the thread; without numba nothing is compiled."""
         self._found: Prepared | None = None
         self._ended = threading.Event()
+        self._cancelled = False
         if HAS_NUMBA:
             threading.Thread(target=self._compile, args=(scene, ground), name="compile", daemon=True).start()
         else:
             self._ended.set()
+
+    def cancel(self) -> None:
+        """Do not begin to compile; a compiler that works already is not interrupted."""
+        self._cancelled = True
 
     def done(self) -> Prepared | None:
         """Return the prepared scene if its loops are compiled."""
@@ -53,9 +60,11 @@ class Compiling:
 
     def _compile(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
         try:
-            prepared = prepared_for(scene, Compiled.name, ground)
-            Precompiler().compile(prepared, empty_tallies(prepared))
-            self._found = prepared
+            with ONE:
+                if not self._cancelled:
+                    prepared = prepared_for(scene, Compiled.name, ground)
+                    Precompiler().compile(prepared, empty_tallies(prepared))
+                    self._found = prepared
         except InputError:
             pass  # the thread that flies prepares the same scene, and reports the refusal
         finally:

@@ -14,12 +14,16 @@ TOOLS = ((POINTS, "Points"), (LINE, "Crest line"), (AREA, "Area of interest"))
 LAYERS = ((REACH, "reach"), (ENERGY, "p95 energy"), ("", "none"))
 STILL = 5.0
 """Pixels that the mouse may move during a click; with more, the user turns the view."""
+NO_RESULTS = {
+    "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []}, "notes": [], "has_run": False,
+}  # fmt: skip
+"""The values of the page that show results, without results."""
 START = {
     "name": "", "path": "", "unsaved": False, "busy": "starting", "flying": False, "ready": False, "messages": [],
-    "sources": [], "areas": [], "materials": [], "rock": "", "kind": "", "clicks": 0, "new_name": "",
+    "sources": [], "areas": [], "materials": [], "rock": "", "listed": 0, "kind": "", "clicks": 0, "new_name": "",
     "new_rocks": 200, "new_height": 0.5, "save_path": "", "save_over": False, "report_path": "", "report_over": False,
-    "layer": REACH, "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []}, "notes": [],
-    "open_path": "", "new_terrain": "", "new_folder": "", "moved": 0, "pressed": [0, 0], "has_run": False,
+    "layer": REACH,
+    **NO_RESULTS, "open_path": "", "new_terrain": "", "new_folder": "", "moved": 0, "pressed": [0, 0],
 }  # fmt: skip
 """All values of the page at its start."""
 
@@ -146,11 +150,14 @@ def _materials(html: Any, actions: Actions) -> None:
              classes="quiet")  # fmt: skip
     with html.Div(v_for="each in materials", key="each.name", classes="material"):
         html.Div("{{ each.name }}", style="font-weight: 600; margin-top: 6px")
-        with html.Div(v_for="value in each.values", key="value.key", classes="row"):
+        # Without v-memo, each change of the page would put back what the user has typed and not entered yet.
+        with html.Div(v_for="value in each.values", key="value.key", classes="row",
+                      raw_attrs=['v-memo="[listed, flying]"']):  # fmt: skip
             html.Label("{{ value.key }}", classes="quiet")
-            html.Input(type="text", classes="grow", value=("value.text",), disabled=("flying",),
+            html.Input(type="text", classes="grow", value=("value.text",), disabled=("flying || !!value.fixed",),
                        raw_attrs=[':data-key="each.name + \'.\' + value.key"'],
                        change=(actions.edit, "[each.name, value.key, $event.target.value]"))  # fmt: skip
+            html.Div("{{ value.fixed }}", v_if="value.fixed", classes="quiet")
     html.Div("{{ rock }}; change other values in the file", classes="quiet")
 
 

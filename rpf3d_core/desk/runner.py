@@ -1,6 +1,7 @@
 """Read scenes, fly rocks and write reports in one thread, so that the server answers the page at the same time.
 
-The process stays warm: terrain, search structure and compiled loops are kept until they change.
+The process stays warm: terrain, search structure and compiled loops are kept until the scene or one of its files
+changes.
 """
 
 import queue
@@ -9,10 +10,13 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.desk.compiling import Compiling, prepared_for
+from rpf3d_core.desk.scene_files import Stamp, check_unchanged, stamp_of
+from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.findings import Run
 from rpf3d_core.runs.run import RunControl, fly_into
@@ -57,6 +61,14 @@ class Listener(NamedTuple):
     busy: Callable[[str], None]
 
 
+class Ready(NamedTuple):
+    """A scene that is ready to fly, and the stamp of its files from before they were read."""
+
+    written: Written
+    stamp: Stamp
+    prepared: Prepared
+
+
 class Runner:
     """A thread that does one thing after another: prepare a scene, fly its rocks, write a report."""
 
@@ -66,20 +78,27 @@ class Runner:
         self._tasks: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
         self._stop = threading.Event()
         self._ground: tuple[Any, tuple[Terrain, FaultReport]] | None = None
-        self._prepared: tuple[Written, Prepared] | None = None
+        self._ready: Ready | None = None
         self._compiled: Compiling | None = None
-        self._flown: tuple[Written, Run] | None = None
+        self._flown: tuple[Ready, Run] | None = None
         self._folder: Path | None = None
+        self._numbers = count()
+        self._asked = next(self._numbers)
         self._thread = threading.Thread(target=self._work, name="desk", daemon=True)
         self._thread.start()
 
     def prepare(self, written: Written) -> None:
-        """Prepare a scene and compile its loops, so that its rocks fly at once."""
-        self._tasks.put(lambda: self._prepare(written))
+        """Prepare a scene and compile its loops, so that its rocks fly at once.
+
+        Scenes that were to be prepared before and have not begun are left out.
+        """
+        self._asked = number = next(self._numbers)
+        self._tasks.put(lambda: self._prepare(written) if number == self._asked else None)
 
     def fly(self, written: Written) -> None:
         """Fly the rocks of a scene, and show results as they come."""
         self._stop.clear()
+        self._asked = next(self._numbers)
         self._tasks.put(lambda: self._fly(written))
 
     def write_report(self, written: Written, path: Path) -> None:
@@ -108,44 +127,56 @@ class Runner:
                 self._listener.refused(f"an error of rpf3d: {type(fault).__name__}: {fault}")
             self._listener.busy("")
 
-    def _prepare(self, written: Written) -> Prepared:
-        """Return the prepared scene with the reference engine, from the last one if it is the same."""
-        if self._prepared is not None and self._prepared[0] == written:
-            return self._prepared[1]
+    def _prepare(self, written: Written) -> Ready:
+        """Return the prepared scene with the reference engine; the last one if it and its files are the same."""
+        kept = self._ready
+        if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
+            return kept
         self._listener.busy("reading the terrain")
         scene = scene_of_text(written.text, written.path)
-        ground = self._ground_of(scene)
-        prepared = prepared_for(scene, Reference.name, ground)
-        self._prepared = written, prepared
-        self._compiled = None if scene.engine == Reference.name else Compiling(scene, ground)
-        self._listener.prepared(written, prepared)
-        return prepared
+        stamp = stamp_of(scene)
+        ground = self._ground_of(scene, stamp)
+        ready = Ready(written=written, stamp=stamp, prepared=prepared_for(scene, Reference.name, ground))
+        self._ready = ready
+        self._compile(scene, ground)
+        self._listener.prepared(written, ready.prepared)
+        return ready
 
-    def _ground_of(self, scene: Scene) -> tuple[Terrain, FaultReport]:
-        """Return the terrain of a scene and its faults, read again only if the scene names other terrain or zones."""
-        key = scene.terrain, scene.zones
+    def _compile(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
+        """Compile the loops of a scene in another thread, instead of those of the last scene."""
+        if self._compiled is not None:
+            self._compiled.cancel()
+        self._compiled = None if scene.engine == Reference.name else Compiling(scene, ground)
+
+    def _ground_of(self, scene: Scene, stamp: Stamp) -> tuple[Terrain, FaultReport]:
+        """Return the terrain of a scene and its faults, read again only if terrain, zones or files have changed."""
+        key = scene.terrain, scene.zones, stamp
         if self._ground is None or self._ground[0] != key:
             self._ground = key, read_terrain(scene)
         return self._ground[1]
 
     def _fly(self, written: Written) -> None:
         """Fly the rocks of a scene into a folder of this process, with the compiled engine if it is compiled."""
-        prepared = self._prepare(written)
+        ready = self._prepare(written)
+        prepared = ready.prepared
         self._forget()
         self._listener.busy("flying")
         compiled = None if self._compiled is None else self._compiled.done()
         if compiled is None and self._compiled is not None and engine_name(prepared.scene) != Reference.name:
-            self._preview(prepared)
+            self._preview(prepared, self._compiled)
             self._listener.busy("compiling, the first time; the first rocks are those of the reference engine")
             compiled = self._compiled.wait(self._stop)
         self._folder = Path(tempfile.mkdtemp(prefix=FOLDER))
         control = RunControl(first=FIRST, stop=self._stop.is_set, after_round=_not_too_often(self._listener.results))
         run = fly_into(self._folder, compiled or prepared, control)
-        self._flown = written, run
+        self._flown = ready, run
         self._listener.results(run, True)
 
-    def _preview(self, prepared: Prepared) -> None:
-        """Show the first rocks, flown by the reference engine: both engines give the same bits."""
+    def _preview(self, prepared: Prepared, compiling: Compiling) -> None:
+        """Show the first rocks, flown by the reference engine: both engines give the same bits.
+
+        The preview ends early when the loops are compiled.
+        """
         shown = threading.Event()
 
         def show(run: Run) -> None:
@@ -153,20 +184,31 @@ class Runner:
             shown.set()
 
         with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
-            stop = RunControl(first=FIRST, stop=lambda: shown.is_set() or self._stop.is_set(), after_round=show)
-            fly_into(Path(folder), prepared, stop)
+            fly_into(Path(folder), prepared, RunControl(
+                first=FIRST, after_round=show,
+                stop=lambda: shown.is_set() or self._stop.is_set() or compiling.done() is not None,
+            ))  # fmt: skip
 
     def _report(self, written: Written, path: Path) -> None:
         """Write the report of the last run."""
         from rpf3d_core.report.report import write_report
         from rpf3d_core.results.folder import SUMMARY, write_findings
 
-        if self._flown is None or self._flown[0] != written or self._folder is None:
+        if self._flown is None or self._flown[0].written != written or self._folder is None:
             raise InputError("the rocks of this scene have not flown; press Run, then Report")
+        ready, run = self._flown
+        scene, summary = ready.prepared.scene, self._folder / SUMMARY
+        check_unchanged(scene, ready.stamp)
         self._listener.busy("writing the report")
-        if not (self._folder / SUMMARY).is_file():
-            write_findings(self._folder, self._flown[1])
-        write_report(self._folder, path)
+        if not summary.is_file():
+            write_findings(self._folder, run)
+        try:
+            with whole_file(path) as part:
+                write_report(self._folder, part)
+                check_unchanged(scene, ready.stamp)
+        except InputError:
+            summary.unlink()  # its digest may be that of other files
+            raise
         self._listener.report(path)
 
     def _forget(self) -> None:

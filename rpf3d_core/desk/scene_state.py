@@ -3,13 +3,12 @@
 An edit that makes the text no valid scene is refused with the sentence of `rpf3d check`, and the text stays.
 """
 
-import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.desk.runner import Written
+from rpf3d_core.desk.whole_files import check_target, write_whole
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.yaml import parse_yaml
 from rpf3d_core.scene.model import Scene
@@ -112,35 +111,3 @@ def shown_path(path: Path) -> str:
         return str(path.relative_to(Path.cwd()))
     except ValueError:
         return str(path)
-
-
-def check_target(path: Path, replace: bool) -> None:
-    """Raise an `InputError` if a file to write exists and may not be replaced, or if its folder does not exist."""
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {path.parent}")
-    if path.exists() and not replace:
-        raise InputError(f"{path}: exists; tick `replace`, or give another name")
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file completely, or leave what was there; `InputError` if it cannot be written."""
-    try:
-        number, part = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(number, "w", encoding="utf-8") as file:
-                file.write(text)
-            mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_mask()
-            os.chmod(part, mode)
-            os.replace(part, path)
-        except OSError:
-            os.unlink(part)
-            raise
-    except OSError as fault:
-        raise InputError(f"{path}: could not be written ({fault.strerror or fault})") from fault
-
-
-def _mask() -> int:
-    """Return the mask of permissions of new files."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -2,27 +2,36 @@
 
 All functions take a text that `scene_of_text` accepts, and return a new text. The text is written again as a whole:
 long lines are not broken, lists are indented by two blanks, and blanks that align comments may change.
+
+An edit that would change another value is refused, such as one of a value that the file repeats with an anchor (&name).
 """
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import zip_longest
+from pathlib import Path
 from typing import Any
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.extras import library_of
+from rpf3d_core.formats.yaml import KeyPath, key_name, parse_yaml
 
 SOURCES, AREAS, MATERIALS = "sources", "areas_of_interest", "materials"
+MISSING = object()
+"""Stands for a value that is not there, when two trees of values are compared."""
 LONGEST_LINE = 100_000
 """Characters up to which a line stays one line."""
 
 
 def with_item(text: str, key: str, item: Mapping[str, Any]) -> str:
     """Return the text with one more item at the end of a list of the scene, such as a source in SOURCES."""
-    yaml, scene = _read(text)
-    if scene.get(key) is None:
-        scene[key] = []
-    scene[key].append(_as_written(item))
-    return _written(yaml, scene)
+
+    def edit(scene: Any) -> None:
+        if scene.get(key) is None:
+            scene[key] = []
+        scene[key].append(_as_written(item))
+
+    return _edited(text, edit)
 
 
 def without_item(text: str, key: str, name: str) -> str:
@@ -33,17 +42,19 @@ def without_item(text: str, key: str, name: str) -> str:
     InputError
         There is no such item, or it is the last source, which a scene needs.
     """
-    yaml, scene = _read(text)
-    names = [item.get("name") for item in scene.get(key) or ()]
-    if name not in names:
-        raise InputError(f"`{key}` has no {name!r}")
-    if key == SOURCES and len(names) == 1:
-        raise InputError(f"{name!r} is the only source; a scene needs one, so place another source first")
-    if len(names) == 1:
-        del scene[key]
-    else:
-        del scene[key][names.index(name)]
-    return _written(yaml, scene)
+
+    def edit(scene: Any) -> None:
+        names = [str(item.get("name")) for item in scene.get(key) or ()]
+        if name not in names:
+            raise InputError(f"`{key}` has no {name!r}")
+        if key == SOURCES and len(names) == 1:
+            raise InputError(f"{name!r} is the only source; a scene needs one, so place another source first")
+        if len(names) == 1:
+            del scene[key]
+        else:
+            del scene[key][names.index(name)]
+
+    return _edited(text, edit)
 
 
 def with_value(text: str, path: Sequence[str], value: Any) -> str:
@@ -51,31 +62,80 @@ def with_value(text: str, path: Sequence[str], value: Any) -> str:
 
     Mappings on the path that are missing are added.
     """
-    yaml, scene = _read(text)
-    part = scene
-    for key in path[:-1]:
-        if not isinstance(part.get(key), dict):
-            part[key] = {}
-        part = part[key]
-    part[path[-1]] = _as_written(value)
-    return _written(yaml, scene)
+
+    def edit(scene: Any) -> None:
+        part = scene
+        for key in path[:-1]:
+            if not isinstance(part.get(key), dict):
+                part[key] = {}
+            part = part[key]
+        part[path[-1]] = _as_written(value)
+
+    return _edited(text, edit)
 
 
 def without_value(text: str, path: Sequence[str]) -> str:
     """Return the text without a key, so that its default holds; unchanged if the key is not there."""
-    yaml, scene = _read(text)
-    part: Any = scene
-    for key in path[:-1]:
-        part = part.get(key) if isinstance(part, dict) else None
-    if not isinstance(part, dict) or path[-1] not in part:
+
+    def parent(scene: Any) -> Any:
+        for key in path[:-1]:
+            scene = scene.get(key) if isinstance(scene, dict) else None
+        return scene if isinstance(scene, dict) and path[-1] in scene else None
+
+    if parent(_read(text)[1]) is None:
         return text
-    del part[path[-1]]
-    return _written(yaml, scene)
+    return _edited(text, lambda scene: parent(scene).pop(path[-1]))
 
 
 def free_name(taken: Sequence[str], stem: str) -> str:
     """Return the first of stem_1, stem_2, ... that is not taken."""
     return next(name for n in range(1, len(taken) + 2) if (name := f"{stem}_{n}") not in taken)
+
+
+def _edited(text: str, edit: Callable[[Any], object]) -> str:
+    """Return the text after an edit of its values, which is made to the text and, as a check, to the plain values.
+
+    Raises
+    ------
+    InputError
+        The edit is refused, or it would change other values, too.
+    """
+    yaml, scene = _read(text)
+    wanted = _values_of(text)
+    edit(wanted)
+    edit(scene)
+    changed = _written(yaml, scene)
+    other = _first_difference(_values_of(changed), _plain(wanted), ())
+    if other is not None:
+        raise InputError(
+            f"this edit would also change `{key_name(other)}`; the file may repeat a value with an anchor (&name), so "
+            "write its values out in the file, and start the desk again"
+        )
+    return changed
+
+
+def _values_of(text: str) -> Any:
+    """Return the plain values of a scene's text, in which each alias is a copy."""
+    return _plain(parse_yaml(text, Path("scene.yaml")).values)
+
+
+def _plain(value: Any) -> Any:
+    """Return values as dicts and lists without style."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _first_difference(one: Any, other: Any, path: KeyPath) -> KeyPath | None:
+    """Return the key path of the first value in which two trees of values differ; None if they are equal."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        items = [(key, one.get(key, MISSING), other.get(key, MISSING)) for key in {**one, **other}]
+    elif isinstance(one, list) and isinstance(other, list):
+        items = [(number, *pair) for number, pair in enumerate(zip_longest(one, other, fillvalue=MISSING))]
+    else:
+        return None if one == other and isinstance(one, bool) == isinstance(other, bool) else path
+    found = (_first_difference(first, second, (*path, key)) for key, first, second in items)
+    return next((each for each in found if each is not None), None)
 
 
 def _read(text: str) -> tuple[Any, Any]:

@@ -1,24 +1,35 @@
 """Serve the desk to browsers on this machine: bound to the loopback address, with a token, and a content policy.
 
-A request must name this server as its host and carry the token, in the address or in the cookie that the first
-answer sets. So neither other users of the machine nor pages of other sites reach the desk. The content policy lets the
-page send no request to another machine.
+A request must name this server as its host, and its path begins with the token. So neither other users of the machine
+nor pages of other sites reach the desk. There is no cookie, because browsers send the cookies of 127.0.0.1 to the
+servers of all ports. The content policy lets the page send no request to another machine.
 """
 
 import errno
 import os
 import secrets
 import socket
+import tempfile
+import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.extras import library_of
 
 LOOPBACK = "127.0.0.1"
-TOKEN = "token"
-"""Name of the token in the address."""
+OPENING = """\
+<!doctype html>
+<meta charset="utf-8">
+<meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={address}">
+<title>rpf3d desk</title>
+<a href="{address}">rpf3d desk</a>
+"""
+"""A page that leads to the address of the desk."""
 HEADERS = {
     "Content-Security-Policy": "; ".join([
         "default-src 'none'",
@@ -42,15 +53,11 @@ REFUSED = "This address needs the token that `rpf3d desk` printed: open the whol
 
 
 class Request(NamedTuple):
-    """What a request says about who sends it; None for what it leaves out.
-
-    host, origin : its headers; token : in the address; cookie : the value of this server's cookie
-    """
+    """What a request says about who sends it; host, origin : its headers, None if left out; path : decoded."""
 
     host: str | None
     origin: str | None
-    token: str | None
-    cookie: str | None
+    path: str
 
 
 class Gate(NamedTuple):
@@ -66,23 +73,15 @@ class Gate(NamedTuple):
 
     @property
     def address(self) -> str:
-        """The address to open in a browser."""
-        return f"http://{self.host}/?{TOKEN}={self.token}"
+        """The address to open in a browser. All files and the websocket of the page have addresses below it."""
+        return f"http://{self.host}/{self.token}/"
 
-    @property
-    def cookie(self) -> str:
-        """The name of the cookie; cookies of one machine are shared by all its ports."""
-        return f"rpf3d_desk_{self.port}"
-
-    def admits(self, request: Request) -> bool:
-        """Return True if a request comes from a page of this server, or from its user."""
+    def admitted(self, request: Request) -> str | None:
+        """Return the path of a request behind the token; None if no page of this server, nor its user, sends it."""
         if request.host != self.host or request.origin not in (None, f"http://{self.host}"):
-            return False
-        return any(
-            secrets.compare_digest(given.encode(), self.token.encode())
-            for given in (request.token, request.cookie)
-            if given is not None
-        )
+            return None
+        token, _, path = request.path.removeprefix("/").partition("/")
+        return f"/{path}" if secrets.compare_digest(token.encode(), self.token.encode()) else None
 
 
 def new_gate(port: int) -> Gate:
@@ -121,25 +120,21 @@ def serve(server: Any, gate: Gate, ready: Callable[[], None]) -> None:
 
 
 def guard(gate: Gate) -> Any:
-    """Return the middleware of aiohttp that refuses requests and adds headers to answers."""
+    """Return the middleware of aiohttp that refuses requests, takes the token off their paths, and adds headers."""
     web = library_of("desk", "aiohttp.web", "the desk needs")
 
     @web.middleware  # type: ignore[untyped-decorator]
-    async def guarded(request: Any, handler: Any) -> Any:
-        asked = Request(
-            host=request.headers.get("Host"), origin=request.headers.get("Origin"),
-            token=request.query.get(TOKEN), cookie=request.cookies.get(gate.cookie),
-        )  # fmt: skip
-        if not gate.admits(asked):
+    async def guarded(request: Any, handler: Any) -> Any:  # the path leads to another handler
+        asked = Request(host=request.headers.get("Host"), origin=request.headers.get("Origin"), path=request.path)
+        path = gate.admitted(asked)
+        if path is None:
             return web.Response(status=403, text=REFUSED, headers=HEADERS)
         try:
-            answer = await handler(request)
+            answer = await _answer(request, path)
         except web.HTTPException as other:  # also a redirection
             answer = other
         if not answer.prepared:
             answer.headers.update(HEADERS)
-            if asked.token is not None:
-                answer.set_cookie(gate.cookie, gate.token, httponly=True, samesite="Strict")
         if isinstance(answer, web.HTTPException):
             raise answer
         return answer
@@ -147,9 +142,36 @@ def guard(gate: Gate) -> Any:
     return guarded
 
 
-def open_browser(address: str) -> bool:
-    """Open the address in the user's browser; return False if there is none."""
-    try:
-        return webbrowser.open(address)
-    except webbrowser.Error:
-        return False
+async def _answer(request: Any, path: str) -> Any:
+    """Return the answer of a server of aiohttp to a request, as if its path were another one."""
+    inner = request.clone(rel_url=request.rel_url.with_path(path).with_query(request.rel_url.query))
+    route = await request.app.router.resolve(inner)
+    route.add_app(request.app)
+    route.freeze()
+    inner._match_info = route  # as aiohttp does for each request
+    return await route.handler(inner)
+
+
+@contextmanager
+def opening_page(address: str) -> Iterator[str]:
+    """Give the address of a page in a private folder that leads to an address, and delete the page at the end.
+
+    All users of the machine see the arguments of the browser's process, so the token must not be among them.
+    """
+    with tempfile.TemporaryDirectory(prefix="rpf3d-desk-open-") as folder:  # only its owner may enter it
+        page = Path(folder) / "open.html"
+        page.write_text(OPENING.format(address=address), encoding="utf-8")
+        yield page.as_uri()
+
+
+def open_browser(address: str) -> None:
+    """Open an address in the user's browser, if there is one.
+
+    A thread opens the address, because a browser in the terminal returns only at its end.
+    """
+    threading.Thread(target=_open, args=(address,), name="browser", daemon=True).start()
+
+
+def _open(address: str) -> None:
+    with suppress(webbrowser.Error):  # the address is on the screen
+        webbrowser.open(address)

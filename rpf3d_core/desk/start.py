@@ -1,9 +1,10 @@
 """Start the desk: check what it needs, serve it until Ctrl-C, and leave nothing behind."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
-from rpf3d_core.desk.server import new_gate, open_browser, serve
+from rpf3d_core.desk.server import new_gate, open_browser, opening_page, serve
 from rpf3d_core.formats.extras import library_of
 
 LIBRARIES = ("trame.app", "trame.widgets.vtk", "aiohttp.web", "ruamel.yaml")
@@ -34,9 +35,10 @@ def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], 
         def ready() -> None:
             desk.connected()
             say(f"desk on {gate.address}\nonly browsers on this machine reach it; Ctrl-C ends it")
-            if browser:
-                open_browser(gate.address)
+            if page is not None:
+                open_browser(page)
 
-        serve(desk.server, gate, ready)
+        with opening_page(gate.address) if browser else nullcontext() as page:
+            serve(desk.server, gate, ready)
     finally:
         desk.close()

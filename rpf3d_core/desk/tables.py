@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from rpf3d_core.desk.coefficients import materials_of
+from rpf3d_core.desk.coefficients import drawn_elsewhere, materials_of
 from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, text_header, text_rows
 from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.findings import Run
@@ -21,12 +21,14 @@ def bench_section(run: Run) -> dict[str, Any]:
     return {"header": list(text_header(benches)), "rows": [list(row) for row in text_rows(benches)], "notes": notes}
 
 
-def progress_words(run: Run) -> str:
-    """Return how many of the planned rocks have flown, in words."""
+def progress_words(run: Run, last: bool = True) -> str:
+    """Return how many of the planned rocks have flown, in words; last : False while further rocks fly."""
     totals = run.totals
-    planned = "" if run.planned <= totals.rocks else f" of {run.planned:,}"
+    partial = run.planned > totals.rocks
+    planned = f" of {run.planned:,}" if partial else ""
+    state = "" if not partial else "partial: " if last else "preliminary: "
     engine = f"{run.flights.engine} engine, {run.flights.fly_s:.1f} s"
-    return f"{totals.rocks:,}{planned} rocks, {totals.impacts:,} impacts ({engine})"
+    return f"{state}{totals.rocks:,}{planned} rocks, {totals.impacts:,} impacts ({engine})"
 
 
 def run_notes(run: Run) -> list[str]:
@@ -41,7 +43,7 @@ def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
         "areas": [{"name": area.name} for area in scene.areas_of_interest],
         "materials": [
             {"name": name, "values": [each._asdict() for each in coefficients]}
-            for name, coefficients in materials_of(values)
+            for name, coefficients in materials_of(values, drawn_elsewhere(scene, values))
         ],
         "rock": f"density {scene.rock.density:g} kg/m3",
     }

@@ -113,6 +113,10 @@ class Stream:
         self._batches: list[Batch] = []
         self._releases: list[Releases] = []
 
+    def stopped(self) -> bool:
+        """Return True if no further rock may fly; False before the first rock, because a result needs rocks."""
+        return self.rows > 0 and self.stop is not None and self.stop()
+
     def fly(self, blocks: Iterable[Releases]) -> bool:
         """Fly blocks of rocks, and their fragments; return False if the run was stopped before all rocks had flown."""
         for releases in blocks:

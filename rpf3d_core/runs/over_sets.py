@@ -14,9 +14,8 @@ from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.materials.library import Materials
 from rpf3d_core.setup.parameter_sets import Ready, flight_of_set
 from rpf3d_core.setup.prepared import Prepared, releases_in_ranges
-from rpf3d_core.setup.rounds import Round
+from rpf3d_core.setup.rounds import AnyRound
 from rpf3d_core.setup.unknowns import displacements_of_scene, sets_of_scene
-from rpf3d_core.unknowns.dealing import rocks_of_set
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
 
 
@@ -79,7 +78,7 @@ class SetFlyer:
     sink: Sink
     further: Callable[[Totals, Sink], Sink]
 
-    def fly(self, rocks: Round) -> bool:
+    def fly(self, rocks: AnyRound) -> bool:
         """Fly the rocks of a round, set after set; return False if the run was stopped before all had flown.
 
         The sets are evenly spread in their order, so those of a stopped run still represent all.
@@ -89,13 +88,16 @@ class SetFlyer:
         gathered.pass_on()
         return whole
 
-    def _fly_sets(self, rocks: Round, gathered: Gathered) -> bool:
-        """Fly the rocks of a round, set after set; return False if the run was stopped."""
-        for number, flight in enumerate(self.flights):
-            dealt = [rocks_of_set(number, len(self.flights), first, last, source)
-                     for source, (first, last) in enumerate(zip(rocks.first, rocks.last, strict=True))]  # fmt: skip
+    def _fly_sets(self, rocks: AnyRound, gathered: Gathered) -> bool:
+        """Fly the rocks of a round, set after set; return False if the run was stopped.
+
+        A stop is asked for before each set, because the rocks of a set are often one batch, which flies to its end.
+        """
+        for number, (flight, dealt) in enumerate(zip(self.flights, rocks.dealt(len(self.flights)), strict=True)):
             if not any(map(len, dealt)):
                 continue
+            if self.stream.stopped():
+                return False
             self.stream.flight = flight
             self.stream.watch = self.tally.watch_of(number)
             self.stream.sink = self.further(self.tally.totals_of(number), self.tally.sink_of(number, gathered))

@@ -12,7 +12,7 @@ import numpy as np
 from rpf3d_core.ensemble.batches import Progress
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
 from rpf3d_core.ensemble.fly import spread_over
-from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
+from rpf3d_core.ensemble.stream import Shown, Sink, Stream, shown_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Step, is_enough, step_of
@@ -33,7 +33,7 @@ from rpf3d_core.setup.prepared import (
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.setup.rounds import Round, growing_rounds, rounds_of
+from rpf3d_core.setup.rounds import AnyRound, Round, growing_rounds, rounds_of
 from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.values import Outcome
 
@@ -50,7 +50,7 @@ class RunControl:
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
     first : number of rocks after which the first results are known; the rocks then fly in rounds that double their
-        number. None for the rounds of the scene
+        number, and each round represents all rocks; see `setup.rounds.growing_rounds`. None for the rounds of the scene
     after_round : called after each round but the last, with the result so far
     """
 
@@ -198,7 +198,7 @@ def _fly(
     shown: int | None,
     sink: Sink | None = None,
     control: RunControl = UNCONTROLLED,
-    rounds: Sequence[Round] | None = None,
+    rounds: Sequence[AnyRound] | None = None,
 ) -> Run:
     """Fly the rocks of a prepared scene, round by round, and return the finished run.
 
@@ -214,7 +214,7 @@ def _fly(
     prepared = prepared if of_sets is None else replace(prepared, flight=of_sets[1][0])
     tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     plan = rounds or _plan(prepared, control.first, 0 if of_sets is None else len(of_sets[0]))
-    compile_s = precompiler.compile(prepared, tallies, lambda: _check_all(prepared, plan[0]))
+    compile_s = precompiler.compile(prepared, tallies, lambda: _check_known(prepared, plan))
     kept = _kept(prepared, plan, shown)
     stream = Stream(
         engine=prepared.engine, flight=prepared.flight, shown=kept, watch=tallies, sink=_both(totals, sink),
@@ -235,24 +235,24 @@ def _fly(
     ))  # fmt: skip
 
 
-def _plan(prepared: Prepared, first: int | None, sets: int) -> list[Round]:
+def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound]:
     """Return the rounds of a run; first : as `RunControl.first`; sets : number of parameter sets, 0 without unknowns.
 
-    With `rocks: auto`, the scene's rounds double already. A first round with sets has a rock of each set.
+    With `rocks: auto`, the scene's rounds double already.
     """
     scene = prepared.scene
     if first is None or scene.rocks == "auto":
         return rounds_of(scene, places_of(prepared))
-    return growing_rounds([source.rocks for source in scene.sources], max(first, sets))
+    return growing_rounds([source.rocks for source in scene.sources], places_of(prepared), first, sets)
 
 
-def _kept(prepared: Prepared, plan: Sequence[Round], shown: int | None) -> Shown:
+def _kept(prepared: Prepared, plan: Sequence[AnyRound], shown: int | None) -> Shown:
     """Return the rocks to keep for display; shown : their number, None for all."""
     paths = prepared.scene.outputs.trajectories
     if prepared.scene.rocks == "auto" or len(plan) == 1:
         # All kept rocks belong to the first round, because with `rocks: auto` the number of later rocks is unknown.
         return shown_of(plan[0].rocks, shown, paths)
-    rocks = sum(plan[-1].last)
+    rocks = sum(each.rocks for each in plan)
     some = spread_over(rocks, rocks if shown is None else shown)
     drawn = np.arange(min(paths, rocks))  # the first of all rounds, so that the first results have paths
     return Shown(None if shown is None else np.union1d(some, drawn), drawn)
@@ -265,9 +265,9 @@ class _Flyer:
     prepared: Prepared
     stream: Stream
 
-    def fly(self, rocks: Round) -> bool:
+    def fly(self, rocks: AnyRound) -> bool:
         """Fly the rocks of a round, block after block; return False if the run was stopped before all had flown."""
-        return self.stream.fly(releases_in_ranges(self.prepared, ranges) for ranges in blocks_of(*rocks))
+        return self.stream.fly(releases_in_ranges(self.prepared, ranges) for ranges in rocks.blocks())
 
     def figures(self) -> None:
         """Return nothing, because there are no parameter sets."""
@@ -295,20 +295,22 @@ def _flyer(prepared: Prepared, stream: Stream, of_sets: Any, tallies: Tallies) -
 
 
 def _fly_rounds(
-    prepared: Prepared, stream: Stream, fly: Callable[[Round], bool], plan: Sequence[Round], control: RunControl,
+    prepared: Prepared, stream: Stream, fly: Callable[[AnyRound], bool], plan: Sequence[AnyRound], control: RunControl,
     places: Callable[[], HazardMaps], so_far: Callable[[int, Sequence[Step]], Run],
 ) -> tuple[int, list[Step]]:  # fmt: skip
     """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
 
-    Return the number of planned rocks, and the convergence after each round. The releases of the first round are
-    already checked.
+    Return the number of planned rocks, and the convergence after each round. Releases are already checked, with
+    `rocks: auto` those of the first round.
     fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the shares of zones and areas of all rocks flown so far
     so_far : function that returns the result so far, from the number of planned rocks and the convergence
     """
-    scene, steps, planned = prepared.scene, list[Step](), 0
+    scene, steps, planned, whole = prepared.scene, list[Step](), 0, sum(each.rocks for each in plan)
     for each in plan:
-        planned = sum(each.last)
+        planned += each.rocks
+        if stream.stopped():
+            break
         if steps:
             _check_all(prepared, each)
         stream.advance = control.progress(each.rocks) if control.progress else None
@@ -319,10 +321,8 @@ def _fly_rounds(
             if is_enough(steps, scene.target.half_width, scene.target.p95_energy):
                 break
         if control.after_round and each is not plan[-1]:
-            control.after_round(so_far(sum(plan[-1].last), steps))
-            if control.stop and control.stop():
-                break
-    return sum(plan[-1].last) if scene.rocks != "auto" else planned, steps
+            control.after_round(so_far(whole, steps))
+    return whole if scene.rocks != "auto" else planned, steps
 
 
 def finished_run(
@@ -352,9 +352,15 @@ def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
     )  # fmt: skip
 
 
-def _check_all(prepared: Prepared, rocks: Round) -> None:
+def _check_known(prepared: Prepared, plan: Sequence[AnyRound]) -> None:
+    """Refuse sources with a bad release, in all rounds that certainly fly: with `rocks: auto` only the first."""
+    for each in plan[:1] if prepared.scene.rocks == "auto" else plan:
+        _check_all(prepared, each)
+
+
+def _check_all(prepared: Prepared, rocks: AnyRound) -> None:
     """Refuse sources with a rock under the ground or off the terrain, before any rock of the round flies."""
-    for ranges in blocks_of(*rocks):
+    for ranges in rocks.blocks():
         check_releases(prepared, releases_in_ranges(prepared, ranges))
 
 

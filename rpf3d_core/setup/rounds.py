@@ -1,12 +1,17 @@
 """Divide the rocks of a run into rounds that fly one after another, or into parts for several workers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import count, pairwise, takewhile
 from typing import NamedTuple
 
+import numpy as np
+
+from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.ensemble.releases import share_out
+from rpf3d_core.ensemble.stream import BLOCK, blocks_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.cells import FIRST_ROUND
+from rpf3d_core.unknowns.dealing import rocks_of_set, sets_of_rocks
 
 
 class Round(NamedTuple):
@@ -19,6 +24,49 @@ class Round(NamedTuple):
     def rocks(self) -> int:
         """The number of rocks that fly in the round, over all sources."""
         return sum(self.last) - sum(self.first)
+
+    def blocks(self) -> Iterator[list[range]]:
+        """Yield the rocks of each source, in blocks that fit into memory."""
+        return blocks_of(self.first, self.last)
+
+    def dealt(self, sets: int) -> Iterator[list[IntArray]]:
+        """Yield, for each parameter set, the rocks (N,) of each source that fly with it; sets : number of sets."""
+        for number in range(sets):
+            yield [rocks_of_set(number, sets, first, last, source)
+                   for source, (first, last) in enumerate(zip(self.first, self.last, strict=True))]  # fmt: skip
+
+
+class EvenRound(NamedTuple):
+    """The rocks of one round that grows: for each source, the numbers (N,) of its rocks in the order of flight."""
+
+    numbers: Sequence[IntArray]
+
+    @property
+    def rocks(self) -> int:
+        """The number of rocks that fly in the round, over all sources."""
+        return sum(map(len, self.numbers))
+
+    def blocks(self) -> Iterator[list[IntArray]]:
+        """Yield the rocks (N,) of each source, in blocks that fit into memory: every n-th rock of each source."""
+        blocks = -(-self.rocks // BLOCK)
+        for block in range(blocks):
+            yield [its[block::blocks] for its in self.numbers]
+
+    def dealt(self, sets: int) -> Iterator[list[IntArray]]:
+        """Yield, for each parameter set, the rocks (N,) of each source that fly with it; sets : number of sets."""
+        parts = [_by_set(its, sets, source) for source, its in enumerate(self.numbers)]
+        for number in range(sets):
+            yield [part[number] for part in parts]
+
+
+AnyRound = Round | EvenRound
+
+
+def _by_set(rocks: IntArray, sets: int, source: int) -> list[IntArray]:
+    """Return the rocks (N,) of a source that fly with each of the parameter sets, in the order of `rocks`."""
+    owners = sets_of_rocks(rocks, sets, source)
+    order = np.argsort(owners, kind="stable")
+    return np.split(rocks[order], np.searchsorted(owners[order], np.arange(1, sets)))
 
 
 def rounds_up_to(totals: Sequence[Sequence[int]]) -> list[Round]:
@@ -41,15 +89,76 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
     return rounds_up_to(totals)
 
 
-def growing_rounds(counts: Sequence[int], first: int) -> list[Round]:
+def growing_rounds(counts: Sequence[int], points: Sequence[int], first: int, sets: int = 0) -> list[AnyRound]:
     """Return rounds that each about double the number of flown rocks, from about `first` rocks to all.
 
-    counts : number of rocks of each source; every round has rocks of each source in proportion
+    After each round, each source has flown its share of the rocks, within one rock, and its rocks have visited its
+    release points evenly. So the results of a round represent all rocks. All rounds together are the rocks of a run.
+
+    counts : number of rocks of each source; points : number of release points of each source, 1 for random places
+    sets : number of parameter sets, 0 without unknowns; after the first round, each set has flown for each source.
+        If a source has fewer rocks than there are sets, all rocks fly in one round
     """
     total = sum(counts)
-    sizes = takewhile(lambda size: size < total, (first << k for k in count()))
-    totals = [[-(-n * size // total) for n in counts] for size in sizes]
-    return [each for each in rounds_up_to([*totals, list(counts)]) if each.rocks]
+    least = _least_first(counts, first, sets)
+    totals = [share_out(counts, size) for size in takewhile(lambda size: size < total, (least << k for k in count()))]
+    if not totals:
+        return list(rounds_up_to([counts]))
+    orders = [even_order(n, p, source, sets) for source, (n, p) in enumerate(zip(counts, points, strict=True))]
+    return [EvenRound([order[low:high] for order, low, high in zip(orders, each.first, each.last, strict=True)])
+            for each in rounds_up_to([*totals, list(counts)])]  # fmt: skip
+
+
+def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
+    """Return the number of rocks of a first round: about one rock of each source, and of each set for each source."""
+    flying, total = [n for n in counts if n], sum(counts)
+    least = max(first, len(flying))
+    if not sets:
+        return least
+    # A share is never below the whole part of the exact share.
+    return total if min(flying) < sets else max(least, -(-sets * total // min(flying)))
+
+
+def even_order(rocks: int, points: int, source: int = 0, sets: int = 0) -> IntArray:
+    """Return the numbers (N,) of a source's rocks in an order whose beginning visits all release points evenly.
+
+    Rocks use the points in turn. With parameter sets, the order consists of passes: each pass has one rock of each
+    set, so that the sets are even, too. The passes go through as many successive rocks as the points need.
+
+    rocks : number of the source's rocks; points : number of its release points, 1 for random places
+    source : number of the source; sets : number of parameter sets, 0 without unknowns
+    """
+    cycle = max(min(points, rocks), 1)
+    span = -(-cycle // sets) * sets if sets else cycle
+    numbers = np.arange(rocks)
+    group, place = np.divmod(numbers, span)
+    passes = _passes(group, place // sets, sets_of_rocks(numbers, sets, source), sets) if sets else 0 * group
+    return np.asarray(np.lexsort((_spread_ranks(span)[place], passes, group)), dtype=np.int64)
+
+
+def _passes(group: IntArray, deck: IntArray, owner: IntArray, sets: int) -> IntArray:
+    """Return the pass (N,) in which each rock of a source flies.
+
+    A deck is as many successive rocks as there are sets, one of each set. Sets that follow each other fly from decks
+    that follow each other, so that a pass has about every n-th rock of a group of n decks.
+
+    group, deck, owner : (N,) the group of each rock, the number of its deck in the group, and its set
+    """
+    place = group * sets + owner
+    decks = np.bincount(place, minlength=1)[place]  # the last deck of the last group may lack some sets
+    return np.asarray((deck - owner) % decks, dtype=np.int64)
+
+
+def _spread_ranks(size: int) -> IntArray:
+    """Return the rank (N,) of each of N places in an order whose first 2^k places are evenly spread, for each k.
+
+    Source: van der Corput (1935), Verteilungsfunktionen: the bits of the rank in reverse order.
+    """
+    bits = (size - 1).bit_length()
+    turned = np.zeros(1, dtype=np.int64)
+    for _ in range(bits):
+        turned = np.concatenate([2 * turned, 2 * turned + 1])
+    return np.asarray(np.unique(turned * size >> bits, return_index=True)[1], dtype=np.int64)
 
 
 def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:

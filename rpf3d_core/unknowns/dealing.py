@@ -26,7 +26,12 @@ def rocks_of_set(number: int, sets: int, first: int, last: int, source: int) -> 
 
 def set_of_rock(rock: int, sets: int, source: int) -> int:
     """Return the number of the parameter set with which a rock of a source flies."""
-    return int((rock - turns(np.array([rock // sets]), sets, source)[0]) % sets)
+    return int(sets_of_rocks(np.array([rock]), sets, source)[0])
+
+
+def sets_of_rocks(rocks: IntArray, sets: int, source: int) -> IntArray:
+    """Return the numbers (N,) of the parameter sets with which rocks (N,) of a source fly."""
+    return np.asarray((rocks - turns(rocks // sets, sets, source)) % sets, dtype=np.int64)
 
 
 def turns(rounds: IntArray, sets: int, source: int) -> IntArray:

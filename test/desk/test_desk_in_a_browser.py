@@ -212,7 +212,7 @@ def test_without_a_scene_one_is_opened_or_written_for_a_terrain_file(tmp_path: P
 def test_a_wrong_token_opens_nothing() -> None:
     with served_desk() as desk, browser() as running:
         page = running.new_page()
-        answer = page.goto(f"{desk.base}/?token=wrong")
+        answer = page.goto(f"{desk.base}/wrong/")
         assert answer is not None and answer.status == 403
         assert "open the whole address" in page.inner_text("body") and page.locator("canvas").count() == 0
 

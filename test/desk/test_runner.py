@@ -4,14 +4,18 @@ import tempfile
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 from small_pit import scene_file
 from waiting import wait_for
 
 import rpf3d_core as rpf3d
+from rpf3d_core.desk import compiling
 from rpf3d_core.desk.runner import Listener, Runner, Written
 from rpf3d_core.desk.shapes import ENERGY, REACH, ground_seen, hazard_map, path_lines
 from rpf3d_core.desk.tables import bench_section, progress_words
+from rpf3d_core.desk.whole_files import whole_file
+from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
 from rpf3d_core.results.findings import Run
 
@@ -136,6 +140,87 @@ def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
     assert engines[0] == "reference" and engines[first - 1] == "compiled" and set(engines[first:]) == {"compiled"}
     assert received.rows[-1] == received.rows[first - 1]
     assert received.rows[-1] == [list(row) for row in text_rows(_benches(rpf3d.simulate(scene.path)))]
+
+
+FACE = "v 0 0 {top}\nv 0 40 {top}\nv 20 40 0\nv 20 0 0\nv -20 0 {top}\nv -20 40 {top}\nv 90 40 0\nv 90 0 0\n" \
+    "f 1 4 3 2\nf 5 1 2 6\nf 4 8 7 3\n"
+SLOPE = """\
+terrain: {files: [{path: slope.obj}]}
+materials: {default: {normal_restitution: 0.3, tangential_restitution: 0.8, friction_angle_deg: 30}}
+sources: [{name: crest, points: [[0.5, 20, 40]], rocks: 20, velocity_spread: [1, 1, 0]}]
+engine: reference
+"""
+
+
+def test_a_mesh_that_was_written_again_is_read_again_and_no_report_mixes_both(tmp_path: Path) -> None:
+    mesh, path, received = tmp_path / "slope.obj", tmp_path / "slope.yaml", Received()
+    mesh.write_text(FACE.format(top=20))
+    path.write_text(SLOPE)
+    scene, runner = Written(text=SLOPE, path=path), Runner(received.listener())
+    runner.fly(scene)
+    wait_for(received.done, LONGEST)
+    mesh.write_text(FACE.format(top=30))
+    runner.write_report(scene, tmp_path / "r.html")
+    wait_for(lambda: received.refusals or received.reports, LONGEST)
+    assert received.refusals == [f"{mesh}: changed since the rocks flew; press Run, then Report"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["slope.obj", "slope.yaml"]
+    runner.fly(scene)
+    wait_for(lambda: received.ends() == 2 or len(received.refusals) > 1, LONGEST)
+    runner.close()
+    assert len(received.refusals) == 1
+    heights = [np.ptp(run.terrain.vertices[:, 2]) for run, last in received.results if last]
+    assert heights == [20.0, 30.0]
+
+
+def test_scenes_that_are_superseded_are_not_prepared(tmp_path: Path) -> None:
+    scene, received, begun, go = written(tmp_path), Received(), threading.Event(), threading.Event()
+
+    def hold(text: str) -> None:
+        begun.set()
+        go.wait(LONGEST)
+
+    prepared: list[str] = []
+    listener = received.listener()._replace(busy=hold, prepared=lambda written, _: prepared.append(written.text))
+    runner = Runner(listener)
+    texts = [scene.text.replace("rocks: 25", f"rocks: {rocks}") for rocks in (26, 27, 28)]
+    runner.prepare(scene._replace(text=texts[0]))
+    begun.wait(LONGEST)
+    for text in texts[1:]:
+        runner.prepare(scene._replace(text=text))
+    go.set()
+    wait_for(lambda: len(prepared) == 2 or received.refusals, LONGEST)
+    runner.close()
+    assert received.refusals == [] and prepared == [texts[0], texts[2]]
+
+
+def test_a_report_that_fails_leaves_the_file_that_was_there(tmp_path: Path) -> None:
+    target = tmp_path / "r.html"
+    target.write_text("earlier")
+    with pytest.raises(InputError, match="no flight"), whole_file(target) as part:
+        part.write_text("half")
+        raise InputError("no flight")
+    assert target.read_text() == "earlier" and [path.name for path in tmp_path.iterdir()] == ["r.html"]
+    with whole_file(target) as part:
+        part.write_text("all")
+    assert target.read_text() == "all" and [path.name for path in tmp_path.iterdir()] == ["r.html"]
+
+
+def test_one_scene_compiles_at_a_time_and_a_cancelled_scene_does_not_compile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("numba", reason="numba is not installed")
+    begun: list[object] = []
+
+    def prepare(scene: object, engine: str, ground: object) -> None:
+        begun.append(scene)
+        raise InputError("refused")
+
+    monkeypatch.setattr(compiling, "prepared_for", prepare)
+    with compiling.ONE:
+        first, second = (compiling.Compiling(name, None) for name in ("first", "second"))
+        first.cancel()
+    assert [each.wait(threading.Event()) for each in (first, second)] == [None, None]
+    assert begun == ["second"]
 
 
 def _benches(run: Run) -> list[Bench]:

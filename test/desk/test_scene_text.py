@@ -3,11 +3,14 @@
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
-from rpf3d_core.desk.coefficients import coefficient_of, coefficient_text, materials_of
+from rpf3d_core.desk.coefficients import coefficient_of, coefficient_text, drawn_elsewhere, materials_of
 from rpf3d_core.desk.scene_text import (
     AREAS,
+    MATERIALS,
     SOURCES,
     free_name,
     with_item,
@@ -110,6 +113,53 @@ def test_the_usual_coefficients_are_shown_even_if_left_out() -> None:
     assert [each.key for each in shown["b"]] == ["restitution", "friction", "rolling_resistance"]
 
 
+def test_values_of_a_sample_and_of_priors_are_drawn_elsewhere_and_a_range_in_its_place_is_not(tmp_path: Path) -> None:
+    names = ["materials.default.normal_restitution"]
+    pq.write_table(pa.table({names[0]: [0.3, 0.4, 0.5]}), tmp_path / "sample.parquet")
+    text = """\
+terrain: {pit: {triangles: 6000}}
+materials:
+  default: {normal_restitution: 0.4, tangential_restitution: {prior: {min: 0.6, max: 0.8}}, friction_angle_deg: 30}
+  spill: {normal_restitution: 0.2, tangential_restitution: 0.5}
+sources: [{name: top, zone: bench_1, rocks: 100}]
+unknowns: {sample: sample.parquet, priors: {materials.spill.normal_restitution: {min: 0.1, max: 0.2}}}
+"""
+    path = tmp_path / "s.yaml"
+    fixed = drawn_elsewhere(scene_of_text(text, path), parse_yaml(text, path).values)
+    assert fixed == {
+        ("materials", "default", "normal_restitution"): "drawn from the sample sample.parquet; change it there",
+        ("materials", "spill", "normal_restitution"):
+            "drawn from `unknowns.priors`, key path `materials.spill.normal_restitution`; change it there",
+    }  # fmt: skip
+
+
 def test_a_free_name_is_not_taken() -> None:
     assert free_name([], "source") == "source_1"
     assert free_name(["source_2", "source_1", "x"], "source") == "source_3"
+
+
+ANCHOR = """\
+materials:
+  spill: &loose {normal_restitution: 0.3, tangential_restitution: 0.7}
+  berm: *loose
+  face: {normal_restitution: &hard 0.4, tangential_restitution: *hard}
+"""
+
+
+@pytest.mark.parametrize("name", ["spill", "berm"])
+def test_an_edit_of_a_value_that_an_anchor_repeats_is_refused(name: str) -> None:
+    other = "berm" if name == "spill" else "spill"
+    with pytest.raises(InputError, match=rf"also change `materials\.{other}\.normal_restitution`; .* anchor \(&name\)"):
+        with_value(ANCHOR, (MATERIALS, name, "normal_restitution"), 0.5)
+    with pytest.raises(InputError, match=rf"also change `materials\.{other}\.friction`"):
+        with_value(ANCHOR, (MATERIALS, name, "friction"), 0.5)
+    with pytest.raises(InputError, match=rf"also change `materials\.{other}\.normal_restitution`"):
+        without_value(ANCHOR, (MATERIALS, name, "normal_restitution"))
+
+
+def test_other_values_of_a_file_with_anchors_are_edited() -> None:
+    edited = with_value(ANCHOR, (MATERIALS, "face", "tangential_restitution"), 0.9)
+    wanted = values(ANCHOR)
+    wanted["materials"]["face"]["tangential_restitution"] = 0.9
+    assert values(edited) == wanted
+    assert values(with_value(edited, ("seed",), 3)) == {**wanted, "seed": 3}

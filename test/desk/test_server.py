@@ -5,13 +5,16 @@ import signal
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 import pytest
 from command_line import rpf3d
 from listening import session
-from served_desk import ServedDesk, served_desk
+from served_desk import LONGEST, ServedDesk, served_desk
+from waiting import wait_for
 
-from rpf3d_core.desk.server import Gate, Request, new_gate
+from rpf3d_core.desk.server import Gate, Request, new_gate, opening_page
 from rpf3d_core.errors import InputError
 
 GATE = Gate(port=4711, token="right")
@@ -19,32 +22,45 @@ HOST, ORIGIN = "127.0.0.1:4711", "http://127.0.0.1:4711"
 
 
 def test_the_address_has_the_token_and_two_gates_have_different_ones() -> None:
-    assert GATE.address == "http://127.0.0.1:4711/?token=right"
+    assert GATE.address == "http://127.0.0.1:4711/right/"
     tokens = {new_gate(0).token for _ in range(5)}
     assert len(tokens) == 5 and min(map(len, tokens)) >= 32
 
 
 @pytest.mark.parametrize(
-    ("request_", "admitted"),
+    ("request_", "path"),
     [
-        (Request(HOST, None, "right", None), True),
-        (Request(HOST, None, None, "right"), True),
-        (Request(HOST, ORIGIN, None, "right"), True),
-        (Request(HOST, None, "wrong", "right"), True),
-        (Request(HOST, None, None, None), False),
-        (Request(HOST, None, "wrong", None), False),
-        (Request(HOST, None, "", ""), False),
-        (Request(HOST, None, "rightx", "é"), False),
-        (Request("evil.example:4711", None, "right", "right"), False),
-        (Request(None, None, "right", "right"), False),
-        (Request("127.0.0.1:4712", None, None, "right"), False),
-        (Request(HOST, "http://evil.example", None, "right"), False),
-        (Request(HOST, "null", None, "right"), False),
-        (Request(HOST, "http://127.0.0.1:4712", None, "right"), False),
+        (Request(HOST, None, "/right/"), "/"),
+        (Request(HOST, None, "/right/index.html"), "/index.html"),
+        (Request(HOST, ORIGIN, "/right/ws"), "/ws"),
+        (Request(HOST, None, "/right"), "/"),
+        (Request(HOST, None, "/right/assets/../x"), "/assets/../x"),
+        (Request(HOST, None, "/"), None),
+        (Request(HOST, None, ""), None),
+        (Request(HOST, None, "//right/"), None),
+        (Request(HOST, None, "/index.html"), None),
+        (Request(HOST, None, "/wrong/right/"), None),
+        (Request(HOST, None, "/rightx/"), None),
+        (Request(HOST, None, "/é/"), None),
+        (Request("evil.example:4711", None, "/right/"), None),
+        (Request(None, None, "/right/"), None),
+        (Request("127.0.0.1:4712", None, "/right/"), None),
+        (Request(HOST, "http://evil.example", "/right/"), None),
+        (Request(HOST, "null", "/right/"), None),
+        (Request(HOST, "http://127.0.0.1:4712", "/right/"), None),
     ],
 )
-def test_only_requests_of_its_own_pages_with_the_token_are_admitted(request_: Request, admitted: bool) -> None:
-    assert GATE.admits(request_) is admitted
+def test_only_requests_of_its_own_pages_with_the_token_are_admitted(request_: Request, path: str | None) -> None:
+    assert GATE.admitted(request_) == path
+
+
+def test_the_browser_is_started_with_a_private_page_and_not_with_the_token() -> None:
+    with opening_page(GATE.address) as address:
+        page = Path(url2pathname(urlsplit(address).path))
+        assert address.startswith("file:///") and GATE.token not in address
+        assert page.parent.stat().st_mode & 0o077 == 0
+        assert f"url={GATE.address}" in page.read_text() and "no-referrer" in page.read_text()
+    assert not page.parent.exists()
 
 
 def test_a_port_in_use_is_one_sentence() -> None:
@@ -84,7 +100,7 @@ def test_it_listens_on_the_loopback_address_whatever_the_environment_says(desk: 
     assert desk.heard == {"127.0.0.1"}
 
 
-@pytest.mark.parametrize("path", ["/", "/index.html", "/?token=wrong", "/vue.global.js", "/ws", "/paraview/", "/no"])
+@pytest.mark.parametrize("path", ["/", "/index.html", "/wrong/", "/vue.global.js", "/ws", "/paraview/", "/no"])
 def test_without_the_token_nothing_is_answered(desk: ServedDesk, path: str) -> None:
     answer = asked(desk, path)
     assert answer.status == 403
@@ -96,20 +112,21 @@ def test_a_websocket_without_the_token_is_refused(desk: ServedDesk) -> None:
     handshake = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
                  "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}  # fmt: skip
     assert asked(desk, "/ws", **handshake).status == 403
-    token = desk.address.partition("?")[2]
-    assert asked(desk, f"/ws?{token}", **handshake, Origin="http://evil.example").status == 403
+    inside = urlsplit(desk.address).path
+    assert asked(desk, f"{inside}ws", **handshake, Origin="http://evil.example").status == 403
 
 
-def test_the_address_sets_a_cookie_with_which_the_pages_come_under_the_policy(desk: ServedDesk) -> None:
-    first = asked(desk, desk.address.removeprefix(desk.base))
-    cookie = first.headers["Set-Cookie"]
-    assert first.status == 302 and "HttpOnly" in cookie and "SameSite=Strict" in cookie
-    page = asked(desk, "/index.html", Cookie=cookie.partition(";")[0])
+def test_the_pages_come_under_the_policy_and_set_no_cookie(desk: ServedDesk) -> None:
+    inside = urlsplit(desk.address).path
+    first, page = asked(desk, inside), asked(desk, f"{inside}index.html")
+    assert (first.status, first.headers["Location"]) == (302, "index.html")
     assert page.status == 200 and page.headers["Content-Type"].startswith("text/html")
     policy = page.headers["Content-Security-Policy"]
     assert "default-src 'none'" in policy and "connect-src 'self'" in policy and "http" not in policy
-    assert page.headers["Access-Control-Allow-Origin"] is None
-    assert asked(desk, "/index.html", Cookie=cookie.partition(";")[0], Host="evil.example").status == 403
+    assert page.headers["Access-Control-Allow-Origin"] is None and page.headers["Referrer-Policy"] == "no-referrer"
+    assert first.headers["Set-Cookie"] is None and page.headers["Set-Cookie"] is None
+    assert asked(desk, f"{inside}no").status == 404
+    assert asked(desk, f"{inside}index.html", Host="evil.example").status == 403
 
 
 def test_a_second_desk_on_the_port_is_refused(desk: ServedDesk) -> None:
@@ -121,6 +138,19 @@ def test_a_scene_that_is_refused_ends_the_command_with_its_sentence(tmp_path: Pa
     (tmp_path / "s.yaml").write_text("terrain: {pit: {}}\n")
     done = rpf3d("desk", tmp_path / "s.yaml", "--no-open")
     assert done.returncode == 2 and "`materials` is missing" in done.stderr and done.stdout == ""
+
+
+def test_the_command_starts_the_browser_without_the_token(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    browser, given = tmp_path / "browser.sh", tmp_path / "given"
+    browser.write_text(f'#!/bin/sh\necho "$@" > {given}.part && mv {given}.part {given}\n')
+    browser.chmod(0o700)
+    monkeypatch.setenv("BROWSER", str(browser))
+    with served_desk("--open") as running:
+        wait_for(given.exists, LONGEST)
+        page = Path(url2pathname(urlsplit(given.read_text().strip()).path))
+        assert urlsplit(running.address).path.strip("/") not in given.read_text()
+        assert f"url={running.address}" in page.read_text()
+    assert not page.parent.exists()
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])

@@ -1,0 +1,111 @@
+"""What the user does on the desk, without a browser: results belong to the scene, and no edit is lost silently."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from waiting import wait_for
+
+from rpf3d_core.desk.page import NO_RESULTS
+
+if TYPE_CHECKING:
+    from rpf3d_core.desk.app import Desk
+
+LONGEST = 300.0
+"""Seconds for what takes some on an idle machine."""
+SLOPE = """\
+v -20 0 20\nv -20 40 20\nv 0 40 20\nv 0 0 20\nv 20 40 0\nv 20 0 0\nv 90 40 0\nv 90 0 0
+f 1 4 3 2\nf 4 6 5 3\nf 6 8 7 5
+"""
+SCENE = """\
+terrain: {files: [{path: slope.obj}]}
+materials: {default: {normal_restitution: 0.3, tangential_restitution: 0.8, friction_angle_deg: 30}}
+sources: [{name: crest, points: [[0.5, 20, 40]], rocks: 160, velocity_spread: [1, 1, 0]}]
+unknowns: {sets: 40, priors: {"materials.*.friction_angle_deg": {min: 25, max: 35}}}
+engine: reference
+"""
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Desk]:
+    """A desk without a server: the page's values, and the thread that flies."""
+    for library in ("trame", "trame_vtk", "ruamel.yaml"):
+        pytest.importorskip(library, reason="the extra `desk` is not installed")
+    from rpf3d_core.desk.app import Desk
+
+    desk = Desk()
+    yield desk
+    desk.close()
+
+
+@pytest.fixture
+def desk(served: Desk, tmp_path: Path) -> Desk:
+    """The desk, with a scene that was just opened and is ready to fly."""
+    (tmp_path / "slope.obj").write_text(SLOPE)
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    served.state.messages, served.state.ready = [], False
+    served.open(tmp_path / "scene.yaml")
+    until(served, lambda: served.state.ready)
+    return served
+
+
+def until(desk: Desk, done: Callable[[], Any]) -> list[dict[str, Any]]:
+    """Do in this thread what the server's thread would do, until something is done; return the results shown."""
+    shown: list[dict[str, Any]] = []
+
+    def step() -> bool:
+        while desk._waiting:
+            desk._waiting.pop(0)()
+            shown.append({"progress": desk.state.progress, "notes": desk.state.notes, "last": desk.state.has_run})
+        return bool(done())
+
+    wait_for(step, LONGEST)
+    return shown
+
+
+def act(desk: Desk, name: str, *values: Any) -> list[str]:
+    """Do an action of the page; return the messages that it leaves."""
+    desk._told(getattr(desk, f"_{name}"))(*values)
+    return [each["text"] for each in desk.state.messages]
+
+
+def test_results_go_with_the_scene_that_they_are_of(desk: Desk) -> None:
+    act(desk, "run")
+    shown = until(desk, lambda: desk.state.has_run)
+    first, last = next(each for each in shown if each["progress"]), shown[-1]
+    assert first["progress"].startswith("preliminary: 40 of 160 rocks, ") and first["notes"]
+    assert last["progress"].startswith("160 rocks, ") and desk.state.benches["rows"] and desk.state.legend
+    assert act(desk, "edit", "default", "normal_restitution", "0.4") == []
+    assert {key: desk.state[key] for key in NO_RESULTS} == NO_RESULTS
+    until(desk, lambda: not desk.state.busy)
+    assert desk.state.progress == ""
+
+
+def test_results_that_come_after_an_edit_are_not_shown(desk: Desk) -> None:
+    act(desk, "run")
+    wait_for(lambda: len(desk._waiting) > 2, LONGEST)
+    act(desk, "edit", "default", "normal_restitution", "0.4")
+    shown = until(desk, lambda: not desk.state.flying)
+    assert {each["progress"] for each in shown} == {""} and not desk.state.has_run
+
+
+def test_a_coefficient_that_is_drawn_elsewhere_is_not_edited(desk: Desk) -> None:
+    (material,) = desk.state.materials
+    fixed = {value["key"]: value["fixed"] for value in material["values"]}
+    why = "drawn from `unknowns.priors`, key path `materials.*.friction_angle_deg`; change it there"
+    assert fixed == {"normal_restitution": "", "tangential_restitution": "", "friction_angle_deg": why}
+    before = desk._opened().text
+    (refusal,) = act(desk, "edit", "default", "friction_angle_deg", "20")
+    assert refusal == f"`materials.default.friction_angle_deg` is {why}"
+    assert desk._opened().text == before
+
+
+def test_run_after_a_refused_edit_repeats_the_refusal_and_flies_no_rock_once(desk: Desk) -> None:
+    (refusal,) = act(desk, "edit", "default", "normal_restitution", "3")
+    (again,) = act(desk, "run")
+    assert again.startswith(refusal) and "no rock flies" in again and not desk.state.flying
+    assert act(desk, "run") == [] and desk.state.flying
+    until(desk, lambda: desk.state.has_run)
