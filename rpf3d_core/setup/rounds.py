@@ -11,7 +11,6 @@ from rpf3d_core.ensemble.releases import share_out
 from rpf3d_core.ensemble.stream import BLOCK, blocks_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.cells import FIRST_ROUND
-from rpf3d_core.unknowns.dealing import rocks_of_set, sets_of_rocks
 
 
 class Round(NamedTuple):
@@ -31,6 +30,8 @@ class Round(NamedTuple):
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
         """Yield, for each parameter set, the rocks (N,) of each source that fly with it; sets : number of sets."""
+        from rpf3d_core.unknowns.dealing import rocks_of_set  # imported only if the scene has unknowns
+
         for number in range(sets):
             yield [rocks_of_set(number, sets, first, last, source)
                    for source, (first, last) in enumerate(zip(self.first, self.last, strict=True))]  # fmt: skip
@@ -64,9 +65,16 @@ AnyRound = Round | EvenRound
 
 def _by_set(rocks: IntArray, sets: int, source: int) -> list[IntArray]:
     """Return the rocks (N,) of a source that fly with each of the parameter sets, in the order of `rocks`."""
-    owners = sets_of_rocks(rocks, sets, source)
+    owners = _owners(rocks, sets, source)
     order = np.argsort(owners, kind="stable")
     return np.split(rocks[order], np.searchsorted(owners[order], np.arange(1, sets)))
+
+
+def _owners(rocks: IntArray, sets: int, source: int) -> IntArray:
+    """Return the parameter set (N,) that flies each of a source's rocks (N,)."""
+    from rpf3d_core.unknowns.dealing import sets_of_rocks  # imported only if the scene has unknowns
+
+    return sets_of_rocks(rocks, sets, source)
 
 
 def rounds_up_to(totals: Sequence[Sequence[int]]) -> list[Round]:
@@ -132,7 +140,7 @@ def even_order(rocks: int, points: int, source: int = 0, sets: int = 0) -> IntAr
     span = -(-cycle // sets) * sets if sets else cycle
     numbers = np.arange(rocks)
     group, place = np.divmod(numbers, span)
-    passes = _passes(group, place // sets, sets_of_rocks(numbers, sets, source), sets) if sets else 0 * group
+    passes = _passes(group, place // sets, _owners(numbers, sets, source), sets) if sets else 0 * group
     return np.asarray(np.lexsort((_spread_ranks(span)[place], passes, group)), dtype=np.int64)
 
 
