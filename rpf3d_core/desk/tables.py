@@ -8,6 +8,7 @@ from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.releases import PLACES
 
 
 def bench_section(run: Run) -> dict[str, Any]:
@@ -53,5 +54,5 @@ def _kind(source: Any) -> str:
     """Return what the rocks of a source start from, in words."""
     if source.points is not None:
         return f"{len(source.points)} points"
-    return next(kind for kind in ("points_file", "line", "polygon", "zone") if getattr(source, kind) is not None)
+    return next(kind for kind in PLACES if getattr(source, kind) is not None)
 

@@ -8,6 +8,7 @@ from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
 from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, PARTLY, RANGES
 from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS
+from rpf3d_core.scene.releases import PLACES
 
 GROUND = {
     ASSUMED: "NOT calibrated. Each coefficient is one assumed value.",
@@ -17,7 +18,6 @@ GROUND = {
     CALIBRATED: "Calibrated: coefficients marked below are a sample that a calibration on observed rocks left.",
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
-PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 IDLE = ("draw", "library", "stop_speed")
 """Keys of a material that are no coefficients."""
 STATED = "stated in the scene"

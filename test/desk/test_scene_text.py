@@ -18,6 +18,7 @@ from rpf3d_core.desk.scene_text import (
     without_item,
     without_value,
 )
+from rpf3d_core.desk.tables import scene_section
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.yaml import parse_yaml
 from rpf3d_core.scene.reading import scene_of_text
@@ -52,6 +53,12 @@ def test_taking_an_edit_back_leaves_the_same_scene(path: Path) -> None:
     text = path.read_text()
     edited = without_item(with_item(text, SOURCES, SOURCE), SOURCES, "new")
     assert values(edited) == values(text)
+
+
+def test_the_page_lists_every_kind_of_source_also_the_crest_of_a_slope_of_benches() -> None:
+    path = SCENES / "catch_bench.yaml"
+    section = scene_section(scene_of_text(path.read_text(), path), values(path.read_text()))
+    assert section["sources"] == [{"name": "top_face", "rocks": 6400, "kind": "crest"}]
 
 
 def test_a_source_is_added_after_the_others_and_read_back() -> None:
