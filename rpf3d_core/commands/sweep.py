@@ -1,6 +1,5 @@
 """`rpf3d sweep`: fly a scene with each combination of values of some keys, to compare designs."""
 
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from rpf3d_core.commands.options import RocksOption, SceneFile, number_of_rocks
 from rpf3d_core.commands.progress import progress
 from rpf3d_core.commands.screen import end_interrupted, print_table, print_warnings, screen
 from rpf3d_core.errors import InputError
+from rpf3d_core.jit.cores import usable_cores
 
 if TYPE_CHECKING:
     from rpf3d_core.sweep.sweep import Sweep
@@ -63,16 +63,11 @@ def _executor(workers: int | None) -> Iterator[Executor]:
     """
     if workers is not None and workers < 1:
         raise InputError(f"--workers is {workers}; it must be at least 1")
-    pool = ProcessPoolExecutor(workers or _cores(), mp_context=get_context("spawn"))
+    pool = ProcessPoolExecutor(workers or usable_cores(), mp_context=get_context("spawn"))
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def _cores() -> int:
-    """Return the number of cores that this process may use, where the system says so; else of all cores."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.points import NUMBER, Row, rows_of
+from rpf3d_core.formats.points import NUMBER, Row, rows_of, text_of
 from rpf3d_core.terrain.frame import FloatArray
 
 
@@ -21,11 +21,7 @@ def read_numbers(path: Path) -> FloatArray:
     InputError
         The file cannot be read, has no number, or a line has anything else; names the line.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path}: cannot be read as text ({fault})") from fault
-    rows = list(rows_of(path, text))
+    rows = list(rows_of(path, text_of(path)))
     if rows and not any(NUMBER.fullmatch(cell) for cell in rows[0].cells):
         rows = rows[1:]
     if not rows:

@@ -71,13 +71,18 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
     if path.suffix.lower() in OTHERS:
         content = features_of(path, "point")
         return _some(path, [_position(path, position, up, heights) for position in _positions(path, content)])
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path}: cannot be read as text ({fault})") from fault
+    text = text_of(path)
     is_geojson = path.suffix.lower() in GEOJSON
     points = _geojson_points(path, text, up, heights) if is_geojson else _text_points(path, text, up, heights)
     return _some(path, points)
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file, without a byte order mark; `InputError` if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as fault:
+        raise InputError(f"{path}: cannot be read as text ({fault})") from fault
 
 
 def _some(path: Path, points: list[tuple[float, ...]]) -> FloatArray:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.points import COLUMN_NAMES, NUMBER, UNIT, Row, rows_of
+from rpf3d_core.formats.points import COLUMN_NAMES, NUMBER, UNIT, Row, rows_of, text_of
 from rpf3d_core.terrain.frame import Up
 
 KINDS = ("conifer", "broadleaved", "silver_fir")
@@ -47,11 +47,7 @@ def read_trees(path: Path, up: Up) -> list[Tree]:
     InputError
         The file cannot be read, has no tree, or has a wrong value; names the line and the value.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path}: cannot be read as text ({fault})") from fault
-    rows = list(rows_of(path, text))
+    rows = list(rows_of(path, text_of(path)))
     if rows and not any(NUMBER.fullmatch(cell) for cell in rows[0].cells):
         columns, rows = _columns(path, rows[0], up), rows[1:]
     else:

@@ -171,10 +171,8 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
 
 def parse_yaml(text: str, path: Path, kind: str = "scene") -> Document:
     """Return the text of a YAML file of one document as `read_yaml` does; messages show `path` as its file."""
-    document = Document(values=None, lines={}, faults=[], kind=kind)
     try:
-        root = yaml.compose(text, Loader=_Composer)
-        return document if root is None else document._replace(values=_Reading(document).value(root, ()))
+        return _document(text, kind)
     except yaml.YAMLError as error:
         raise SceneError(_yaml_sentence(path, error)) from None
     except RecursionError:
@@ -189,15 +187,20 @@ def yaml_values(text: str, name: str) -> Any:
     SceneError
         The text is not YAML, or has a value that scene files may not have.
     """
-    document, path = Document(values=None, lines={}, faults=[]), Path(name)
     try:
-        root = yaml.compose(text, Loader=_Composer)
-        values = None if root is None else _Reading(document).value(root, ())
+        document = _document(text)
     except (yaml.YAMLError, RecursionError) as error:
         raise SceneError(f"not valid YAML: {getattr(error, 'problem', None) or type(error).__name__}") from None
     if document.faults:
-        raise SceneError(report_of(path, document.faults))
-    return values
+        raise SceneError(report_of(Path(name), document.faults))
+    return document.values
+
+
+def _document(text: str, kind: str = "scene") -> Document:
+    """Return the text of a YAML file as plain values with line numbers; errors of YAML itself are raised."""
+    document = Document(values=None, lines={}, faults=[], kind=kind)
+    root = yaml.compose(text, Loader=_Composer)
+    return document if root is None else document._replace(values=_Reading(document).value(root, ()))
 
 
 def yaml_text(values: Any) -> str:

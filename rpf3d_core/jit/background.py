@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.jit.cache import compile_apart, compiled_apart, is_cached, keeps_compiled
+from rpf3d_core.jit.cores import usable_cores
 
 PATIENCE = 60.0
 """Longest time (s) that the main process waits for the background process; an idle machine needs 15 s for all loops."""
@@ -139,7 +140,7 @@ def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
 
 def has_spare_core() -> bool:
     """True if a processor core is free for the background process; two processes need a sixth more computing time."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = usable_cores()
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)
 
 

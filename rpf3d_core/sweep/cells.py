@@ -17,7 +17,6 @@ MOST_CELLS = 10_000
 """Largest number of cells of a sweep."""
 NAME = 16
 """Number of digits of a digest that name a cell's folder."""
-SEED = "seed"
 LEFT_OUT: Mapping[str, bool] = {"pictures": False, "recording": False, "impacts": False}
 """Outputs that cells do not write, because they take longer than the flight."""
 

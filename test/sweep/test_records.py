@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 from sweeps import BERM, SCENE, Here, road, written
 
-from rpf3d_core.commands.sweep import _cores, _executor
+from rpf3d_core.commands.sweep import _executor
 from rpf3d_core.errors import InputError
+from rpf3d_core.jit.cores import usable_cores
 from rpf3d_core.results.findings import Run
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.sweep import flying
@@ -104,9 +105,9 @@ def test_there_are_no_more_processes_than_cells_to_fly() -> None:
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system has no affinity")
 def test_a_cell_for_each_core_that_the_process_may_use() -> None:
     allowed = os.sched_getaffinity(0)
-    assert _cores() == len(allowed)
+    assert usable_cores() == len(allowed)
     try:
         os.sched_setaffinity(0, {min(allowed)})
-        assert _cores() == 1
+        assert usable_cores() == 1
     finally:
         os.sched_setaffinity(0, allowed)
