@@ -8,18 +8,18 @@ Needs the extra `desk`, playwright and a Chromium of the system, which draws wit
 import argparse
 import os
 import re
-import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import sync_playwright
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "test" / "support")]
 
-DEMO = Path(__file__).parents[1] / "config" / "scenes" / "demo.yaml"
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-OPTIONS = ["--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage"]
+from browsers import browser  # noqa: E402  (the path above is for it)
+
+DEMO = ROOT / "config" / "scenes" / "demo.yaml"
 LONGEST = 300_000
 
 
@@ -43,10 +43,8 @@ def main() -> None:
     desk = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert desk.stdout is not None
     address = re.findall(r"http://\S+", desk.stdout.readline())[0]
-    path = next(filter(None, map(shutil.which, NAMES)))
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=OPTIONS)
-        page = browser.new_page(viewport={"width": 1400, "height": 900})
+    with browser() as chromium:
+        page = chromium.new_page(viewport={"width": 1400, "height": 900})
         (canvas, ready) = seconds_to(page, lambda: page.goto(address), "#view canvas", "#run:enabled")
         print(f"first canvas {canvas:.1f} s, ready to fly {ready:.1f} s after opening the address")
         page.wait_for_timeout(30_000)  # the loops are compiled or loaded meanwhile
@@ -57,7 +55,6 @@ def main() -> None:
         if options.picture:
             page.wait_for_timeout(5000)
             page.screenshot(path=options.picture)
-        browser.close()
     print(f"load of the machine (1 minute): {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     desk.terminate()
     desk.wait()

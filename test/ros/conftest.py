@@ -156,6 +156,17 @@ def stage(tmp_path):
     made.clear()
 
 
+@pytest.fixture
+def node(stage):
+    """A plain node in the domain of the test, in a context of its own."""
+    context = Context()
+    context.init()
+    made = Node("plain", context=context)
+    yield made
+    made.destroy_node()
+    context.try_shutdown()
+
+
 @pytest.fixture(scope="module")
 def shared_stage(tmp_path_factory):
     """A domain for all tests of a module."""

@@ -10,9 +10,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from live_peer import resident
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh
 
@@ -35,16 +33,6 @@ def mesh(count, seed=0):
     """The CDR of a mesh of n triangles."""
     random = np.random.default_rng(seed)
     return cdr_of_mesh(MeshSurvey(random.random((count, 3)), random.integers(0, count, (count, 3)).astype(np.int32)))
-
-
-@pytest.fixture
-def node(stage):
-    context = Context()
-    context.init()
-    made = Node("large", context=context)
-    yield made
-    made.destroy_node()
-    context.try_shutdown()
 
 
 def wait(condition, turn=lambda: time.sleep(0.01)):

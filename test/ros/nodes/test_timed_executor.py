@@ -4,7 +4,6 @@ import time
 
 import pytest
 from rclpy.clock import Clock
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -12,16 +11,6 @@ from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.health import OK, WARN
 from rpf3d_ros.nodes.heartbeat import ExecutorHeartbeat
 from rpf3d_ros.nodes.timed_executor import TimedExecutor
-
-
-@pytest.fixture
-def node():
-    context = Context()
-    context.init()
-    made = Node("timed", context=context)
-    yield made
-    made.destroy_node()
-    context.try_shutdown()
 
 
 def sleeps_once(node: Node, executor: SingleThreadedExecutor, *seconds: float) -> None:
