@@ -1,12 +1,45 @@
 """End a program that is not a node on a signal: run every `finally`, and return the exit code that a shell expects."""
 
+import contextlib
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 CLEANING_UP = 5.0
 """Time (s) for which further signals are ignored while the program ends; a later signal is handled again."""
+
+AGAIN = 0.01
+"""Time (s) after which a signal strikes again whose exception Python dropped."""
+
+
+class _Signals:
+    """Handler of SIGINT and SIGTERM: raises SystemExit in the main thread, and raises it again where it is lost."""
+
+    def __init__(self) -> None:
+        self.ended_by: int | None = None
+        self.until = 0.0
+
+    def leave(self, number: int, frame: object) -> None:
+        if time.monotonic() < self.until:
+            return
+        self._raise(number)
+
+    def leave_again(self, number: int, frame: object) -> None:
+        assert self.ended_by is not None
+        self._raise(self.ended_by)
+
+    def dropped(self, unraisable: "sys.UnraisableHookArgs") -> None:
+        """Python drops an exception that is raised in a finalizer or in a callback of C, and goes on with the work."""
+        if self.ended_by is not None and unraisable.exc_type is SystemExit:
+            signal.setitimer(signal.ITIMER_REAL, AGAIN)
+        else:
+            sys.__unraisablehook__(unraisable)
+
+    def _raise(self, number: int) -> None:
+        self.until = time.monotonic() + CLEANING_UP
+        self.ended_by = number
+        sys.exit(128 + number)
 
 
 def unless_signalled(work: Callable[[], int]) -> int:
@@ -15,25 +48,27 @@ def unless_signalled(work: Callable[[], int]) -> int:
     A second signal does not interrupt the cleaning up. rclpy must not handle signals: after rclpy has shut a context
     down, the next call in this context fails for no clear reason.
     """
-    ended_by: list[int] = []
-    until = 0.0
+    signals = _Signals()
+    with _handled_by(signals):
+        try:
+            code = work()
+        except BaseException:
+            if signals.ended_by is None:
+                raise
+            # Not only SystemExit: a signal during the import of a C++ module raises ImportError
+    return code if signals.ended_by is None else 128 + signals.ended_by
 
-    def leave(number: int, frame: object) -> None:
-        nonlocal until
-        if time.monotonic() < until:
-            return
-        until = time.monotonic() + CLEANING_UP
-        ended_by.append(number)
-        sys.exit(128 + number)
 
-    before = {number: signal.signal(number, leave) for number in (signal.SIGINT, signal.SIGTERM)}
+@contextlib.contextmanager
+def _handled_by(signals: _Signals) -> Iterator[None]:
+    """Set the handlers, and put the former ones back; main thread only."""
+    handlers = {signal.SIGINT: signals.leave, signal.SIGTERM: signals.leave, signal.SIGALRM: signals.leave_again}
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    hook, sys.unraisablehook = sys.unraisablehook, signals.dropped
     try:
-        code = work()
-        return 128 + ended_by[0] if ended_by else code  # Python drops an exception raised in a finalizer
-    except BaseException:
-        if ended_by:  # a signal during the import of a C++ module raises ImportError
-            return 128 + ended_by[0]
-        raise
+        yield
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        sys.unraisablehook = hook
         for number, handler in before.items():
             signal.signal(number, handler)

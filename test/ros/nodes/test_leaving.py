@@ -30,7 +30,7 @@ print(code, signal.getsignal(signal.SIGTERM) == signal.SIG_DFL)
         ("pass", 7),
         ("os.kill(os.getpid(), signal.SIGTERM)", 143),
         ("os.kill(os.getpid(), signal.SIGINT)", 130),
-        ("Struck()", 143),  # the exception is dropped there, and the work goes on to its end
+        ("Struck()", 143),  # the exception is dropped there
         ("try:\n        os.kill(os.getpid(), signal.SIGINT)\n    except BaseException:\n        raise OSError", 130),
     ],
 )
@@ -38,3 +38,28 @@ def test_the_exit_code_tells_of_a_signal_and_the_handlers_are_put_back(work, cod
     command = [sys.executable, "-c", BEGIN.format(work=work)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
     assert done.stdout.split() == [str(code), "True"], done.stderr
+
+
+STRUCK_IN_A_FINALIZER = """Struck()
+    try:
+        for _ in range(300):
+            time.sleep(0.1)
+        print("worked to its end")
+    finally:
+        print("cleaned up")"""
+
+
+def test_a_signal_that_strikes_in_a_finalizer_ends_the_work_without_a_traceback():
+    command = [sys.executable, "-c", "import time" + BEGIN.format(work=STRUCK_IN_A_FINALIZER)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.splitlines() == ["cleaned up", "143 True"], done.stderr
+    assert done.stderr == ""
+
+
+def test_other_exceptions_of_finalizers_are_reported_as_always():
+    failing = BEGIN.replace("os.kill(os.getpid(), signal.SIGTERM)", "1 / 0").format(work="Struck()")
+    done = subprocess.run(
+        [sys.executable, "-c", failing], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.stdout.split() == ["7", "True"]
+    assert "ZeroDivisionError" in done.stderr
