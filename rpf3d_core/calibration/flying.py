@@ -17,6 +17,7 @@ from rpf3d_core.calibration.density import (
     stop_densities,
     value_densities,
 )
+from rpf3d_core.calibration.flown_passages import Passages, contained, passages, visited
 from rpf3d_core.calibration.observations import (
     Counted,
     Directions,
@@ -26,7 +27,6 @@ from rpf3d_core.calibration.observations import (
     directions_of,
     field_of,
 )
-from rpf3d_core.calibration.passages import Passages, contained, passages, visited
 from rpf3d_core.calibration.sampling import Observed
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches

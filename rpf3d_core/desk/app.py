@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_core.desk.clicks import AREA, Drawing, area_of, source_of
 from rpf3d_core.desk.coefficients import coefficient_of, drawn_elsewhere
-from rpf3d_core.desk.drawing import AREA, Drawing, area_of, source_of
 from rpf3d_core.desk.page import NO_RESULTS, STILL, Actions, build_page
 from rpf3d_core.desk.picking import place_on
 from rpf3d_core.desk.runner import Listener, Runner, Written

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flights_on_a_floor import FRAMES, floor
 
-from rpf3d_core.desk.drawing import AREA, LINE, POINTS, Drawing, area_of, source_of
+from rpf3d_core.desk.clicks import AREA, LINE, POINTS, Drawing, area_of, source_of
 from rpf3d_core.desk.picking import place_on
 from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.frame import Frame

@@ -10,7 +10,7 @@ from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_core.alerts.limits import hidden_level, level_of, limits_of
 from rpf3d_core.alerts.site_model import Thresholds
-from rpf3d_core.alerts.times import ns_of, span
+from rpf3d_core.alerts.time_units import ns_of, span
 
 
 def faults_of(

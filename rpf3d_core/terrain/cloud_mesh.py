@@ -2,7 +2,7 @@
 
 The points of four cells around a common corner are the corners of a quadrilateral. It contains this common corner and
 is star-shaped around it, so one of its diagonals cuts it into two triangles that face up. All quadrilaterals together
-cover the plan once. A cell without a point leaves a hole; `cell_holes.py` closes small holes.
+cover the plan once. A cell without a point leaves a hole; `cloud_holes.py` closes small holes.
 """
 
 import numpy as np

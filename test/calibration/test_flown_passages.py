@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from terrain_files import with_models
 
+from rpf3d_core.calibration.flown_passages import contained, passages, visited
 from rpf3d_core.calibration.observations import Directions
-from rpf3d_core.calibration.passages import contained, passages, visited
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import Prepared, prepare, releases_in_ranges
