@@ -183,7 +183,7 @@ def _pictures(run: RunFiles) -> Iterator[Block]:
 
 def _trimmed(path: Path) -> bytes:
     """Return a picture of the run as PNG without its white margin."""
-    from rpf3d_core.results.plots_trimmed import trimmed  # imports matplotlib
+    from rpf3d_core.results.plots.trimmed import trimmed  # imports matplotlib
 
     return trimmed(path)
 
@@ -206,7 +206,7 @@ def _section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | N
 
 def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> bytes:
     """Return the picture of the critical section as PNG."""
-    from rpf3d_core.results.plots_section import SectionDrawing, section_figure
+    from rpf3d_core.results.plots.section import SectionDrawing, section_figure
 
     zero = section.toe if np.isfinite(section.toe) else 0.0
     at = np.linspace(0.0, max(float(section.distance[-1] - zero), 1.0), 120)

@@ -64,22 +64,21 @@ CONFINED = {
     "vtk": ("rpf3d_core/detection/vtk_", "rpf3d_core/formats/vtk_", "rpf3d_core/accuracy/decimated.py"),
     "vtkmodules": (
         "rpf3d_core/detection/vtk_", "rpf3d_core/formats/vtk_", "rpf3d_core/accuracy/decimated.py",
-        "rpf3d_core/results/profiles.py", "rpf3d_core/desk/window.py",
+        "rpf3d_core/results/plots/path_profiles.py", "rpf3d_core/desk/window.py",
     ),
     "scipy": ("rpf3d_core/shapes/polyhedron.py",),
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
-    "matplotlib": ("rpf3d_core/results/plots",),
+    "matplotlib": ("rpf3d_core/results/plots/",),
     "pyarrow": (
         "rpf3d_core/results/tables.py", "rpf3d_core/formats/vtp.py", "rpf3d_core/unknowns/sample_files.py",
         "rpf3d_core/formats/mine/dxf_pairs.py", "rpf3d_core/report/run_files.py",
     ),
-    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/", "rpf3d_core/report/run_files.py"),
+    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/hazard_files/", "rpf3d_core/report/run_files.py"),
     "shapely": (
         "rpf3d_core/formats/",
         "rpf3d_core/scene/",
         "rpf3d_core/setup/",
-        "rpf3d_core/results/",
         "rpf3d_core/live/areas.py",
         "rpf3d_core/imports/crests.py",
         *(

@@ -8,7 +8,7 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.hazard.barriers import BarrierFigures
 from rpf3d_core.hazard.benches import three_figures
-from rpf3d_core.results.hazard_benches import share_columns, write_csv
+from rpf3d_core.results.hazard_files.benches_csv import share_columns, write_csv
 
 FIRST = ("first_caught", "first_broken_through", "first_flown_over")
 ROCKS = (*FIRST, "caught")

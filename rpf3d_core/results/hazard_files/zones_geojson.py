@@ -21,7 +21,7 @@ from rasterio.features import shapes
 from rpf3d_core.formats.reference_system import reference_system
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.zones import UPPER, Zone, matrix_zones, reach_zones, upper_zones
-from rpf3d_core.results.hazard_rasters import transform_of, upright
+from rpf3d_core.results.hazard_files.geotiffs import transform_of, upright
 from rpf3d_core.scene.hazard import HazardSpec, matrix_of
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
