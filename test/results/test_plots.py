@@ -15,9 +15,10 @@ from rpf3d_core.results.plots import map as plots_map
 from rpf3d_core.results.plots import profiles as plots_profiles
 from rpf3d_core.results.plots.map import rocks_window, write_map
 from rpf3d_core.results.plots.path_profiles import profile_of, terrain_below, typical_rows
-from rpf3d_core.results.plots.profiles import RESOLUTION, write_profile_plots
+from rpf3d_core.results.plots.profiles import write_profile_plots
 from rpf3d_core.results.plots.shading import shaded
 from rpf3d_core.results.plots.sheet import MOST_RELEASES, round_length, starts_of, whole_window
+from rpf3d_core.results.plots.style import RESOLUTION
 from rpf3d_core.results.tables import runout
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.plan_view import Window, seen_from_above

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rpf3d_core.results.plots.profiles import label, save
+from rpf3d_core.results.plots.style import label, save
 
 FloatArray = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rpf3d_core.hazard.convergence import Step
-from rpf3d_core.results.plots.profiles import label, save
+from rpf3d_core.results.plots.style import label, save
 from rpf3d_core.scene.model import TargetSpec
 
 SHOWN = 8

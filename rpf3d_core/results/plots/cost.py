@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rpf3d_core.results.plots.profiles import save
+from rpf3d_core.results.plots.style import save
 from rpf3d_core.results.series import LEAST, Series
 
 MARKERS = {"numerical": "^", "geometric": "s", "statistical": "o"}

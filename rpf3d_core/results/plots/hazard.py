@@ -28,7 +28,6 @@ from rpf3d_core.hazard.scales import (
 )
 from rpf3d_core.results.findings import MapContent
 from rpf3d_core.results.hazard_files.sentences import words_on_empty
-from rpf3d_core.results.plots.profiles import save
 from rpf3d_core.results.plots.shading import hillshade
 from rpf3d_core.results.plots.sheet import (
     MOST_RELEASES,
@@ -47,6 +46,7 @@ from rpf3d_core.results.plots.sheet import (
     whole_window,
     window_with_areas,
 )
+from rpf3d_core.results.plots.style import save
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.plan_view import Window, seen_from_above

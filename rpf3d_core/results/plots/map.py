@@ -14,7 +14,6 @@ from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_grou
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.results.findings import MapContent, RunCounts
-from rpf3d_core.results.plots.profiles import hex_colour, save
 from rpf3d_core.results.plots.shading import shaded
 from rpf3d_core.results.plots.sheet import (
     OVERVIEW_PIXELS,
@@ -32,6 +31,7 @@ from rpf3d_core.results.plots.sheet import (
     whole_window,
     window_with_areas,
 )
+from rpf3d_core.results.plots.style import hex_colour, save
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.terrain.plan_view import Window, seen_from_above

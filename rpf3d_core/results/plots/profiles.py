@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -22,17 +21,13 @@ from rpf3d_core.ensemble.paths import PathSamples, display_step, run_starts, sam
 from rpf3d_core.ensemble.totals import runout
 from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.plots.path_profiles import Profile, profile_of, terrain_below, typical_rows
+from rpf3d_core.results.plots.style import GROUND, PATH, hex_colour, label, save
 from rpf3d_core.results.tables import write_profiles
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
-RESOLUTION = 120
-"""Resolution of the pictures (dots per inch)."""
-
 FINER = 4
 """How many times closer the points of a section are than the points of the overview."""
-
-GROUND, PATH = "#8a7a5c", "#1f4e9c"
 
 
 def write_profile_plots(
@@ -133,26 +128,6 @@ def _panels(columns: int, size: tuple[float, float]) -> tuple[Figure, NDArray[An
         left=0.85 / width, right=1 - 0.2 / width, bottom=1.0 / height, top=1 - 0.4 / height, hspace=0.06, wspace=0.15
     )
     return figure, axes
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure as a PNG file; no display is needed."""
-    FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=RESOLUTION, pil_kwargs={"compress_level": 3})
-
-
-def label(axes: Axes, x: str, y: str) -> None:
-    """Set axis labels and a light grid; survey coordinates are written in full, never as an offset."""
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.ticklabel_format(useOffset=False, style="plain")
-
-
-def hex_colour(rgb: tuple[int, int, int]) -> str:
-    """Return an sRGB colour (0 to 255) as a hexadecimal string such as "#1f4e9c"."""
-    return "#{:02x}{:02x}{:02x}".format(*rgb)
 
 
 def _height_panel(axes: Axes, profile: Profile, ground: FloatArray, one: NDArray[np.bool_]) -> None:

@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rpf3d_core.results.plots.profiles import GROUND, PATH, label
+from rpf3d_core.results.plots.style import GROUND, PATH, label
 
 FloatArray = NDArray[np.float64]
 WIDTH, PANEL, SHARES = 10.0, 9.0, 2.4

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rpf3d_core.results.plots.profiles import save
+from rpf3d_core.results.plots.style import save
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.results.plots.profiles import label
+from rpf3d_core.results.plots.style import label
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.plan_view import Window
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rpf3d_core.results.plots.profiles import save
+from rpf3d_core.results.plots.style import save
 from rpf3d_core.results.series import Curve, Panel
 
 COLUMNS = 3
