@@ -14,6 +14,7 @@ from pydantic_core import PydanticUndefined
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS, REFERENCE_SPHERES
 from rpf3d_core.scene import calibration as scene_calibration
 from rpf3d_core.scene import hazard as scene_hazard
+from rpf3d_core.scene import material as scene_material
 from rpf3d_core.scene import method as scene_method
 from rpf3d_core.scene import model as scene_model
 from rpf3d_core.scene import models as scene_models
@@ -243,7 +244,7 @@ def document() -> str:
             parameter_table("terrain.pit", PIT, pit.Pit(), pit),
             parameter_table("terrain.benches", BENCHES, benches.Benches(), benches),
             table("zones[]", scene_terrain.ZoneSpec),
-            table("materials.NAME", scene_model.Material, MATERIALS),
+            table("materials.NAME", scene_material.Material, MATERIALS),
             table("materials.NAME.slip_friction", scene_shapes.SlipFrictionSpec),
             table("rock", scene_releases.RockSpec, ROCK),
             table("rock.shape", scene_shapes.ShapeSpec, SHAPE),

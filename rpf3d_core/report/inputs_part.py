@@ -7,7 +7,7 @@ from rpf3d_core.report.blocks import Block, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
 from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, PARTLY, RANGES
-from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS
+from rpf3d_core.scene.material import BODY_KEYS, POINT_KEYS
 from rpf3d_core.scene.releases import PLACES
 
 GROUND = {

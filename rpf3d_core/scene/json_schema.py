@@ -13,8 +13,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from rpf3d_core.scene.library_entries import ENTRIES
+from rpf3d_core.scene.material import BODY_KEYS, POINT_KEYS
 from rpf3d_core.scene.method import EVENTS
-from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS, Scene
+from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models import EffectsSpec, GroundSpec, OneOf, ReboundSpec
 from rpf3d_core.scene.own import OWN
 from rpf3d_core.scene.releases import PLACES, SIZES
