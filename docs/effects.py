@@ -18,8 +18,8 @@ from pydantic import BaseModel
 
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.stream import Shown, Stream
-from rpf3d_core.scene.catalogue import COSTS, KINDS, CatalogueEntry, entries
-from rpf3d_core.scene.model_spec import ModelSpec
+from rpf3d_core.scene.listings.catalogue import COSTS, KINDS, CatalogueEntry, entries
+from rpf3d_core.scene.models.spec import ModelSpec
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import chosen_scene
 from rpf3d_core.setup.prepared import Prepared, prepare, releases_in_ranges

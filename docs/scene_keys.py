@@ -17,11 +17,11 @@ from rpf3d_core.scene import hazard as scene_hazard
 from rpf3d_core.scene import material as scene_material
 from rpf3d_core.scene import method as scene_method
 from rpf3d_core.scene import model as scene_model
-from rpf3d_core.scene import models as scene_models
 from rpf3d_core.scene import releases as scene_releases
 from rpf3d_core.scene import shapes as scene_shapes
 from rpf3d_core.scene import terrain as scene_terrain
 from rpf3d_core.scene import unknowns as scene_unknowns
+from rpf3d_core.scene.models import keys as model_keys
 from rpf3d_core.terrain.benches import parameters as benches
 from rpf3d_core.terrain.pit import parameters as pit
 
@@ -223,10 +223,10 @@ are those of points. All other shapes are convex bodies. Which effects act on wh
 [effects by shape](effects-by-shape.md).
 """
 MODELS = (
-    ("rebound", "The rebound model, one of:", scene_models.ReboundSpec),
-    ("ground", "The ground model, one of:", scene_models.GroundSpec),
+    ("rebound", "The rebound model, one of:", model_keys.ReboundSpec),
+    ("ground", "The ground model, one of:", model_keys.GroundSpec),
     ("contact", "The contact model: of spheres and of rocks with a shape, in this order:", scene_shapes.ContactSpec),
-    ("effects", "Any number of:", scene_models.EffectsSpec),
+    ("effects", "Any number of:", model_keys.EffectsSpec),
 )
 """Keys of the scene that name models or effects; the page of effects has their parameters."""
 
@@ -273,7 +273,7 @@ def document() -> str:
 def names(title: str, text: str, part: type[BaseModel]) -> str:
     """Return the section on a key that names models or effects, with links to their parameters."""
     links = [f"[`{name}`](effects.md#{name})" for name in part.model_fields if name != "own"]
-    closed = part in (scene_models.GroundSpec, scene_shapes.ContactSpec)
+    closed = part in (model_keys.GroundSpec, scene_shapes.ContactSpec)
     own = "" if closed else ", or [your own](../howto/own-models.md)"
     return f"## {title}\n{text}\n" + ",\n".join(links) + f"{own}.\n"
 
@@ -298,7 +298,7 @@ def default_of(field: Any) -> str:
     """Return the default of a key, as the table shows it."""
     if field.default_factory is not None:
         made = field.default_factory()
-        if isinstance(made, scene_models.OneOf):
+        if isinstance(made, model_keys.OneOf):
             return f"`{made.name}`"
         return "its own defaults" if isinstance(made, BaseModel) else "none"
     if field.default is PydanticUndefined:

@@ -17,7 +17,7 @@ from rpf3d_core.scene.hazard import HazardSpec
 from rpf3d_core.scene.library import with_libraries
 from rpf3d_core.scene.material import Material
 from rpf3d_core.scene.method import MethodSpec, method_values
-from rpf3d_core.scene.models import (
+from rpf3d_core.scene.models.keys import (
     EffectsSpec,
     GroundSpec,
     OneOf,
@@ -26,10 +26,10 @@ from rpf3d_core.scene.models import (
     chosen_model,
     named_effects,
 )
-from rpf3d_core.scene.rebounds import CoulombLimitedSpec
+from rpf3d_core.scene.models.rebounds import CoulombLimitedSpec
+from rpf3d_core.scene.models.sphere import COULOMB_SPHERE, SPHERE_GROUND, CoulombSphereSpec
 from rpf3d_core.scene.releases import RockSpec, SourceSpec, check_crests, with_heights
 from rpf3d_core.scene.shapes import SPHERE, ContactSpec, RigidSpec, check_effects_on_bodies
-from rpf3d_core.scene.sphere import COULOMB_SPHERE, SPHERE_GROUND, CoulombSphereSpec
 from rpf3d_core.scene.terrain import TerrainSpec, ZoneSpec
 from rpf3d_core.scene.unknowns import UnknownsSpec, with_priors_apart
 from rpf3d_core.scene.values import (

@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import InputFile, Number
 
 ACCURACY = "a number of at least 1e-5 (m) that a flight of 5 s may be off by; longer ones by its square"

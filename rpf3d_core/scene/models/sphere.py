@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 from pydantic import model_validator
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import refuse
 
 COULOMB_SPHERE = "coulomb_sphere"

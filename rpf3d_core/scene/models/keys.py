@@ -7,14 +7,13 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from rpf3d_core.scene.air import DragLayerSpec, DragSpec
-from rpf3d_core.scene.barriers import BarriersSpec
-from rpf3d_core.scene.forest import ForestSpec
-from rpf3d_core.scene.fragmentation import FragmentationSpec
-from rpf3d_core.scene.grounds import RollingSpec, RollingStoneSpec
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec
-from rpf3d_core.scene.own import OWN, OwnSpec, is_own
-from rpf3d_core.scene.rebounds import (
+from rpf3d_core.scene.models.air import DragLayerSpec, DragSpec
+from rpf3d_core.scene.models.barriers import BarriersSpec
+from rpf3d_core.scene.models.forest import ForestSpec
+from rpf3d_core.scene.models.fragmentation import FragmentationSpec
+from rpf3d_core.scene.models.grounds import RollingSpec, RollingStoneSpec
+from rpf3d_core.scene.models.own import OWN, OwnSpec, is_own
+from rpf3d_core.scene.models.rebounds import (
     AngleTableSpec,
     CoulombLimitedSpec,
     MassScaledSpec,
@@ -24,9 +23,10 @@ from rpf3d_core.scene.rebounds import (
     VelocityScaledSpec,
     VHalfSpec,
 )
-from rpf3d_core.scene.roughness import RoughnessSpec
-from rpf3d_core.scene.scarring import ScarringSpec
-from rpf3d_core.scene.sphere import SphereGroundSpec
+from rpf3d_core.scene.models.roughness import RoughnessSpec
+from rpf3d_core.scene.models.scarring import ScarringSpec
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec
+from rpf3d_core.scene.models.sphere import SphereGroundSpec
 from rpf3d_core.scene.values import StrictModel, exactly_one, refuse
 
 

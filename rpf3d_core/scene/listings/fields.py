@@ -10,9 +10,9 @@ from pydantic.fields import FieldInfo
 
 from rpf3d_core.scene.draws import NUMBER
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.model_spec import ModelSpec
-from rpf3d_core.scene.models import EffectsSpec, OneOf
-from rpf3d_core.scene.own import OWN
+from rpf3d_core.scene.models.keys import EffectsSpec, OneOf
+from rpf3d_core.scene.models.own import OWN
+from rpf3d_core.scene.models.spec import ModelSpec
 
 SCALARS: tuple[type, ...] = (bool, int, float, str)
 BOUNDS = ("ge", "gt", "le", "lt")

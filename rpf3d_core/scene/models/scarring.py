@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Name, Number, StrictModel
 
 LU = "Lu et al. 2019, fitted to Chant Sura"

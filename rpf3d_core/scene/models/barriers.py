@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Along, Name, Number, StrictModel, no_two_alike
 
 HIGHEST = 100.0

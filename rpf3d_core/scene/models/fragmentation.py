@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Count, Number
 
 GIS = "RockGIS, defaults"

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 from pydantic import Field, ValidationInfo, model_validator
 
 from rpf3d_core.jit.cache import compile_apart
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec
 from rpf3d_core.scene.values import Name, Number, refuse
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import InputFile, Number, StrictModel, refuse
 
 DORREN_BERGER = "Dorren and Berger 2006"

@@ -10,9 +10,9 @@ from typing import Any, get_args
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec
-from rpf3d_core.scene.models import EffectsSpec, GroundSpec, ReboundSpec
-from rpf3d_core.scene.own import OWN
+from rpf3d_core.scene.models.keys import EffectsSpec, GroundSpec, ReboundSpec
+from rpf3d_core.scene.models.own import OWN
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec
 from rpf3d_core.scene.shapes import ContactSpec
 
 KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "contact": ContactSpec, "effects": EffectsSpec}

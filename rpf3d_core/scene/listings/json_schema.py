@@ -16,8 +16,8 @@ from rpf3d_core.scene.library_entries import ENTRIES
 from rpf3d_core.scene.material import BODY_KEYS, POINT_KEYS
 from rpf3d_core.scene.method import EVENTS
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.models import EffectsSpec, GroundSpec, OneOf, ReboundSpec
-from rpf3d_core.scene.own import OWN
+from rpf3d_core.scene.models.keys import EffectsSpec, GroundSpec, OneOf, ReboundSpec
+from rpf3d_core.scene.models.own import OWN
 from rpf3d_core.scene.releases import PLACES, SIZES
 from rpf3d_core.scene.shapes import KINDS, POINT, SPHERE, ContactSpec
 from rpf3d_core.scene.unknowns import PRIOR, ROOTS
