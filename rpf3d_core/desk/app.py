@@ -111,7 +111,10 @@ class Desk:
         self._drawn()
 
     def _click(self, event: Any, moved: float = 0.0) -> None:
-        """Take a click in the view; a drag also ends with one, which places nothing."""
+        """Add the clicked place on the terrain to the drawing; ignore the click event at the end of a drag.
+
+        event : of the view, with the two ends of the `ray` below the pointer; moved : pixels that the pointer moved
+        """
         if not self.drawing.kind or not event or moved > STILL or self.shown.terrain is None:
             return
         near, far = np.array(event["ray"][0], dtype=float), np.array(event["ray"][1], dtype=float)

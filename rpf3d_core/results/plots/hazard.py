@@ -38,10 +38,10 @@ from rpf3d_core.results.plots.sheet import (
     draw_ground,
     draw_north,
     draw_overview,
+    empty_figure,
     measure,
     placed,
     plan_of,
-    sheet,
     starts_of,
     whole_window,
     window_with_areas,
@@ -182,7 +182,7 @@ def hazard_figure(
     releases : (N, 2 or 3) m; areas : rings (N, 2) m; both in the local frame
     """
     terrain, window = ground.terrain, ground.window
-    figure, main, side = sheet(window)
+    figure, main, side = empty_figure(window)
     draw_ground(main, terrain, window, ground.picture)
     few = _draw_cells(main, terrain, window, theme, maps)
     draw_areas(main, terrain, areas)

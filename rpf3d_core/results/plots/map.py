@@ -23,10 +23,10 @@ from rpf3d_core.results.plots.sheet import (
     draw_ground,
     draw_north,
     draw_overview,
+    empty_figure,
     measure,
     plan_of,
     selection,
-    sheet,
     starts_of,
     whole_window,
     window_with_areas,
@@ -56,7 +56,7 @@ def write_map(
     terrain, areas, flown = content.terrain, content.areas, content.flown
     whole = whole_window(terrain)
     window = rocks_window(whole, deposits, samples, areas)
-    figure, main, side = sheet(window)
+    figure, main, side = empty_figure(window)
     draw_ground(main, terrain, window, shaded(terrain, seen_from_above(terrain, window, PIXELS)))
     draw_areas(main, terrain, areas)
     handles = _draw_obstacles(main, terrain, obstacles)

@@ -87,8 +87,11 @@ def _touches(window: Window, ring: FloatArray) -> bool:
     return bool(left <= window.right and right >= window.left and bottom <= window.top and top >= window.bottom)
 
 
-def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
-    """Return an empty picture: figure, axes of the map in the shape of its window, and axes of the legend's column."""
+def empty_figure(window: Window) -> tuple[Figure, Axes, Axes]:
+    """Return an empty figure, the axes of its map and the axes of the legend's column.
+
+    The map has the proportions of the window, limited to 1:2 and 2:1.
+    """
     shape = float(np.clip(window.width / window.height, 0.5, 2.0))
     width, height = (8.4 * shape, 8.4) if shape < 1.0 else (8.4, 8.4 / shape)
     column = max(height, LEAST_COLUMN)

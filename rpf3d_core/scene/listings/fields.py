@@ -140,7 +140,10 @@ def _alternatives(annotation: Any) -> list[Any]:
 
 
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
-    """Return type, valid values and bounds of a field with a single value; None, () and {} for any other field."""
+    """Return type, choices and bounds of a field that takes one number, text or truth value.
+
+    Of a field for a number or a distribution, the result is that of the number. For other fields: None, () and {}.
+    """
     several = _alternatives(annotation)
     if len(several) == 1 and len(_alternatives(several[0])) > 1:
         several = _alternatives(several[0])

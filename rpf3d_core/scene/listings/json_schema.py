@@ -88,7 +88,7 @@ def _ref(name: str) -> Schema:
 
 
 def _given(key: str) -> Schema:
-    """Return the schema of a mapping that has a value for a key."""
+    """Return the JSON Schema of a mapping in which a key is present and not null."""
     return {"required": [key], "properties": {key: {"not": {"type": "null"}}}}
 
 
