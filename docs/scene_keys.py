@@ -195,8 +195,8 @@ difference, and [a how-to](../howto/unknown-ground.md) the steps.
   value for all materials.
 - With unknowns, the rocks of a run are shared out among `sets` parameter sets. Without, `sets` has no effect.
 - A parameter that has a column in `sample` is drawn from the sample, whatever its prior.
-- `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. Live nodes and runs in parts refuse a
-  scene with unknowns.
+- `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. Runs in parts refuse a scene with
+  unknowns.
 
 ```yaml
 materials:

@@ -172,7 +172,7 @@ def _pictures(run: RunFiles) -> Iterator[Block]:
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
                "maps and paths.")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
-    yield View(view_html(run, seen, looking), caption, "The view to turn is in the HTML file of this report.")
+    yield View(view_html(run, seen, looking), caption, "The rotatable 3D view is in the HTML file of this report.")
     for names, words in PICTURES:
         there = [run.folder / name for name in names if (run.folder / name).is_file()]
         if there:

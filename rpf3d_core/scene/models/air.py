@@ -5,7 +5,10 @@ from typing import ClassVar
 from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import InputFile, Number
 
-ACCURACY = "a number of at least 1e-5 (m) that a flight of 5 s may be off by; longer ones by its square"
+ACCURACY = (
+    "a number of at least 1e-5 (m), the largest position error after a flight of 5 s; in longer flights, the limit "
+    "grows with the square of the duration"
+)
 
 
 class DragSpec(ModelSpec):

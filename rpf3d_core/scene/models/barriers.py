@@ -31,8 +31,8 @@ class BarrierSpec(StrictModel):
         "-", "ETAG 027 has categories of it", "UNCONFIRMED", ge=0, le=1,
     )  # fmt: skip
     taken_by_break: Number = parameter(
-        1.0, "a number from 0 to 1 (-), the share of its capacity that a rock loses which breaks through", "-", BALANCE,
-        "D", ge=0, le=1,
+        1.0, "a number from 0 to 1 (-), the energy that a rock loses by breaking through, as a share of the barrier's "
+        "capacity", "-", BALANCE, "D", ge=0, le=1,
     )  # fmt: skip
     measured_at: Literal["centre", "top"] = parameter(
         "centre", "centre or top, the point of the rock whose height over the ground is compared", "", BALANCE, "C"

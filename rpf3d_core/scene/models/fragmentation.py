@@ -23,15 +23,16 @@ class FragmentationSpec(ModelSpec):
     surface_factor: Number = parameter(0.0031, "a number >= 0, a in A = a E^e (m2, J)", "m2/J^e", GIS, "CC", ge=0)
     surface_exponent: Number = parameter(0.7562, "a number from 0 to 2, e in A = a E^e", "-", GIS, "CC", ge=0, le=2)
     least_ratio: Number = parameter(
-        0.7, "a number >= 0, new over all surface beyond which a rock breaks; 0.25 to 0.7 are usual in RockGIS, the "
-        "default is the upper end and unconfirmed; from 2 none breaks", "-", "RockGIS", "UNCONFIRMED", ge=0,
+        0.7, "a number >= 0, ratio of new surface to total surface above which a rock breaks; 0.25 to 0.7 are usual in "
+        "RockGIS, the default is the upper end and unconfirmed; from 2 on, no rock breaks", "-", "RockGIS",
+        "UNCONFIRMED", ge=0,
     )  # fmt: skip
     spread: Number = parameter(
         0.06, "a number from 0 to 1, how least_ratio varies, as a share of it", "-", GIS, "CC", ge=0, le=1
     )
     least_volume: Number = parameter(
-        1e-4, "a number of at least 1e-6 (m3), of a piece that flies; a rock below 8 times that stays whole", "m3", GIS,
-        "CC", ge=1e-6,
+        1e-4, "a number of at least 1e-6 (m3), of the smallest fragment that is simulated; a rock smaller than 8 times "
+        "this volume stays whole", "m3", GIS, "CC", ge=1e-6,
     )  # fmt: skip
     energy_lost: Number = parameter(
         0.01, "a number from 0 to 1, share of the energy after the impact", "-", GIS, "CC", ge=0, le=1

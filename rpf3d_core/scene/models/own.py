@@ -1,6 +1,7 @@
 """Models and effects of users: a class in a file outside the package, named in the scene by its import path.
 
-The file is searched next to the scene file, then on Python's module path. docs/howto/own-models.md shows an example.
+rpf3d looks for the module next to the scene file, then on Python's module path. docs/howto/own-models.md shows an
+example.
 """
 
 import hashlib

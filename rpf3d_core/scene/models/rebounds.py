@@ -72,7 +72,7 @@ class PfeifferBowenSpec(ModelSpec):
         6.096, "a number above 0 (m/s), the slip at which friction gives way", "m/s", PFEIFFER, "CC", gt=0
     )
     B: Number = parameter(
-        76.2, "a number above 0 (m/s), times R_n the speed into the ground at which v_t^2 is halved again",
+        76.2, "a number above 0 (m/s); an impact with the speed B R_n into the ground halves v_t^2 in addition",
         "m/s", PFEIFFER, "CC", gt=0,
     )  # fmt: skip
 
@@ -118,7 +118,7 @@ class VHalfSpec(ModelSpec):
     CONFIRMED: ClassVar[Confirmed] = "CC"
 
     speed: Number = parameter(
-        10.0, "a number above 0 and at most 50 (m/s), the speed into the ground of which half is given back", "m/s",
+        10.0, "a number above 0 and at most 50 (m/s), the speed into the ground at which R_n is 0.5", "m/s",
         "PlatRock 2", "CC", gt=0, le=50,
     )  # fmt: skip
 
