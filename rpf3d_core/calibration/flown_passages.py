@@ -100,7 +100,11 @@ def visited(batch: Batch, inside: list[FloatArray], engine_step: float = 0.5) ->
 
 
 def contained(points: FloatArray, outlines: list[FloatArray]) -> NDArray[np.bool_]:
-    """Return which points (N, 2) m lie inside an area with the given outlines, holes included, by crossings."""
+    """Return True (N,) for points (N, 2) m that lie in an area and not in a hole of the area.
+
+    outlines : rings (P, 2) m of the area and of its holes; a point is inside if a ray from it crosses them an odd
+        number of times
+    """
     inside = np.zeros(len(points), dtype=bool)
     for ring in outlines:
         for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):

@@ -166,7 +166,7 @@ class Desk:
         self._take(self._opened().undone())
 
     def _run(self) -> None:
-        """Fly the rocks, unless the last edit was refused: the click on Run may be what ended the edit."""
+        """Simulate the rocks, unless the last edit was refused; a click on Run also ends the edit of a field."""
         refused, self._refused_edit = self._refused_edit, ""
         if refused:
             raise InputError(f"{refused}; no rock flies, because this edit was refused: press Run to fly without it")
@@ -273,7 +273,7 @@ class Desk:
             raise
 
     def _take(self, scene: SceneState) -> None:
-        """Take a scene as the one that is edited, without the results of the last one, and let it be prepared."""
+        """Replace the scene that is edited: clear the results of the previous scene, prepare the new scene."""
         self.scene, self._refused_edit = scene, ""
         self.state.update(NO_RESULTS)
         self.shown.show_run(NO_RUN)

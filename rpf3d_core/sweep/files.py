@@ -85,7 +85,11 @@ def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Ce
 
 
 def _most_held(records: Sequence[CellRecord], place: Place) -> float:
-    """Return the largest share of all rocks that a place holds in any cell; areas and barriers come first."""
+    """Return the rank of a place, by which the places of the picture are sorted; the largest is drawn first.
+
+    The rank is the largest share of all rocks that stopped in the place in any cell of the sweep; areas and barriers
+    have 1 more, so that they are before all zones.
+    """
     shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, STOPPED, place))]
     return max(shares, default=1.0) + (place[0] != "zone")
 
