@@ -53,7 +53,7 @@ setup(
         ],
         # `rpf3d report` (docs/howto/install.md says why these two).
         "report": [
-            "plotly>=6",  # the rotatable 3D view: its script comes with the wheel, so a report needs no network
+            "plotly>=6",  # the view to turn: its script comes with the wheel, so a report needs no network
             "typst>=0.13",  # the PDF
         ],
         # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
