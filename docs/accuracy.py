@@ -15,7 +15,7 @@ from rpf3d_core.accuracy.files import PICTURE, write_price_list
 from rpf3d_core.accuracy.measure import price_list
 from rpf3d_core.accuracy.tables import Row, findings, markdown, tables
 from rpf3d_core.errors import InputError
-from rpf3d_core.scene.models import ConstantSpec, ReboundSpec
+from rpf3d_core.scene.models.keys import ConstantSpec, ReboundSpec
 from rpf3d_core.scene.reading import read_scene
 
 DOCS = Path(__file__).parent

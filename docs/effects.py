@@ -18,8 +18,8 @@ from pydantic import BaseModel
 
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.stream import Shown, Stream
-from rpf3d_core.scene.catalogue import COSTS, KINDS, CatalogueEntry, entries
-from rpf3d_core.scene.model_spec import ModelSpec
+from rpf3d_core.scene.listings.catalogue import COSTS, KINDS, CatalogueEntry, entries
+from rpf3d_core.scene.models.spec import ModelSpec
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import chosen_scene
 from rpf3d_core.setup.prepared import Prepared, prepare, releases_in_ranges
@@ -92,11 +92,11 @@ If a parameter has only a mark, its source is that of the model. "Physics refere
 notes on the literature; it is not part of this repository.
 
 ## What does each cost?
-*Time* is the time of flight of the rocks, divided by their time with the defaults (`coulomb_limited`, `sliding`),
-without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal runout.
-Both are for {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles, `docs/effects_wall.yaml`). They show
-only the order of magnitude for other pits. `make effects` measures them. Models without a default were measured with
-invented figures: do not use these figures as advice.
+*Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`,
+`sliding`), without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean
+horizontal runout. Both are for {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
+`docs/effects_wall.yaml`). They show only the order of magnitude for other pits. `make effects` measures them. Models
+without a default were measured with invented figures: do not use these figures as advice.
 
 """
 TEXTS = {

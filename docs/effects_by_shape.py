@@ -6,9 +6,9 @@
 import textwrap
 from pathlib import Path
 
-from rpf3d_core.scene.catalogue import CatalogueEntry, entries
-from rpf3d_core.scene.model_spec import ModelSpec
-from rpf3d_core.scene.models import EffectsSpec
+from rpf3d_core.scene.listings.catalogue import CatalogueEntry, entries
+from rpf3d_core.scene.models.keys import EffectsSpec
+from rpf3d_core.scene.models.spec import ModelSpec
 
 PAGE = Path(__file__).parent / "reference" / "effects-by-shape.md"
 ACTS, REFUSED = "acts", "refused"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.live.scene import live_parameters
-from rpf3d_core.scene.fields import SceneField
+from rpf3d_core.scene.listings.fields import SceneField
 from rpf3d_ros.interface.parameters import (
     AlarmBridgeParameters,
     FrameParameters,

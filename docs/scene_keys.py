@@ -14,13 +14,14 @@ from pydantic_core import PydanticUndefined
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS, REFERENCE_SPHERES
 from rpf3d_core.scene import calibration as scene_calibration
 from rpf3d_core.scene import hazard as scene_hazard
+from rpf3d_core.scene import material as scene_material
 from rpf3d_core.scene import method as scene_method
 from rpf3d_core.scene import model as scene_model
-from rpf3d_core.scene import models as scene_models
 from rpf3d_core.scene import releases as scene_releases
 from rpf3d_core.scene import shapes as scene_shapes
 from rpf3d_core.scene import terrain as scene_terrain
 from rpf3d_core.scene import unknowns as scene_unknowns
+from rpf3d_core.scene.models import keys as model_keys
 from rpf3d_core.terrain.benches import parameters as benches
 from rpf3d_core.terrain.pit import parameters as pit
 
@@ -194,8 +195,8 @@ difference, and [a how-to](../howto/unknown-ground.md) the steps.
   value for all materials.
 - With unknowns, the rocks of a run are shared out among `sets` parameter sets. Without, `sets` has no effect.
 - A parameter that has a column in `sample` is drawn from the sample, whatever its prior.
-- `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. Live nodes and runs in parts refuse a
-  scene with unknowns.
+- `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. Runs in parts refuse a scene with
+  unknowns.
 
 ```yaml
 materials:
@@ -222,10 +223,10 @@ are those of points. All other shapes are convex bodies. Which effects act on wh
 [effects by shape](effects-by-shape.md).
 """
 MODELS = (
-    ("rebound", "The rebound model, one of:", scene_models.ReboundSpec),
-    ("ground", "The ground model, one of:", scene_models.GroundSpec),
+    ("rebound", "The rebound model, one of:", model_keys.ReboundSpec),
+    ("ground", "The ground model, one of:", model_keys.GroundSpec),
     ("contact", "The contact model: of spheres and of rocks with a shape, in this order:", scene_shapes.ContactSpec),
-    ("effects", "Any number of:", scene_models.EffectsSpec),
+    ("effects", "Any number of:", model_keys.EffectsSpec),
 )
 """Keys of the scene that name models or effects; the page of effects has their parameters."""
 
@@ -243,7 +244,7 @@ def document() -> str:
             parameter_table("terrain.pit", PIT, pit.Pit(), pit),
             parameter_table("terrain.benches", BENCHES, benches.Benches(), benches),
             table("zones[]", scene_terrain.ZoneSpec),
-            table("materials.NAME", scene_model.Material, MATERIALS),
+            table("materials.NAME", scene_material.Material, MATERIALS),
             table("materials.NAME.slip_friction", scene_shapes.SlipFrictionSpec),
             table("rock", scene_releases.RockSpec, ROCK),
             table("rock.shape", scene_shapes.ShapeSpec, SHAPE),
@@ -272,7 +273,7 @@ def document() -> str:
 def names(title: str, text: str, part: type[BaseModel]) -> str:
     """Return the section on a key that names models or effects, with links to their parameters."""
     links = [f"[`{name}`](effects.md#{name})" for name in part.model_fields if name != "own"]
-    closed = part in (scene_models.GroundSpec, scene_shapes.ContactSpec)
+    closed = part in (model_keys.GroundSpec, scene_shapes.ContactSpec)
     own = "" if closed else ", or [your own](../howto/own-models.md)"
     return f"## {title}\n{text}\n" + ",\n".join(links) + f"{own}.\n"
 
@@ -297,7 +298,7 @@ def default_of(field: Any) -> str:
     """Return the default of a key, as the table shows it."""
     if field.default_factory is not None:
         made = field.default_factory()
-        if isinstance(made, scene_models.OneOf):
+        if isinstance(made, model_keys.OneOf):
             return f"`{made.name}`"
         return "its own defaults" if isinstance(made, BaseModel) else "none"
     if field.default is PydanticUndefined:

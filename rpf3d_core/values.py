@@ -67,14 +67,14 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
         "freed it, or there is no room for its shape at its release nor above"
     ),
     Outcome.FAILED: (
-        "came to a position or speed that is no number; it is told up to the event before, counts in no map, and "
-        "rpf3d_core.replay flies it again by its source and number"
+        "reached a position or speed that is not a number; its results end with the event before, it counts in no "
+        "map, and rpf3d_core.replay flies it again by its source and number"
     ),
     Outcome.LOST_TO_HOLE: (
         "fell through a hole in the terrain; it is followed to the level of the ground around the hole and no further"
     ),
     Outcome.FELL_THROUGH: (
-        "was found below ground that has no hole: a fault of this program; it is told up to where it last was on the "
+        "was found below ground that has no hole: a fault of this program; its results end where it last was on the "
         "ground, and rpf3d_core.replay flies it again by its source and number"
     ),
 }

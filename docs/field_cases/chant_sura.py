@@ -21,9 +21,9 @@ from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.models import ReboundSpec
+from rpf3d_core.scene.models.keys import ReboundSpec
+from rpf3d_core.scene.models.sphere import COULOMB_SPHERE
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.scene.sphere import COULOMB_SPHERE
 from rpf3d_core.setup.named import models_of
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain

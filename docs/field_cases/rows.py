@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from field_cases.search import Free
-from rpf3d_core.scene.model import Material
-from rpf3d_core.scene.models import GroundSpec, ReboundSpec
-from rpf3d_core.scene.sphere import COULOMB_SPHERE
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.models.keys import GroundSpec, ReboundSpec
+from rpf3d_core.scene.models.sphere import COULOMB_SPHERE
 
 HOEK = "Hoek 1987"
 STONE = "STONE"

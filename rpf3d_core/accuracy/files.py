@@ -23,7 +23,7 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
         The folder contains other files, or cannot be written to.
     """
     from rpf3d_core.recordings.cost import write_cost_recording
-    from rpf3d_core.results.plots_cost import write_cost  # matplotlib takes most of a second to import
+    from rpf3d_core.results.plots.cost import write_cost  # matplotlib takes most of a second to import
 
     place, series = check_folder(folder), series_of(prices)
     facts = {**section(prices), "versions": versions(), "target": target, "findings": findings(prices, target)}

@@ -107,7 +107,12 @@ def _own_method(prepared: Prepared, scene: Scene) -> Mapping[str, Any]:
 def _in_contact(
     prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
 ) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
-    """Return the lines of the accuracies of rocks with a shape; 50 digits would need their steps, and are left out."""
+    """Return a line of the price list for each accuracy of the contact model of rocks with a shape.
+
+    The second result, errors of single impacts, is empty: a comparison with 50 digits would need the steps in contact.
+
+    sampled : the samples with their numbers of rocks; tell : reports the progress
+    """
     tell("numerical: the finest accuracy of contact")
     lines = []
     for found in accuracies(prepared, some_rocks(prepared, PAIRED)):

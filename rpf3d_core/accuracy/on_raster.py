@@ -11,7 +11,7 @@ from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Engine, stepping_over_squares
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.squares import grid_triangles
+from rpf3d_core.terrain.grid_triangles import grid_triangles
 
 
 class Squares(NamedTuple):

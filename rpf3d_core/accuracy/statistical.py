@@ -152,7 +152,7 @@ def floor_of(rocks: int, sampled: list[Sampled]) -> float:
 def beyond_chance(distance: float, chance: float) -> float:
     """Return the part (-) of a distance of two maps that chance does not explain, 0 if chance explains all of it.
 
-    What two settings, or two grounds, change adds to what chance does in quadrature. The path of a rock with a shape
+    The effect of two settings (or grounds) and the effect of chance add in quadrature. The path of a rock with a shape
     is chaotic: with another accuracy, a rock soon takes another path, and even the maps of the same rocks differ like
     those of other rocks.
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.evidence_faults import faults_of, went_back
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
 from rpf3d_core.alerts.site_model import Thresholds
-from rpf3d_core.alerts.sound import faults_of, went_back
-from rpf3d_core.alerts.times import ns_of, when
+from rpf3d_core.alerts.time_units import ns_of, when
 
 
 class _Held(NamedTuple):

@@ -1,7 +1,7 @@
 """Find the alert level of an area from the limits of the site, and the reason as a sentence.
 
 Limits are compared even if the evidence has faults: a number far beyond a limit raises the level even if the evidence
-as a whole is not believed. A NaN reaches no limit; `sound.py` reports a NaN as a fault.
+as a whole is not believed. A NaN reaches no limit; `evidence_faults.py` reports a NaN as a fault.
 """
 
 from collections.abc import Iterator

@@ -185,10 +185,13 @@ class Thresholds(StrictModel):
 def _too_few(fewest: int, limit: float, where: str) -> str:
     """Return the error message for a `fewest_rocks` that is too small, with the smallest number that would be right.
 
-    If none of n rocks reaches the area, the interval ends at z^2 / (n + z^2).
+    limit : the lowest limit of the reach probability (-); where : its key in the site file
+
+    If none of n rocks reaches the area, the 95 % Wilson interval of the share ends at z^2 / (n + z^2).
     """
     needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
     return (
-        f"is {fewest}, but where none of so few rocks comes up to {100 * wilson_interval(0, fewest)[1]:.3g} % might, "
-        f"and `{where}` is reached at {100 * limit:.3g} %: it must be at least {needed}"
+        f"is {fewest}; if none of {fewest} rocks reaches the area, the interval of the share still ends at "
+        f"{100 * wilson_interval(0, fewest)[1]:.3g} %, and `{where}` is reached at {100 * limit:.3g} %: give at least "
+        f"{needed}"
     )

@@ -1,1 +1,1 @@
-"""Calibrate unknown parameters on field data, and measure which unknown moves which result."""
+"""Calibrate the unknown parameters of a scene on field data, and judge the result."""

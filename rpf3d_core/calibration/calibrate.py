@@ -17,7 +17,7 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import with_choices
 
 BUDGET_S = 900.0
-"""Default time (s) for everything."""
+"""Default time (s) of a whole calibration, from reading the scene to writing the results."""
 LEAST_BUDGET_S = 1.0
 
 

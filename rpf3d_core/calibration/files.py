@@ -55,7 +55,7 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
     """Write the three pictures; the pictures of stops are left out if no stops were observed."""
     # Imported here, because the import of matplotlib takes most of a second.
-    from rpf3d_core.results.plots_calibration import Predicted, write_coverage, write_pairs, write_predicted
+    from rpf3d_core.results.plots.calibration import Predicted, write_coverage, write_pairs, write_predicted
 
     every, sample = values
     first = np.array(result.numbers) == 0

@@ -17,6 +17,7 @@ from rpf3d_core.calibration.density import (
     stop_densities,
     value_densities,
 )
+from rpf3d_core.calibration.flown_passages import Passages, contained, passages, visited
 from rpf3d_core.calibration.observations import (
     Counted,
     Directions,
@@ -26,7 +27,6 @@ from rpf3d_core.calibration.observations import (
     directions_of,
     field_of,
 )
-from rpf3d_core.calibration.passages import Passages, contained, passages, visited
 from rpf3d_core.calibration.sampling import Observed
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
@@ -137,7 +137,11 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
 
 
 def _alike(field: Field, releases: Releases) -> FloatArray | None:
-    """Return how far each rock (column) stands for each observed block (row) by its mass and shape, or None."""
+    """Return the weight (-) of each simulated rock (column) in the prediction for each observed block (row).
+
+    The weight falls with the difference of mass, and is 0 for another shape. None if the observed blocks have neither
+    masses nor shapes.
+    """
     if field.masses is None and field.shapes is None:
         return None
     weights = np.ones((len(field.stops), len(releases.x)))
@@ -214,7 +218,10 @@ def _mixed_order(rocks: int) -> NDArray[np.int64]:
 
 
 def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> FloatArray:
-    """Return the densities (GROUPS, M, C) of all observations under one parameter set; misfits are of stops alone."""
+    """Return the densities of the C observations under one parameter set: (GROUPS, M, C), for each of M misfits.
+
+    Only the densities of stops depend on the misfit.
+    """
     field, mixed = slope.field, _mixed_order(len(releases.x))
     alike = None if slope.alike is None else slope.alike[:, mixed]
     of_stops = stop_densities(stops, field.stops, np.hypot(slope.error, slope.misfits), alike)

@@ -22,7 +22,7 @@ LEAST_VALUES = 3
 
 
 class Score(NamedTuple):
-    """The mean log score of observations (N,), each from a prediction that has not seen them."""
+    """The log scores (N,) of observations, each from a prediction that was made without the observation."""
 
     each: FloatArray
 

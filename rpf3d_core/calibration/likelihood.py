@@ -52,9 +52,12 @@ class Weighed(NamedTuple):
 
 
 def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
-    """Return the share of each group in the rocks of each round (D, T, GROUPS): equal shares, then random draws.
+    """Return weights of the GROUPS groups of rocks in each of T rounds, (D, T, GROUPS), each row with the sum 1.
 
-    rounds : number of rounds T; redraws : number of random draws, D - 1
+    The first of the D weightings is equal for all groups. The others draw groups with replacement (bootstrap); their
+    spread shows the noise of the likelihood.
+
+    rounds : number of rounds T; redraws : number of draws, D - 1
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**32]))
     drawn = random.multinomial(GROUPS, np.full(GROUPS, 1.0 / GROUPS), size=(redraws, rounds)) / GROUPS

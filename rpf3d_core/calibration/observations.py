@@ -29,7 +29,7 @@ class Directions(NamedTuple):
     origin: FloatArray
 
     def places(self, x: FloatArray) -> FloatArray:
-        """Return where local points (R, 3) m lie along and across, (R, 2) m in the input's coordinates."""
+        """Return the coordinates (R, 2) m, along and across the slope, of local points (R, 3) m; `origin` is added."""
         return np.asarray(x @ self.axes.T + self.origin)
 
 

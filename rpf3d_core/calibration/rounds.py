@@ -31,9 +31,9 @@ FloatArray = NDArray[np.float64]
 SAVED_EVERY = 5.0
 """Seconds after which flown sets are written to disk."""
 REPORT_S, ASSESSMENTS = 11.0, 16.0
-"""Seconds kept for the results at the end of a budget: a fixed part, and a multiple of the time of one proposal."""
+"""Part of the time budget kept to write the results: a fixed part (s), and a multiple of the time of one proposal."""
 MOST_STRETCH = 4.0
-"""Largest factor (-) on the fixed part on a machine that other programs keep busy."""
+"""Largest factor (-) by which the fixed part grows on a machine that other programs keep busy."""
 
 
 class Status(NamedTuple):

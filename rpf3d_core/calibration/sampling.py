@@ -54,7 +54,11 @@ class Round(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """What was observed, as the likelihood needs it: counts (C,) and densities from anywhere (C,)."""
+    """The C observations, as the likelihood needs them.
+
+    counts : (C,) number of rocks behind each observation, the power of its density in the likelihood
+    anywhere : (C,) density of the observation if it could lie anywhere in its range, such as on the whole terrain
+    """
 
     counts: FloatArray
     anywhere: FloatArray

@@ -50,7 +50,7 @@ def _print(found: "Audit") -> None:
 
 def _row(change: "LevelChange") -> tuple[str, ...]:
     from rpf3d_core.alerts.audit import areas_changed
-    from rpf3d_core.alerts.times import when
+    from rpf3d_core.alerts.time_units import when
 
     alert, given = change.alert, change.alert.acknowledgement
     steps = []

@@ -12,7 +12,7 @@ from rpf3d_core.commands.screen import GAP, screen
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
-    from rpf3d_core.scene.catalogue import CatalogueEntry
+    from rpf3d_core.scene.listings.catalogue import CatalogueEntry
 
 
 def effects(
@@ -20,7 +20,7 @@ def effects(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all parameters.")] = False,
 ) -> None:
     """List the rebound models, ground models and effects that a scene may name, with parameters, sources and cost."""
-    from rpf3d_core.scene.catalogue import entries
+    from rpf3d_core.scene.listings.catalogue import entries
 
     listed = [entry for entry in entries() if name in (None, entry.name, f"{entry.kind}.{entry.name}")]
     if not listed:

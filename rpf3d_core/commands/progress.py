@@ -1,4 +1,4 @@
-"""Show a progress bar, and stop a run in good order on Ctrl-C or SIGTERM."""
+"""Show a progress bar; after Ctrl-C or SIGTERM, end a run so that the rocks flown so far are still written."""
 
 import signal
 from collections.abc import Callable, Iterator

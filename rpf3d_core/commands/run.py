@@ -130,7 +130,7 @@ def _print_benches(run: "Run") -> None:
 
 def _print_maps(run: "Run") -> None:
     """Print the cell size of the hazard maps and their largest values, as one line."""
-    from rpf3d_core.results.hazard_words import words_on_maps
+    from rpf3d_core.results.hazard_files.sentences import words_on_maps
 
     screen.print(words_on_maps(run.maps), style="dim", highlight=False, soft_wrap=True)
 
@@ -139,7 +139,7 @@ def _print_barriers(run: "Run") -> None:
     """Print what each barrier did (stopped, broken, flown over), if the scene has barriers."""
     if not run.maps.barriers:
         return
-    from rpf3d_core.results.hazard_barriers import TEXT_HEADER, TEXT_NOTE, text_rows
+    from rpf3d_core.results.hazard_files.barriers_report import TEXT_HEADER, TEXT_NOTE, text_rows
 
     table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
     for row in text_rows(run.maps.barriers):

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_core.desk.clicks import AREA, Drawing, area_of, source_of
 from rpf3d_core.desk.coefficients import coefficient_of, drawn_elsewhere
-from rpf3d_core.desk.drawing import AREA, Drawing, area_of, source_of
 from rpf3d_core.desk.page import NO_RESULTS, STILL, Actions, build_page
 from rpf3d_core.desk.picking import place_on
 from rpf3d_core.desk.runner import Listener, Runner, Written
@@ -111,7 +111,10 @@ class Desk:
         self._drawn()
 
     def _click(self, event: Any, moved: float = 0.0) -> None:
-        """Take a click in the view; a drag also ends with one, which places nothing."""
+        """Add the clicked place on the terrain to the drawing; ignore the click event at the end of a drag.
+
+        event : of the view, with the two ends of the `ray` below the pointer; moved : pixels that the pointer moved
+        """
         if not self.drawing.kind or not event or moved > STILL or self.shown.terrain is None:
             return
         near, far = np.array(event["ray"][0], dtype=float), np.array(event["ray"][1], dtype=float)
@@ -163,7 +166,7 @@ class Desk:
         self._take(self._opened().undone())
 
     def _run(self) -> None:
-        """Fly the rocks, unless the last edit was refused: the click on Run may be what ended the edit."""
+        """Simulate the rocks, unless the last edit was refused; a click on Run also ends the edit of a field."""
         refused, self._refused_edit = self._refused_edit, ""
         if refused:
             raise InputError(f"{refused}; no rock flies, because this edit was refused: press Run to fly without it")
@@ -270,7 +273,7 @@ class Desk:
             raise
 
     def _take(self, scene: SceneState) -> None:
-        """Take a scene as the one that is edited, without the results of the last one, and let it be prepared."""
+        """Replace the scene that is edited: clear the results of the previous scene, prepare the new scene."""
         self.scene, self._refused_edit = scene, ""
         self.state.update(NO_RESULTS)
         self.shown.show_run(NO_RUN)

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 from rpf3d_core.errors import InputError, SceneError
 from rpf3d_core.formats.yaml import parse_yaml, yaml_text
 from rpf3d_core.scene.key_paths import Steps, steps_to
-from rpf3d_core.scene.model import BODY_KEYS, Scene
+from rpf3d_core.scene.material import BODY_KEYS
+from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.unknowns import sampled
 
 MATERIALS = "materials"

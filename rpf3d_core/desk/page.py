@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rpf3d_core.desk.drawing import AREA, LINE, POINTS
+from rpf3d_core.desk.clicks import AREA, LINE, POINTS
 from rpf3d_core.desk.shapes import ENERGY, REACH
 from rpf3d_core.formats.extras import library_of
 

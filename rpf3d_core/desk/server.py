@@ -53,7 +53,7 @@ REFUSED = "This address needs the token that `rpf3d desk` printed: open the whol
 
 
 class Request(NamedTuple):
-    """What a request says about who sends it; host, origin : its headers, None if left out; path : decoded."""
+    """The parts of a request that show who sends it; host, origin : headers, None if missing; path : decoded."""
 
     host: str | None
     origin: str | None

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.desk.drawing import Drawing
+from rpf3d_core.desk.clicks import Drawing
 from rpf3d_core.desk.shapes import (
     ENERGY,
     NO_LINES,

@@ -177,13 +177,13 @@ def _earliest_in_bucket(
 
 @kernel
 def _next_overlapping(boxes: Any, entry: int, stop: int, probe: int) -> int:
-    """Return the next facet in a bucket that may lie under the arc, as an index from `entry` on.
+    """Return the next entry of a bucket whose facet may lie under the arc; `stop` if there is none.
 
-    `stop` if there is none.
+    boxes : the packed box in plan of the facet of each entry (`plan_boxes.packed_box`)
+    entry, stop : number of the first entry to test, and the number after the last entry of the bucket
+    probe : the packed box of the arc over the bucket (`plan_boxes.packed_probe`)
 
-    probe : box of the arc over the bucket, packed for the comparison (`plan_boxes.overlap`)
-
-    The index is unsigned, so that compiled code need not check for indices from the end of the array.
+    The index is unsigned, so that compiled code need not handle negative indices.
     """
     while entry < stop and not overlap(boxes[np.uintp(entry)], probe):
         entry += 1

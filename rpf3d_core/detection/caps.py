@@ -22,7 +22,7 @@ ON_GROUND = REACH / CRACK
 
 
 class CapFacets(NamedTuple):
-    """The caps that close the gaps of a terrain, as facets whose passage ends a rock.
+    """The caps that close the gaps of a terrain: facets that end the path of a rock that passes through them.
 
     facets : `zone` holds the outcome of a rock that passes through; the tolerance is CRACK times the tolerance of the
         terrain, so that no rock passes between a cap and the ground

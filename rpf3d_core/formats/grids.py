@@ -22,7 +22,7 @@ from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.surface import MOST_TRIANGLES, FileMesh
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.squares import grid_triangles
+from rpf3d_core.terrain.grid_triangles import grid_triangles
 
 DEM_EXTENSIONS = (".asc", ".asc.gz", ".tif", ".tiff")
 

@@ -78,12 +78,12 @@ class DisplacedTally:
         return both
 
     def end(self, number: int) -> None:
-        """Add what has been counted since the last call to a set."""
+        """Add the rocks counted since the last call to the counts of a set; number : of the set."""
         self._zones.end(number)
         self._areas.end(number)
 
     def figures(self, zones: PlaceCounts) -> DisplacedFigures:
-        """Return what the sets did so far; zones : counts of the rocks that did not move."""
+        """Return the results of all sets so far; zones : counts of the same rocks without displacement."""
         return DisplacedFigures(
             moves=self._moves,
             zones=_in_plan(self._zones.counts(), zones, zones_in_plan(self._engine.facets, len(zones.reached[0]))),

@@ -9,8 +9,8 @@ from affine import Affine
 from numpy.typing import NDArray
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.cell_outlines import enclosed_cell
 from rpf3d_core.formats.grids import DEM_EXTENSIONS, read_grid
-from rpf3d_core.results.cell_outlines import enclosed_cell
 from rpf3d_core.terrain.frame import FloatArray
 
 Cells = NDArray[np.bool_]

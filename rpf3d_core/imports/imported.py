@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rpf3d_core.formats.cell_outlines import cell_outlines, write_outlines
 from rpf3d_core.imports.classes import MOST_CLASSES, Classes
 from rpf3d_core.imports.folder import new_folder
 from rpf3d_core.imports.grids import DEM, SAME_CORNER, Cells, Grids
 from rpf3d_core.imports.scene_text import MaterialZone, SceneText, number
-from rpf3d_core.results.cell_outlines import cell_outlines, write_outlines
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.frame import FloatArray
 

@@ -12,7 +12,7 @@ from rpf3d_core.formats.units import METRE
 from rpf3d_core.imports.crests import Crest, crests_of
 from rpf3d_core.imports.folder import new_folder
 from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text
-from rpf3d_core.scene.json_schema import scene_schema
+from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 from rpf3d_core.setup.terrain import read_terrain

@@ -11,7 +11,7 @@ import numpy as np
 
 from rpf3d_core.imports.grids import Cells, Grids, refuse_where, require
 from rpf3d_core.imports.scene_text import comment, number
-from rpf3d_core.scene.models import EffectsSpec
+from rpf3d_core.scene.models.keys import EffectsSpec
 
 STEMS, MEAN, SD, CONIFERS = "nrtrees", "dbhmean", "dbhstd", "conif_percent"
 FOREST = (STEMS, MEAN, SD, CONIFERS)

@@ -33,8 +33,8 @@ from rpf3d_core.imports.scene_text import (
     stopping,
 )
 from rpf3d_core.imports.stone_sources import SOURCES, STOP, Start, StoneStarts, source_rocks, starts_of
-from rpf3d_core.scene.model import Material
-from rpf3d_core.scene.models import GroundSpec
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.models.keys import GroundSpec
 
 PROGRAM = "STONE"
 NORMAL, TANGENTIAL, FRICTION = "nrest", "trest", "friction"

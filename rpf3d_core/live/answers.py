@@ -256,7 +256,10 @@ def no_flights(standing: PreparedTerrain) -> Flights:
 
 
 def _stream(standing: PreparedTerrain, first: Sequence[int]) -> Stream:
-    """Return the object that flies the rocks of an answer; the rocks to display are spread over the first stage."""
+    """Return the object that flies the rocks of an answer; it keeps rocks of the first stage for display.
+
+    first : number of rocks of each source in the first stage
+    """
     shown: Shown = shown_of(sum(first), SHOWN, SHOWN)
     return Stream(standing.ground.engine, standing.flight, shown, impacts=False)
 

@@ -109,7 +109,7 @@ class ClusterSets:
         return both
 
     def end(self, number: int, flown: int, left: IntArray) -> None:
-        """Add what has been counted since the last call to a set.
+        """Add the rocks counted since the last call to the counts of a set; number : of the set.
 
         flown : number of its rocks, fragments included, that flew since then
         left : (A,) how many of them left the terrain with each area ahead of them
@@ -128,7 +128,12 @@ class ClusterSets:
         return holding(found, flown.sum(axis=0), totals.sum(axis=0))
 
     def left_high(self, found: Interval) -> FloatArray:
-        """Return the upper ends (A,) if the rocks that left with an area ahead had reached it; found : `predictive`."""
+        """Return the upper ends (A,) of the predictive intervals if every rock that left the terrain had gone on.
+
+        A rock that left the terrain with an area ahead then counts as a rock that reached this area.
+
+        found : result of `predictive`; no upper end is below its own
+        """
         totals = self._totals()
         counts = np.minimum(self._reached[-1].counts + self._left, totals)
         return np.maximum(predictive_shares(counts, totals).high, found.high)
@@ -152,7 +157,7 @@ class _Differences:
         self.counts = np.zeros((sets, len(tally.slot)))
 
     def end(self, number: int) -> None:
-        """Add what has been counted since the last call to a set."""
+        """Add the rocks counted since the last call to the counts of a set; number : of the set."""
         after = _reached_in(self._tally)
         self.counts[number] += after - self._before
         self._before = after

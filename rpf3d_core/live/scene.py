@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.scene.fields import SceneField, scene_fields
-from rpf3d_core.scene.model import BODY_KEYS, Scene
+from rpf3d_core.scene.listings.fields import SceneField, scene_fields
+from rpf3d_core.scene.material import BODY_KEYS
+from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 from rpf3d_core.scene.shapes import KINDS
 

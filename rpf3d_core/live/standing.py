@@ -179,7 +179,10 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
 
 
 def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
-    """Return the flight of a scene over a terrain, and its parameter sets; the flight is then that of the first."""
+    """Return what the simulation of a scene over a terrain needs, and the parameter sets of the scene.
+
+    The parameter sets are None if the scene has no unknowns; otherwise the first result is that of the first set.
+    """
     flight = scene_flight(scene, terrain)
     sets = live_sets(scene, terrain, flight)
     return (flight, None) if sets is None else (sets.flights[0], sets)

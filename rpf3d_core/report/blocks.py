@@ -48,7 +48,7 @@ class Picture(NamedTuple):
 
 
 class View(NamedTuple):
-    """The 3D view to turn, as an HTML fragment; instead : what documents without scripts show in its place."""
+    """The rotatable 3D view, as an HTML fragment; instead : what documents without scripts show in its place."""
 
     html: str
     caption: str

@@ -172,7 +172,7 @@ def _pictures(run: RunFiles) -> Iterator[Block]:
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
                "maps and paths.")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
-    yield View(view_html(run, seen, looking), caption, "The view to turn is in the HTML file of this report.")
+    yield View(view_html(run, seen, looking), caption, "The rotatable 3D view is in the HTML file of this report.")
     for names, words in PICTURES:
         there = [run.folder / name for name in names if (run.folder / name).is_file()]
         if there:
@@ -183,7 +183,7 @@ def _pictures(run: RunFiles) -> Iterator[Block]:
 
 def _trimmed(path: Path) -> bytes:
     """Return a picture of the run as PNG without its white margin."""
-    from rpf3d_core.results.plots_trimmed import trimmed  # imports matplotlib
+    from rpf3d_core.results.plots.trimmed import trimmed  # imports matplotlib
 
     return trimmed(path)
 
@@ -206,7 +206,7 @@ def _section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | N
 
 def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> bytes:
     """Return the picture of the critical section as PNG."""
-    from rpf3d_core.results.plots_section import SectionDrawing, section_figure
+    from rpf3d_core.results.plots.section import SectionDrawing, section_figure
 
     zero = section.toe if np.isfinite(section.toe) else 0.0
     at = np.linspace(0.0, max(float(section.distance[-1] - zero), 1.0), 120)

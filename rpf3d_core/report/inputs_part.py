@@ -7,7 +7,7 @@ from rpf3d_core.report.blocks import Block, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
 from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, PARTLY, RANGES
-from rpf3d_core.scene.model import BODY_KEYS, POINT_KEYS
+from rpf3d_core.scene.material import BODY_KEYS, POINT_KEYS
 from rpf3d_core.scene.releases import PLACES
 
 GROUND = {
@@ -73,7 +73,10 @@ def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Itera
 
 
 def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield a row for each parameter of a model or an effect; path : its key path. Own classes have dots in it."""
+    """Yield a row (what, parameter with value, origin of the value) for each parameter of a model or an effect.
+
+    path : key path of the model or effect; of a user's own class, the name has dots, so the path has more than one
+    """
     own = path.count(".") > 1
     for key, value in values.items():
         if value is not None:

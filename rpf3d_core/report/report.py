@@ -1,4 +1,4 @@
-"""Write the report of a run: one HTML file with a 3D view to turn, and a PDF."""
+"""Write the report of a run: one HTML file with a rotatable 3D view, and a PDF."""
 
 from pathlib import Path
 

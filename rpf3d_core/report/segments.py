@@ -149,14 +149,20 @@ def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, di
 
 
 def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
-    """Return the place (N, 3) m at a part (N,) of the way in plan of some pieces (N,); z is NaN if it is not known."""
+    """Return the place (N, 3) m of a rock within some segments; z is NaN if it is not known.
+
+    some : (N,) rows in `segments`; part : (N,) share (-) of the segment's length in plan, 0 at its begin
+    """
     x = segments.begin[some] + part[:, None] * (segments.end[some] - segments.begin[some])
     x[:, 2] += 0.5 * segments.gravity * segments.time[some] ** 2 * part * (1.0 - part)
     return x
 
 
 def _speed_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
-    """Return the speed (N,) m/s at a part (N,) of the way in plan of some pieces (N,)."""
+    """Return the speed (N,) m/s within some segments; some : (N,) their rows in `segments`.
+
+    part : (N,) share (-) of the segment's length in plan, 0 at its begin and 1 at its end
+    """
     time = segments.time[some]
     flies = time > 0.0
     velocity = (segments.end[some] - segments.begin[some]) / np.where(flies, time, 1.0)[:, None]

@@ -22,7 +22,7 @@ MOST_ROCKS = 100_000
 AT_ONCE = 200_000
 """Number of points on lines that are processed together, which limits the memory."""
 STEP = 0.25
-"""Distance (m) between points on the line of a rock, by which the toe is known: the finest pixel of the ground."""
+"""Distance (m) between points on the line of a rock, from which the toe is found: the finest pixel of the ground."""
 NEAR = 50.0
 """Length (m) of the line that is searched first, because most faces end before it."""
 LEAST_REACH = 10.0

@@ -17,7 +17,7 @@ from rpf3d_core.terrain.frame import FloatArray
 MOST_TRIANGLES = 300_000
 """Largest number of triangles of the terrain in a report; browsers turn more only with a jerk."""
 MARGIN = 0.5
-"""How much terrain around the rocks is shown, as a share (-) of the larger extent of the rocks in plan."""
+"""Width of the terrain shown around the rocks, as a share (-) of the larger extent of the rocks in plan."""
 LEAST_MARGIN = 25.0
 """Least width (m) of terrain around the rocks."""
 RAISED, LEAST_RAISED = 0.003, 0.25
@@ -139,9 +139,11 @@ def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
 
 
 def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = None) -> FloatArray | None:
-    """Return triangles (N, 3, 3) m cut to edges below a part of a cell, without those that meet no value.
+    """Return triangles (N, 3, 3) m cut into smaller ones near cells with a value; None if there are more than `most`.
 
-    None if there are more than `most`.
+    Small triangles far from every cell with a value are left out.
+
+    part : largest edge of a small triangle, as a share (-) of a cell
     """
     longest = max(part * grid.cell, FINEST)
     while (coarse := _longest_edge(corners) > longest).any():

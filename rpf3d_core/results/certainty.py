@@ -57,7 +57,7 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 
 
 def _outside_sample(run: Run) -> tuple[str, ...]:
-    """Return the key paths of the ranges that a scene with a sample draws from, too."""
+    """Return the key paths of the ranges of a scene whose values the sample of its calibration does not contain."""
     from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has unknowns
 
     return outside_sample(run.scene)

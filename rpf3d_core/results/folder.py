@@ -195,9 +195,9 @@ def _write_hazard(folder: Path, findings: Run, content: MapContent) -> None:
 
 def _write_pictures(folder: Path, findings: Run, samples: PathSamples, content: MapContent) -> None:
     # Imported here, because the import of matplotlib takes most of a second, and only a run with pictures needs it.
-    from rpf3d_core.results.plots_convergence import write_convergence
-    from rpf3d_core.results.plots_map import write_map
-    from rpf3d_core.results.plots_profiles import write_profile_plots
+    from rpf3d_core.results.plots.convergence import write_convergence
+    from rpf3d_core.results.plots.map import write_map
+    from rpf3d_core.results.plots.profiles import write_profile_plots
 
     scene, terrain, flights = findings.scene, findings.terrain, findings.flights
     sources = [source.name for source in scene.sources]

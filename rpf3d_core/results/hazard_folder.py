@@ -5,9 +5,9 @@ from pathlib import Path
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import MapContent
-from rpf3d_core.results.hazard_benches import write_benches
-from rpf3d_core.results.hazard_rasters import write_hazard_rasters
-from rpf3d_core.results.hazard_zones import write_hazard_zones
+from rpf3d_core.results.hazard_files.benches_csv import write_benches
+from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
+from rpf3d_core.results.hazard_files.zones_geojson import write_hazard_zones
 from rpf3d_core.scene.hazard import HazardSpec
 from rpf3d_core.terrain.frame import FloatArray
 
@@ -43,11 +43,11 @@ def write_hazard(
     write_hazard_zones(folder / "zones.geojson", terrain, maps, spec, crs)
     write_benches(folder / "benches.csv", bench_table(terrain, maps))
     if maps.barriers:
-        from rpf3d_core.results.hazard_barriers import write_barriers
+        from rpf3d_core.results.hazard_files.barriers_report import write_barriers
 
         write_barriers(folder / "barriers.csv", maps.barriers)
     if pictures:
         # Imported here, because the import of matplotlib takes most of a second, and only a run with pictures needs it.
-        from rpf3d_core.results.plots_hazard import write_hazard_pictures
+        from rpf3d_core.results.plots.hazard import write_hazard_pictures
 
         write_hazard_pictures(folder, content, maps, releases)

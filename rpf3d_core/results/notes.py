@@ -3,7 +3,7 @@
 from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
 from rpf3d_core.results.findings import Run
-from rpf3d_core.results.hazard_zones import zones_without_cells
+from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
 from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
 
 

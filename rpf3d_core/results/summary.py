@@ -21,7 +21,7 @@ from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.results.certainty import MISFIT_HELD, MISFIT_LEFT_OUT
 from rpf3d_core.results.findings import Run, sentence_of
-from rpf3d_core.results.hazard_zones import zones_section
+from rpf3d_core.results.hazard_files.zones_geojson import zones_section
 from rpf3d_core.results.observed import compare
 from rpf3d_core.results.orientations import blocks_of
 from rpf3d_core.scene.model import Scene
@@ -71,7 +71,7 @@ def summary(findings: Run) -> dict[str, Any]:
         },
     }
     if findings.maps.barriers:
-        from rpf3d_core.results.hazard_barriers import MEANING, barriers_section
+        from rpf3d_core.results.hazard_files.barriers_report import MEANING, barriers_section
 
         facts["barriers"], facts["barriers_count"] = barriers_section(findings.maps.barriers), MEANING
     if scene.areas_of_interest:

@@ -18,9 +18,10 @@ from pydantic_core import ErrorDetails
 from rpf3d_core.formats.yaml import Document, Fault, KeyPath, key_name
 from rpf3d_core.scene.draws import MARKS
 from rpf3d_core.scene.hazard import HazardSpec
+from rpf3d_core.scene.material import Material
 from rpf3d_core.scene.meanings import keys_meant
-from rpf3d_core.scene.model import Material, OutputSpec, Scene
-from rpf3d_core.scene.own import OWN
+from rpf3d_core.scene.model import OutputSpec, Scene
+from rpf3d_core.scene.models.own import OWN
 from rpf3d_core.scene.releases import RockSpec, SourceSpec
 from rpf3d_core.scene.terrain import TerrainSpec
 from rpf3d_core.scene.values import ROCKS_MARKS

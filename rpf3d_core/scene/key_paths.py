@@ -14,7 +14,8 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.yaml import Document
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, nearest_key
 from rpf3d_core.scene.library import LIBRARY, keys_of_entry, ranges_of
-from rpf3d_core.scene.model import POINT_KEYS, Material, Scene
+from rpf3d_core.scene.material import POINT_KEYS, Material
+from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.values import StrictModel
 
 ALL = "*"

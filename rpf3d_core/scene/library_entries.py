@@ -8,7 +8,7 @@ shape (physics reference 0.5), whose entries are separate.
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from rpf3d_core.scene.model_spec import Confirmed
+from rpf3d_core.scene.models.spec import Confirmed
 
 POINTS, BODIES = "points and spheres", "rocks with a shape"
 """The two kinds of rocks for which an entry holds."""

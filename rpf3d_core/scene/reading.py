@@ -13,9 +13,10 @@ from rpf3d_core.formats.meshes import companion_of
 from rpf3d_core.formats.yaml import Document, parse_yaml, read_yaml, report_of
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
 from rpf3d_core.scene.key_paths import with_values
-from rpf3d_core.scene.model import BODY_KEYS, Scene
+from rpf3d_core.scene.material import BODY_KEYS
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.sphere import COULOMB_SPHERE
 from rpf3d_core.scene.releases import OPTIONAL, SourceSpec, source_points
-from rpf3d_core.scene.sphere import COULOMB_SPHERE
 from rpf3d_core.scene.unknowns import ROOTS
 from rpf3d_core.scene.values import MISSING_FILE
 

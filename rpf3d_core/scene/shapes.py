@@ -5,9 +5,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
-from rpf3d_core.scene.models import EffectsSpec, OneOf
-from rpf3d_core.scene.sphere import CoulombSphereSpec
+from rpf3d_core.scene.models.keys import EffectsSpec, OneOf
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.models.sphere import CoulombSphereSpec
 from rpf3d_core.scene.values import Count, InputFile, Number, StrictModel, exactly_one, refuse
 
 POINT, SPHERE = "point", "sphere"

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from rpf3d_core.materials.distributions import Distribution, truncated_normal, uniform_between
 from rpf3d_core.scene.draws import rising
-from rpf3d_core.scene.own import is_own
+from rpf3d_core.scene.models.own import is_own
 from rpf3d_core.scene.values import Count, InputFile, Number, StrictModel, refuse
 
 PRIOR = "prior"

@@ -5,7 +5,8 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.scene.model import Material, Scene
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.model import Scene
 
 MOST_NAMED = 12
 """Largest number of zones that a message lists, because a pit has dozens of zones."""

@@ -19,7 +19,7 @@ def write_sensitivity(out: Path, found: Sensitivity) -> None:
         The folder cannot be written to.
     """
     # Imported here, because the import of matplotlib takes most of a second.
-    from rpf3d_core.results.plots_sensitivity import write_tornado
+    from rpf3d_core.results.plots.sensitivity import write_tornado
 
     indices = found.indices
     sizes, ends = found.effects.size, np.stack([found.effects.low, found.effects.high])

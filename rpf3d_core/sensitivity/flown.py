@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.calibration.passages import visited
+from rpf3d_core.calibration.flown_passages import visited
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
 from rpf3d_core.ensemble.releases import Releases, share_out

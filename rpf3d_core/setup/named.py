@@ -6,7 +6,7 @@ from rpf3d_core.effects.hooks import FOR_POINTS, HOOKS, chain_of, links_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.model_spec import ModelSpec, loaded
+from rpf3d_core.scene.models.spec import ModelSpec, loaded
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import Obstacles, all_of

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.scene.draws import distribution_of
-from rpf3d_core.scene.model import Material, Scene
-from rpf3d_core.scene.sphere import SPHERE_GROUND
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.setup.shapes import rock_of_scene
 
 LEAST_FRICTION = 1.0

@@ -88,7 +88,12 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: 
 def out_of_air(
     physics: Physics, locator: Any, motion: Motion, t: float, longest: float, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion at the end of a flight segment of t seconds, after the remaining action of air drag."""
+    """Return the motion after the second part of the air drag on a flight segment, which acts after the parabola.
+
+    motion : at the end of the parabola; t : s, duration of the parabola
+    longest : s, planned duration of the segment; the first part has acted before the parabola, for half of this
+        duration (`into_air`); inf if no effect acts in the air
+    """
     if longest == math.inf:
         return motion
     height = height_for_effects(physics.effects, plain_locator(locator), physics.facets, motion.x)

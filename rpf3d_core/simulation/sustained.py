@@ -77,7 +77,7 @@ def along_piece(
 ) -> State:
     """Return the state of a rock at the end of a ground segment, or where something on the segment changes its motion.
 
-    pieces : `TerrainPieces`, or None if no pieces of the terrain overlap
+    pieces : `TerrainPieces`, or None if no separate parts of the terrain overlap; piece : the ground segment
     """
 
 

@@ -8,7 +8,7 @@ from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
-from rpf3d_core.results.hazard_barriers import barriers_section
+from rpf3d_core.results.hazard_files.barriers_report import barriers_section
 from rpf3d_core.values import Outcome
 
 REACHED, STOPPED, RETAINED = "reached", "stopped", "retained"

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.results.hazard_benches import write_csv
+from rpf3d_core.results.hazard_files.benches_csv import write_csv
 from rpf3d_core.results.series import Curve, Panel
 from rpf3d_core.sweep.cells import Cell, value_text
 from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, STOPPED
@@ -53,7 +53,7 @@ def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], r
     InputError
         A file could not be written.
     """
-    from rpf3d_core.results.plots_sweep import write_curves  # the import of matplotlib takes most of a second
+    from rpf3d_core.results.plots.sweep import write_curves  # the import of matplotlib takes most of a second
 
     keys, scene = [one.key for one in varied], cells[0].scene
     title = f"{scene.path.stem}: {len(cells)} cells of about {records[0].rocks:,} rocks, seed {scene.seed}"
@@ -85,7 +85,11 @@ def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Ce
 
 
 def _most_held(records: Sequence[CellRecord], place: Place) -> float:
-    """Return the largest share of all rocks that a place holds in any cell; areas and barriers come first."""
+    """Return the rank of a place, by which the places of the picture are sorted; the largest is drawn first.
+
+    The rank is the largest share of all rocks that stopped in the place in any cell of the sweep; areas and barriers
+    have 1 more, so that they are before all zones.
+    """
     shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, STOPPED, place))]
     return max(shares, default=1.0) + (place[0] != "zone")
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.terrain.cell_holes import fill_holes
-from rpf3d_core.terrain.cell_mesh import cell_triangles
+from rpf3d_core.terrain.cloud_holes import fill_holes
+from rpf3d_core.terrain.cloud_mesh import cell_triangles
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.ground_points import default_cell, ground_class, lowest_in_cells
 

@@ -35,5 +35,8 @@ def sets_of_rocks(rocks: IntArray, sets: int, source: int) -> IntArray:
 
 
 def turns(rounds: IntArray, sets: int, source: int) -> IntArray:
-    """Return by how many places (N,) the order of the sets is turned in each round of a source."""
+    """Return the cyclic shift (N,) of the order of the parameter sets in rounds (N,) of a source.
+
+    A round is a rock of the source for each set.
+    """
     return np.asarray(np.floor((rounds + source) * GOLDEN % 1.0 * sets), dtype=np.int64)

@@ -26,7 +26,11 @@ def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:
 
 
 def _in_base(points: int, base: int, dimension: int, seed: int) -> FloatArray:
-    """Return the coordinates (P,) of one dimension: digits in a base, each place permuted, mirrored at the point."""
+    """Return the coordinates (P,) of the points in one dimension of the Halton sequence.
+
+    The digits of a point's number in the base, in reverse order after the point, each replaced by its permutation; the
+    permutation of each place is drawn.
+    """
     places = math.ceil(-math.log(SMALLEST) / math.log(base))
     draws = uniform(seed, dimension, np.arange(places * base), Purpose.PARAMETER_SET).reshape(places, base)
     left, x, weight = np.arange(points), np.zeros(points), 1.0

@@ -99,7 +99,7 @@ class Shift:
         self._pass_until(LENGTH)
 
     def survey(self) -> None:
-        """Publish the whole pit."""
+        """Publish the whole pit as terrain, then the sources that the radar detects."""
         self._stand_in.publish("terrain/mesh", self._content.mesh)
         self._publish_sources()
 

@@ -22,10 +22,17 @@ class HeardAlert(NamedTuple):
 
 
 class AlarmState:
-    """The last messages of `alarm` and `alerts`, with the time of their arrival by a steady clock.
+    """The last messages of `alarm` and `alerts`, and whether the relay contact of the alarm bridge may be closed.
 
-    stale_s : age (s) above which a message is stale. The contact is closed only while both topics are fresh, at least
-    two publications with rising numbers were received, the last is still valid, and both say that no alarm sounds.
+    stale_s : age (s) above which a message is stale. All times of arrival are of a steady clock.
+
+    The contact may be closed only while all of these conditions hold:
+
+    - at least two alerts have arrived since the start, and since the publisher was last lost: since its last missed
+      deadline, its death, or an alert that was not understood
+    - the last messages of both topics are not stale, and the last alert is still valid
+    - the last alert has a higher sequence number than the alert before
+    - neither topic has the alarm on, and the level is not `fault`
     """
 
     def __init__(self, stale_s: float) -> None:

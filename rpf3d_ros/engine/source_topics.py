@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from rpf3d_core.alerts.times import span
+from rpf3d_core.alerts.time_units import span
 
 BY_HAND = "clicked_point"
 """Topic of clicked sources: a click by a person is a single event, so no further message is expected."""

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rpf3d_core.live.scene import SCENE, live_parameters, live_scene
-from rpf3d_core.scene.fields import SceneField
+from rpf3d_core.scene.listings.fields import SceneField
 
 LARGEST_INTEGER = 2**63 - 1
 """Largest integer of a ROS parameter."""

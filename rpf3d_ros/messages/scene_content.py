@@ -1,4 +1,4 @@
-"""Convert a scene file to the data that a survey and a radar would send, map frame."""
+"""Convert a scene file to the data that a survey and a radar would send, in the map frame."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -136,7 +136,7 @@ def _sources(
 
 
 def _check_no_data(cloud: PointCloud2) -> None:
-    """Refuse a cloud that announces no points but has data: it is not evidence that nothing was seen."""
+    """Refuse a cloud that announces no points but has data: such a cloud does not prove that nothing was seen."""
     if len(cloud.data):
         raise MessageRefused(
             f"the cloud announces {cloud.height} x {cloud.width} points but has {len(cloud.data)} bytes"

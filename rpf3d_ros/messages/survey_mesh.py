@@ -5,7 +5,7 @@ import numpy as np
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.survey import GridSurvey, MeshSurvey
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.squares import grid_triangles
+from rpf3d_core.terrain.grid_triangles import grid_triangles
 
 Survey = GridSurvey | MeshSurvey
 

@@ -107,9 +107,11 @@ def cdr_of_mesh(survey: MeshSurvey) -> bytes:
 
 
 def check_mesh(data: Buffer, most: int = MOST_POINTS) -> None:
-    """Check the layout and the sizes of a mesh without reading its vertices; this takes microseconds.
+    """Check the layout and the sizes of the CDR bytes of a mesh without reading its vertices; takes microseconds.
 
-    Raises MessageRefused.
+    most : largest number of vertices; twice as many triangles are allowed
+
+    Raises MessageRefused if the layout or a size is wrong.
     """
     _split_mesh(data, most)
 

@@ -15,12 +15,12 @@ from std_msgs.msg import Bool
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros.engine.alarm_state import AlarmState, heard_alert
-from rpf3d_ros.engine.contacts import FileContact, TcpContact
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import AlarmBridgeParameters, declare
 from rpf3d_ros.interface.qos import ALERTS, OVERRIDABLE
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.health import ERROR, OK
+from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact
 
 NAME = "rpf3d_alarm_bridge"
 

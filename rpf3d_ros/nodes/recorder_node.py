@@ -18,7 +18,7 @@ def node() -> "Node":
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM."""
+    """Run the node until SIGINT or SIGTERM; return the exit code."""
     return run(node, args)
 
 

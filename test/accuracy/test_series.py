@@ -9,7 +9,7 @@ from price_lists import STEPS, price_list
 from rpf3d_core.accuracy.price_list import EVENTS, Priced
 from rpf3d_core.accuracy.series import series_of, word_of
 from rpf3d_core.recordings.cost import places_of
-from rpf3d_core.results.plots_cost import write_cost
+from rpf3d_core.results.plots.cost import write_cost
 from rpf3d_core.results.series import LEAST
 
 

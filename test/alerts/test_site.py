@@ -56,7 +56,7 @@ REFUSALS = [
      "`areas.haul_ramp.evacute` is not a key of a site file; did you mean `evacuate`?"),
     ("    restrict: {reach_probability: 0.005}", "    restrict: {}",
      "`areas.crusher.restrict` has no limit; give one or"),
-    ("fewest_rocks: 1000", "fewest_rocks: 764", "it must be at least 765"),
+    ("fewest_rocks: 1000", "fewest_rocks: 764", "give at least 765"),
     ("areas:\n", "areas: {}\nothers:\n", "`areas` has no area; name at least one"),
     ("crusher:", "haul_ramp:", "`areas.haul_ramp` is given twice, first in line"),
     ("site: example pit", "site: [", "not valid YAML"),

@@ -11,10 +11,10 @@ from imported_folders import CELL, COLUMNS, CORNER, ROWS, Grid, full, slope, sto
 from rasterio.transform import from_origin
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.cell_outlines import enclosed_cell
 from rpf3d_core.imports.classes import MOST_CLASSES, classes_of, facets_of_cells
 from rpf3d_core.imports.rockyfor3d import import_rockyfor3d
 from rpf3d_core.imports.stone import import_stone
-from rpf3d_core.results.cell_outlines import enclosed_cell
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.terrain import read_terrain
 

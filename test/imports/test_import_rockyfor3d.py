@@ -16,8 +16,9 @@ from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.imports.rockyfor3d import import_rockyfor3d
 from rpf3d_core.imports.rockyfor3d_ground import SOILS, tangential_restitution
 from rpf3d_core.runs.run import simulate
-from rpf3d_core.scene.model import Material, Scene
-from rpf3d_core.scene.models import EffectsSpec
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.keys import EffectsSpec
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.scene.zone_materials import material_of
 from rpf3d_core.setup.terrain import read_terrain

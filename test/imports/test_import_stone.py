@@ -14,8 +14,9 @@ from rpf3d_core.imports.classes import MOST_CLASSES
 from rpf3d_core.imports.stone import import_stone
 from rpf3d_core.imports.stone_sources import NEIGHBOURS
 from rpf3d_core.runs.run import simulate
-from rpf3d_core.scene.model import Material, Scene
-from rpf3d_core.scene.models import GroundSpec
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.keys import GroundSpec
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.scene.zone_materials import material_of
 from rpf3d_core.setup.terrain import read_terrain

@@ -19,7 +19,7 @@ from rpf3d_core.formats.yaml import read_yaml
 from rpf3d_core.imports import crests
 from rpf3d_core.imports.crests import OVER, _on_the_brow, crests_of
 from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
-from rpf3d_core.scene.json_schema import scene_schema
+from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at

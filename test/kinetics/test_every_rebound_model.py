@@ -83,7 +83,7 @@ def test_a_model_that_is_not_named_is_not_imported():
     """What a scene imports stands in the names of the modules that are loaded."""
     code = """
 import sys
-from rpf3d_core.scene.models import ReboundSpec
+from rpf3d_core.scene.models.keys import ReboundSpec
 import rpf3d_core.runs.run
 before = [name for name in sys.modules if ".rebounds." in name and "builders" not in name]
 ReboundSpec.model_validate({"v_half": {}}).model_spec.made()

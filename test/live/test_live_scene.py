@@ -6,7 +6,7 @@ import pytest
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.live.scene import EXCLUDED, LISTED, STAND_INS, live_parameters, live_scene, why_excluded
-from rpf3d_core.scene.fields import SCALARS, scene_fields
+from rpf3d_core.scene.listings.fields import SCALARS, scene_fields
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene
 

@@ -7,7 +7,7 @@ from rpf3d_core.hazard.maps import CellStatistics, HazardMaps, Layers, Raster
 from rpf3d_core.live.cells import cells_over, cover
 from rpf3d_core.live.shown_areas import MOST_STEPS, shown_areas
 from rpf3d_core.live.zones import outer_edges, shown_zones
-from rpf3d_core.terrain.squares import grid_triangles
+from rpf3d_core.terrain.grid_triangles import grid_triangles
 from rpf3d_core.terrain.survey import mesh_terrain
 
 SIDE = 5

@@ -13,7 +13,7 @@ from rpf3d_core.ensemble.flights import Flights, given_columns
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.models import GroundSpec, ReboundSpec
+from rpf3d_core.scene.models.keys import GroundSpec, ReboundSpec
 from rpf3d_core.setup.choices import with_choices
 from rpf3d_core.setup.prepared import scene_flight
 from rpf3d_core.setup.sources import rock_of, scene_sources

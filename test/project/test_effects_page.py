@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from rpf3d_core.scene.catalogue import COSTS, entries
+from rpf3d_core.scene.listings.catalogue import COSTS, entries
 
 ROOT = Path(__file__).parents[2]
 

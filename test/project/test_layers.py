@@ -58,33 +58,42 @@ ACROSS = {
 }
 """What one folder may take from another of its own layer; None for everything."""
 
+ROOMS = {
+    "rpf3d_core.scene.models": ("rpf3d_core.scene.models", "rpf3d_core.scene.values"),
+    "rpf3d_core.results.hazard_files": ("rpf3d_core.results.hazard_files",),
+    "rpf3d_core.results.plots": (
+        "rpf3d_core.results.plots", "rpf3d_core.results.hazard_files.sentences", "rpf3d_core.results.findings",
+        "rpf3d_core.results.series", "rpf3d_core.results.tables",
+    ),
+}  # fmt: skip
+"""What a folder inside a layer may take from its layer."""
+
 CONFINED = {
     "numba": ("rpf3d_core/jit/",),
     "llvmlite": ("rpf3d_core/jit/",),
     "vtk": ("rpf3d_core/detection/vtk_", "rpf3d_core/formats/vtk_", "rpf3d_core/accuracy/decimated.py"),
     "vtkmodules": (
         "rpf3d_core/detection/vtk_", "rpf3d_core/formats/vtk_", "rpf3d_core/accuracy/decimated.py",
-        "rpf3d_core/results/profiles.py", "rpf3d_core/desk/window.py",
+        "rpf3d_core/results/plots/path_profiles.py", "rpf3d_core/desk/window.py",
     ),
     "scipy": ("rpf3d_core/shapes/polyhedron.py",),
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
-    "matplotlib": ("rpf3d_core/results/plots",),
+    "matplotlib": ("rpf3d_core/results/plots/",),
     "pyarrow": (
         "rpf3d_core/results/tables.py", "rpf3d_core/formats/vtp.py", "rpf3d_core/unknowns/sample_files.py",
         "rpf3d_core/formats/mine/dxf_pairs.py", "rpf3d_core/report/run_files.py",
     ),
-    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/", "rpf3d_core/report/run_files.py"),
+    "rasterio": ("rpf3d_core/formats/", "rpf3d_core/results/hazard_files/", "rpf3d_core/report/run_files.py"),
     "shapely": (
         "rpf3d_core/formats/",
         "rpf3d_core/scene/",
         "rpf3d_core/setup/",
-        "rpf3d_core/results/",
         "rpf3d_core/live/areas.py",
         "rpf3d_core/imports/crests.py",
         *(
             f"rpf3d_core/terrain/{file}.py"
-            for file in ("zones", "cloud", "cell_holes", "ring", "gaps", "steep_gaps", "outer_walls")
+            for file in ("zones", "cloud", "cloud_holes", "ring", "gaps", "steep_gaps", "outer_walls")
         ),
     ),
     "pydantic": ("rpf3d_core/scene/", "rpf3d_core/alerts/site"),
@@ -139,6 +148,15 @@ def test_a_file_imports_only_from_the_layers_below_it(path: Path) -> None:
     modules = {name for name, _ in imported(ast.parse((ROOT / path).read_text()))}
     ours = {name for name in modules if name.split(".")[0] in PACKAGES and name not in PACKAGES}
     assert [name for name in sorted(ours) if not may_import(importer, name)] == []
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_only_the_named_files_of_its_layer(room: str) -> None:
+    layer = room.rpartition(".")[0]
+    files = sorted((ROOT / room.replace(".", "/")).glob("*.py"))
+    modules = {name for path in files for name, _ in imported(ast.parse(path.read_text()))}
+    ours = [name for name in sorted(modules) if name.startswith(f"{layer}.") and not name.startswith(ROOMS[room])]
+    assert len(files) > 1 and ours == []
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=str)

@@ -15,7 +15,7 @@ run_scene(sys.argv[1], sys.argv[2], rocks=4, engine="reference", recording=False
 ROOMS = tuple(f"rpf3d_core.{room}" for room in ("effects", "hazard", "formats", "results", "materials"))
 print(*sorted(name for name in sys.modules if name.startswith(ROOMS)
     and name.split(".")[-1] in {
-    "barriers", "barrier_arrivals", "forest", "obstacle_cells", "hazard_barriers", "gamma", "tree_files"}))
+    "barriers", "barrier_arrivals", "forest", "obstacle_cells", "barriers_report", "gamma", "tree_files"}))
 """
 FENCE = "effects: {barriers: {panels: [{name: a, along: [[-20, 0], [20, 0]], height: 3, capacity_kj: 9}]}}"
 

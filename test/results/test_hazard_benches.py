@@ -7,7 +7,7 @@ from flights_on_a_floor import floor
 from hazard_layers import lines_of_rocks, maps_of
 
 from rpf3d_core.hazard.benches import bench_table
-from rpf3d_core.results.hazard_benches import write_benches
+from rpf3d_core.results.hazard_files.benches_csv import write_benches
 
 
 def test_every_row_comes_back_with_its_shares_intervals_and_energy(tmp_path):

@@ -9,8 +9,8 @@ from hazard_layers import Points, laid_out, lines_of_rocks, maps_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.hazard.quantities import STATISTICS
-from rpf3d_core.results import hazard_rasters as module
-from rpf3d_core.results.hazard_rasters import write_hazard_rasters
+from rpf3d_core.results.hazard_files import geotiffs as module
+from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.zones import in_plan
 

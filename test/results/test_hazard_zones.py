@@ -11,7 +11,7 @@ from shapely.geometry import shape
 
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.hazard.maps import HazardMaps, Raster
-from rpf3d_core.results.hazard_zones import hazard_zones, write_hazard_zones
+from rpf3d_core.results.hazard_files.zones_geojson import hazard_zones, write_hazard_zones
 from rpf3d_core.scene.hazard import HazardSpec
 from rpf3d_core.terrain.zones import covered, in_plan
 

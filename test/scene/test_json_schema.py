@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.cli import app
 from rpf3d_core.formats.yaml import read_yaml
-from rpf3d_core.scene.json_schema import model_schema, scene_schema
+from rpf3d_core.scene.listings.json_schema import model_schema, scene_schema
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.values import MISSING_FILE
 

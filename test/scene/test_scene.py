@@ -10,7 +10,8 @@ from pydantic import ValidationError
 from rasterio.transform import from_origin
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.scene.model import Material, Scene
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_digest
 from rpf3d_core.scene.terrain import TerrainSpec
 from rpf3d_core.scene.zone_materials import material_of

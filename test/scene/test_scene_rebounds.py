@@ -162,7 +162,7 @@ def test_a_wrong_parameter_is_refused_with_its_line_and_key(tmp_path, text, sent
 
 
 def test_a_figure_that_is_not_confirmed_says_so_where_it_is_described():
-    from rpf3d_core.scene.rebounds import MassScaledSpec
+    from rpf3d_core.scene.models.rebounds import MassScaledSpec
 
     assert MassScaledSpec.CONFIRMED == "UNCONFIRMED"
     assert "unconfirmed" in str(MassScaledSpec.model_fields["C"].description)

@@ -1,6 +1,6 @@
 """Rebound and ground models by name, for tests that need no scene."""
 
-from rpf3d_core.scene.models import GroundSpec, ReboundSpec
+from rpf3d_core.scene.models.keys import GroundSpec, ReboundSpec
 from rpf3d_core.simulation.engines import Models
 
 

@@ -16,7 +16,7 @@ from rpf3d_core.kinetics.rebounds.v_half import VHalf
 from rpf3d_core.kinetics.rebounds.velocity_scaled import VelocityScaled
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext, RockKey
-from rpf3d_core.scene.rebounds import AngleTableSpec, MassScaledSpec
+from rpf3d_core.scene.models.rebounds import AngleTableSpec, MassScaledSpec
 from rpf3d_core.setup.builders.rebounds import angle_table, cholesky, mass_scaled
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.values import ZERO, Motion, Rock, Vec

@@ -14,7 +14,8 @@ from field_cases.flying import Ends
 from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.scene.model import Material, Scene
+from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, releases_in_ranges, scene_materials
 from rpf3d_core.setup.shapes import polyhedra_of
 from rpf3d_core.shapes.polyhedron import Polyhedron

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.formats.mine.dxf_entities import (
+from rpf3d_core.formats.mine.dxf_drawing import (
     CLOSED,
     CURVE_3D,
     MESH_2D,

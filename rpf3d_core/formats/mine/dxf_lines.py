@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.mine.dxf_entities import CLOSED, MESH_2D, POLYFACE, Drawing, read_drawing
+from rpf3d_core.formats.mine.dxf_drawing import CLOSED, MESH_2D, POLYFACE, Drawing, read_drawing
 from rpf3d_core.formats.mine.dxf_pairs import BULGE, ELEVATION
 from rpf3d_core.terrain.frame import FloatArray
 

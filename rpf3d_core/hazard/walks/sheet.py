@@ -51,7 +51,7 @@ class Sheet(NamedTuple):
 
 
 def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
-    """Return a sheet in which nothing is known about neighbours yet."""
+    """Return a `Sheet` of facets and buckets in which every answer is still UNKNOWN."""
     count = len(facets.zone)
     return Sheet(
         beyond=np.zeros(3 * count, dtype=np.int32),

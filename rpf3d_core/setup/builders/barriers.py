@@ -11,8 +11,8 @@ from rpf3d_core.effects.obstacle_cells import cells_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan
 from rpf3d_core.formats.polylines import lines_along
-from rpf3d_core.scene.barriers import BarriersSpec
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.barriers import BarriersSpec
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.terrain.facets import Terrain, tolerance_of

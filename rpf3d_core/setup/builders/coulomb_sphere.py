@@ -3,7 +3,7 @@
 from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN, CoulombSphere
 from rpf3d_core.kinetics.sphere_ground import SphereGround
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.sphere import CoulombSphereSpec, SphereGroundSpec
+from rpf3d_core.scene.models.sphere import CoulombSphereSpec, SphereGroundSpec
 from rpf3d_core.simulation import sphere as sphere  # the import registers its rules
 from rpf3d_core.terrain.facets import Terrain
 

@@ -1,8 +1,8 @@
 """Build the effect air drag of a scene."""
 
 from rpf3d_core.effects.drag import Drag
-from rpf3d_core.scene.air import DragSpec
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.air import DragSpec
 from rpf3d_core.terrain.facets import Terrain
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.effects.drag_layer import DragLayer
-from rpf3d_core.scene.air import DragLayerSpec
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.air import DragLayerSpec
 from rpf3d_core.setup.areas import outlines_on
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray

@@ -14,8 +14,8 @@ from rpf3d_core.formats.polygons import local_plan, read_polygons
 from rpf3d_core.formats.trees import KINDS, Tree, read_trees
 from rpf3d_core.materials.gamma import gamma_of
 from rpf3d_core.materials.streams import Purpose, uniform
-from rpf3d_core.scene.forest import ForestSpec
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.forest import ForestSpec
 from rpf3d_core.setup.coverage import extents, lies_off
 from rpf3d_core.setup.shapes import rock_of_scene
 from rpf3d_core.terrain.facets import Terrain

@@ -3,8 +3,8 @@
 import math
 
 from rpf3d_core.effects.fragmentation import Fragmentation
-from rpf3d_core.scene.fragmentation import FragmentationSpec
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.fragmentation import FragmentationSpec
 from rpf3d_core.terrain.facets import Terrain
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.model_spec import loaded
-from rpf3d_core.scene.rebounds import AngleTableSpec, MassScaledSpec, StochasticMatrixSpec
+from rpf3d_core.scene.models.rebounds import AngleTableSpec, MassScaledSpec, StochasticMatrixSpec
+from rpf3d_core.scene.models.spec import loaded
 from rpf3d_core.terrain.facets import Terrain
 
 Floats = NDArray[np.float64]

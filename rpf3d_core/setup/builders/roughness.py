@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.model_spec import loaded
-from rpf3d_core.scene.roughness import RoughnessSpec
+from rpf3d_core.scene.models.roughness import RoughnessSpec
+from rpf3d_core.scene.models.spec import loaded
 from rpf3d_core.terrain.facets import Terrain
 
 ROCFALL = "rpf3d_core.effects.roughness:RocfallRoughness"

@@ -8,7 +8,7 @@ import numpy as np
 from rpf3d_core.effects.scarring import Scarring
 from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.scarring import ScarringSpec
+from rpf3d_core.scene.models.scarring import ScarringSpec
 from rpf3d_core.terrain.facets import Terrain
 
 HARD = {"form_drag": 0.0, "soil_drag": 0.0, "mu_min": 0.0, "mu_max": 0.0}

@@ -1,4 +1,4 @@
-"""The flight loop of bodies: from one contact to the next, until the body has an outcome."""
+"""The simulation loop of bodies: flights, impacts and steps in contact, until the body has an outcome."""
 
 import math
 from typing import Any

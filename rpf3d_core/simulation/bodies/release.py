@@ -25,7 +25,11 @@ UNRESOLVED = int(Outcome.UNRESOLVED_CONTACT)
 
 
 class Release(NamedTuple):
-    """The motion of a body at its release; its outcome: MOVING, NO_ROOM, or UNRESOLVED_CONTACT where none is clear."""
+    """The motion of a body at its release, and its outcome.
+
+    outcome : MOVING; NO_ROOM if the facets nearby do not fit into the working memory; UNRESOLVED_CONTACT if the body
+        would touch the ground at the release and at every height above that was tried
+    """
 
     motion: BodyMotion
     outcome: int

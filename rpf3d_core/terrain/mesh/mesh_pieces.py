@@ -1,7 +1,8 @@
-"""Turn over the components of a mesh that face the wrong side, if all neighbours agree; faster than `winding`.
+"""Turn over the components of a mesh that face the wrong side; faster than `winding`.
 
-An open component must face up, a closed component must face outwards. The result is the same as in `winding`, but no
-sorting is needed. Only a mesh with both upward and downward facets needs this test of each component.
+The winding of all neighbouring facets must already agree. An open component must face up, a closed component must face
+outwards. The result is the same as in `winding`, but no sorting is needed. Only a mesh with both upward and downward
+facets needs this test of each component.
 """
 
 from typing import Any

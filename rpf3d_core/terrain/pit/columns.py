@@ -188,7 +188,12 @@ def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing)
 
 
 def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing) -> Points:
-    """Return the points of the haul ramp along one of its turns: lines across the ramp, level from edge to edge."""
+    """Return the points of the haul ramp on one turn around the pit.
+
+    Each column has a line of points across the ramp, all at the same height.
+
+    crossing : where the ramp crosses the columns on this turn; turn : number of the turn, from 0
+    """
     parts = max(1, round(design.strip / spacing.edge))
     across = np.arange(parts + 1)[:, None]
     offset = crossing.inner + across * (design.strip / parts)

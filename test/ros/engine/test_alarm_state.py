@@ -14,10 +14,10 @@ from alert_evidence import NOW, S, decided, evidence
 from std_msgs.msg import Header
 
 from rpf3d_ros.engine.alarm_state import NOTHING_YET, AlarmState, HeardAlert, heard_alert
-from rpf3d_ros.engine.contacts import FileContact, TcpContact, is_closed
 from rpf3d_ros.messages.alert_messages import Publication, alerts_message
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text, seconds_text
+from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact, is_closed
 
 STALE = 3.0
 CALM = HeardAlert(sequence=1, left_s=9.0, is_alarm=False, level="normal")
@@ -111,7 +111,7 @@ def test_any_other_text_is_no_time(text):
 HOLD = """
 import sys, time
 from pathlib import Path
-from rpf3d_ros.engine.contacts import FileContact
+from rpf3d_ros.nodes.alarm_contacts import FileContact
 contact = FileContact(Path(sys.argv[1]))
 contact.set(True)
 print("held", flush=True)

@@ -12,8 +12,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from live_peer import LivePeer, cloud, poses, with_alerts
 
-from rpf3d_ros.engine.contacts import is_closed
 from rpf3d_ros.interface.qos import DEADLINE, HEARTBEAT, LEASE
+from rpf3d_ros.nodes.alarm_contacts import is_closed
 
 OPENS_WITHIN = LEASE + 2.0
 """Seconds from the death of a program until the contact must be open."""

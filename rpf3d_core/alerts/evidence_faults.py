@@ -1,0 +1,158 @@
+"""Check whether evidence can be believed: each reason against it is a fault, written as a sentence.
+
+Evidence arrives through other machines, so its numbers may be wrong or missing. A NaN fails every check in this file.
+"""
+
+import math
+from collections.abc import Iterator
+
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
+from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.alerts.limits import hidden_level, level_of, limits_of
+from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.time_units import ns_of, span
+
+
+def faults_of(
+    previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int
+) -> tuple[str, ...]:
+    """Return the reasons why the evidence is not believed at this time; empty if the evidence is believed.
+
+    previous : the previous decision; now_ns : time of the decision (ns)
+    """
+    return (*_clock_faults(previous, now_ns), *_evidence_faults(previous, evidence, thresholds, now_ns))
+
+
+def went_back(previous: Alert | None, now_ns: int) -> bool:
+    """True if the clock was set back: the time now is earlier than the time of the previous decision."""
+    return previous is not None and now_ns < previous.at_ns
+
+
+def _clock_faults(previous: Alert | None, now_ns: int) -> Iterator[str]:
+    if previous is not None and went_back(previous, now_ns):
+        yield f"the clock went back by {span(previous.at_ns - now_ns)} since the decision before"
+
+
+def _evidence_faults(
+    previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int
+) -> Iterator[str]:
+    if evidence is None:
+        yield "there is no evidence: nothing has been heard of sources and terrain, or nothing could be flown"
+        return
+    yield from evidence.faults
+    yield from _stamp_faults(evidence, thresholds, now_ns)
+    newest = previous.evidence_at_ns if previous is not None else None
+    if newest is not None and evidence.at_ns < newest:
+        yield f"the answer is {span(newest - evidence.at_ns)} older than one that was decided on before"
+    yield from _ensemble_faults(evidence, thresholds)
+    yield from _area_names_faults(evidence, thresholds)
+    for area in evidence.areas:
+        yield from (f"{area.name}: {fault}" for fault in _area_faults(area, evidence.sources))
+        if limits_of(thresholds, area.name) is not None:
+            yield from (f"{area.name}: {fault}" for fault in _unknown_faults(area, thresholds))
+
+
+def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
+    """Yield a fault for each time stamp that is too old or in the future, and for an answer older than its sources."""
+    limits = thresholds.evidence
+    ahead = ns_of(limits.clock_tolerance_s)
+    for what, stamp, longest in (
+        ("the sources are", evidence.trigger_stamp_ns, limits.sources_max_age_s),
+        ("the terrain is", evidence.terrain_stamp_ns, limits.terrain_max_age_s),
+        ("the answer is", evidence.at_ns, None),
+    ):
+        age = now_ns - stamp
+        if stamp == 0:
+            yield f"{what} not stamped: the time is 0"
+        elif longest is not None and age > ns_of(longest):
+            yield f"{what} stale: stamped {span(age)} ago, at most {longest:g} s are allowed"
+        if age < -ahead:
+            yield f"{what} stamped {span(-age)} in the future"
+    if evidence.at_ns < evidence.trigger_stamp_ns - ahead:
+        yield "the answer was made before the sources were stamped that it answers"
+
+
+def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
+    """Yield a fault for numbers of sources and rocks that contradict each other, a sign of damaged evidence."""
+    most = max((area.flown for area in evidence.areas), default=0)
+    if evidence.sources < 0:
+        yield f"there are {evidence.sources} sources, which is no number of sources"
+    elif evidence.sources == 0 and most > 0:
+        yield f"{most} rocks flew, but there is no source"
+    if evidence.unfinished < 0 or evidence.unfinished > max(most, 0):
+        yield f"{evidence.unfinished} of {most} rocks were cut off, which cannot be"
+    elif evidence.unfinished and evidence.unfinished / most > thresholds.evidence.most_unfinished:
+        allowed = f"at most {thresholds.evidence.most_unfinished:g} of all are allowed"
+        yield f"the flight of {evidence.unfinished} of {most} rocks was cut off, {allowed}"
+
+
+def _area_names_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
+    names = [area.name for area in evidence.areas]
+    for name in thresholds.named_in_full:
+        if name not in names:
+            yield f"{name}: the site watches this area, but the answer says nothing of it"
+    if all(limits_of(thresholds, name) is None for name in names):
+        yield "the answer tells of no area that the site has limits for, so nothing is watched"
+
+
+def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
+    if area.flown < 0 or not 0 <= area.reached <= area.flown:
+        yield f"{area.reached} of {area.flown} rocks came, which cannot be"
+    elif area.flown == 0 and sources > 0:
+        yield "there are sources, but no rock flew"
+    elif not 0.0 <= area.low <= area.reached / max(area.flown, 1) <= area.high <= min(area.flown, 1):
+        yield f"the interval {area.low} to {area.high} is none of {area.reached} out of {area.flown}"
+    for what, value in (
+        ("p95 energy", area.p95_energy),
+        ("largest energy", area.largest_energy),
+        ("first arrival", area.first_arrival_s),
+    ):
+        if value is not None and not 0.0 <= value < math.inf:
+            yield f"the {what} is {value}"
+        elif value is not None and area.reached <= 0:
+            yield f"no rock came, but there is a {what}"
+    yield from _predictive_faults(area)
+    yield from _missing_faults(area)
+
+
+def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
+    """Yield a fault for a predictive interval that does not hold the sampling interval, or has no parameter sets."""
+    low, high = area.predictive_low, area.predictive_high
+    if area.sets < 0 or (low is None) != (high is None) or (low is not None and area.sets == 0):
+        yield f"a predictive interval from {low} to {high} over {area.sets} parameter sets cannot be"
+    elif low is not None and high is not None and not 0.0 <= low <= area.low <= area.high <= high <= 1.0:
+        yield f"the predictive interval {low} to {high} does not hold the sampling interval"
+    elif area.left_high is not None and not (high is not None and high <= area.left_high <= 1.0):
+        yield f"with the rocks that left, the upper end {high} becomes {area.left_high}, which cannot be"
+
+
+def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:
+    """Yield a fault for an area without terrain, and for rocks that may have reached it over ground that is not known.
+
+    The rocks that left are a fault if they are many, or if the area would have a higher level had they reached it.
+    """
+    terms = thresholds.evidence
+    if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):
+        yield f"{area.uncovered:g} of the area without terrain and {area.left} rocks that left are impossible"
+        return
+    if area.uncovered > terms.most_uncovered:
+        yield (
+            f"{100 * area.uncovered:.3g} % of the area have no terrain (at most {100 * terms.most_uncovered:.3g} %"
+            " are allowed): publish a survey that covers it"
+        )
+    hidden = hidden_level(area, thresholds)
+    is_hidden = hidden is not None and hidden > level_of(area, thresholds)
+    if is_hidden or (area.left and area.left / area.flown > terms.most_left):
+        yield (
+            f"{area.left:,} of {area.flown:,} rocks left the terrain on the way to it, over the rim or into a hole: "
+            "publish a survey that covers the way"
+        )
+
+
+def _missing_faults(area: AreaEvidence) -> Iterator[str]:
+    """Yield a fault for an area whose rocks have no energy or arrival time, or a p95 above the largest energy."""
+    if area.reached > 0 and (area.largest_energy is None or area.first_arrival_s is None):
+        yield "rocks came, but not all is known of their energy and arrival"
+    both = (area.p95_energy, area.largest_energy)
+    if both[0] is not None and both[1] is not None and both[0] > both[1]:
+        yield f"the p95 energy {both[0]} is above the largest, {both[1]}"

@@ -1,0 +1,114 @@
+"""What recorded paths show of a calibration's data: values where rocks passed a gate, and which places they reached."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.observations import Directions
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.terrain.frame import FloatArray
+
+HALVINGS = 40
+"""Number of halvings of a segment until the time of a passage is known to rounding."""
+ABOVE_EVERYTHING = 1.0
+"""Height (m) above the terrain from which the ground under a passage is searched."""
+
+
+class Passages(NamedTuple):
+    """The first passage of each of R rocks through a gate; NaN for a rock that did not pass.
+
+    speed : (R,) m/s; height : (R,) m, of the centre above the ground
+    """
+
+    speed: FloatArray
+    height: FloatArray
+
+    @property
+    def passed(self) -> NDArray[np.bool_]:
+        """Which rocks passed, (R,)."""
+        return ~np.isnan(self.speed)
+
+
+def passages(batch: Batch, directions: Directions, at: float, engine: Engine) -> Passages:
+    """Return the first passages of R rocks through a vertical plane across the slope.
+
+    at : m, distance of the plane along the first direction, in the input's coordinates
+    A segment of flight is an exact parabola between its ends; a slide is taken as a motion of constant acceleration.
+    """
+    rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
+    first, last = _segments(rows)
+    distance = directions.places(batch.pieces[:, 1:4])[:, 0] - at
+    crossing = (distance[first] < 0.0) != (distance[last] < 0.0)
+    _, earliest = np.unique(rows[first][crossing], return_index=True)
+    begin, end = first[crossing][earliest], last[crossing][earliest]
+    x, v = _at_plane(batch, begin, end, directions.axes[0], distance[begin])
+    speed, height = np.full(len(batch.rows), np.nan), np.full(len(batch.rows), np.nan)
+    speed[rows[begin]] = np.linalg.norm(v, axis=1)
+    height[rows[begin]] = _above_ground(engine, x)
+    return Passages(speed=speed, height=height)
+
+
+def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first and last row of each segment, from the rock of each recorded event (S,)."""
+    first = np.flatnonzero(rows[1:] == rows[:-1])
+    return first, first + 1
+
+
+def _at_plane(
+    batch: Batch, begin: NDArray[np.int64], end: NDArray[np.int64], along: FloatArray, distance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return position (K, 3) m and velocity (K, 3) m/s of K rocks where a segment crosses the plane."""
+    x, v, v_end = batch.pieces[begin, 1:4], batch.pieces[begin, 4:7], batch.pieces[begin, 7:10]
+    duration = np.maximum(batch.pieces[end, 0] - batch.pieces[begin, 0], 1e-12)
+    acceleration = (v_end - v) / duration[:, None]
+    speed, change = v @ along, 0.5 * acceleration @ along
+    low, high, below = np.zeros(len(begin)), duration, distance < 0.0
+    for _ in range(HALVINGS):
+        t = 0.5 * (low + high)
+        same = (distance + t * (speed + change * t) < 0.0) == below
+        low, high = np.where(same, t, low), np.where(same, high, t)
+    t = (0.5 * (low + high))[:, None]
+    return x + t * (v + 0.5 * acceleration * t), v + acceleration * t
+
+
+def _above_ground(engine: Engine, x: FloatArray) -> FloatArray:
+    """Return the heights (K,) m of points (K, 3) above the highest ground below or at them."""
+    if not len(x):
+        return np.empty(0)
+    top = np.array(x)
+    top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
+    drop = engine.ground_below(top)[:, 0]
+    return np.asarray(x[:, 2] - (top[:, 2] - drop))
+
+
+def visited(batch: Batch, inside: list[FloatArray], engine_step: float = 0.5) -> NDArray[np.bool_]:
+    """Return which of R rocks passed over or stopped in an area in plan, (R,).
+
+    inside : closed outlines (P, 2) m of the area, local frame; points on the paths are at most `engine_step` m apart
+    """
+    rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
+    first, last = _segments(rows)
+    start, stop = batch.pieces[first, 1:3], batch.pieces[last, 1:3]
+    steps = np.maximum(np.ceil(np.linalg.norm(stop - start, axis=1) / engine_step).astype(np.int64), 1)
+    share = np.concatenate([np.arange(n) / n for n in steps.tolist()]) if len(steps) else np.empty(0)
+    points = np.repeat(start, steps, axis=0) + share[:, None] * np.repeat(stop - start, steps, axis=0)
+    found = np.zeros(len(batch.rows), dtype=bool)
+    found[np.repeat(rows[first], steps)[contained(points, inside)]] = True
+    return found | contained(batch.finals[:, 1:3], inside)
+
+
+def contained(points: FloatArray, outlines: list[FloatArray]) -> NDArray[np.bool_]:
+    """Return True (N,) for points (N, 2) m that lie in an area and not in a hole of the area.
+
+    outlines : rings (P, 2) m of the area and of its holes; a point is inside if a ray from it crosses them an odd
+        number of times
+    """
+    inside = np.zeros(len(points), dtype=bool)
+    for ring in outlines:
+        for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+            if y0 != y1:
+                spans = (y0 > points[:, 1]) != (y1 > points[:, 1])
+                inside ^= spans & (points[:, 0] < x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0))
+    return inside

@@ -1,0 +1,128 @@
+"""Write hazard/zones.geojson: outlines of hazard zones, along the borders of the raster's cells.
+
+The outlines follow the cells; they are not contours between cell centres. Rocks are counted in cells, so the area of
+the cells is exact, and with cells of 2 m the steps look like a curve. A smooth curve would suggest more precision. The
+outlines are made by `rasterio.features.shapes`, so no other library is needed.
+
+Coordinates are the input's own plan coordinates (x y, or x z if y is up), so the file can be read back as polygons of
+areas of interest. RFC 7946 allows longitude and latitude only. The reference system is therefore in the `crs` member
+of the older GeoJSON 2008, which GIS programs read.
+"""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rasterio.crs import CRS
+from rasterio.features import shapes
+
+from rpf3d_core.formats.reference_system import reference_system
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.zones import UPPER, Zone, matrix_zones, reach_zones, upper_zones
+from rpf3d_core.results.hazard_files.geotiffs import transform_of, upright
+from rpf3d_core.scene.hazard import HazardSpec, matrix_of
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import Frame
+
+CELLS_THAT_TOUCH = 4
+"""Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
+
+
+def write_hazard_zones(
+    path: Path, terrain: Terrain, maps: HazardMaps, spec: HazardSpec, crs: str | None = None
+) -> None:
+    """Write zones.geojson: a polygon feature for each hazard zone that has cells.
+
+    Zones of reach probability are first, lowest level first; then the zones of the matrix.
+
+    Parameters
+    ----------
+    spec : the scene's `hazard`, for the levels and the matrix
+    crs : as `terrain.crs` of the scene
+
+    Raises
+    ------
+    InputError
+        As `reference_system`.
+    """
+    system = reference_system(crs, terrain.frame.up)
+    zones = hazard_zones(maps, spec)
+    collection = {
+        "type": "FeatureCollection",
+        "name": "hazard zones",
+        **({} if crs is None or system is None else {"crs": _member(system, crs)}),
+        "axes": "x y" if terrain.frame.up == "z" else "x z",
+        "rocks": maps.flown,
+        "rocks_lost_to_holes": maps.lost,
+        "cell_m": maps.raster.cell,
+        "features": [_feature(zone, maps, terrain.frame) for zone in zones if zone.cells.any()],
+    }
+    path.write_text(json.dumps(collection, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
+    """Return the hazard zones that a scene asks for (levels of reach probability, matrix), even those without cells."""
+    matrix = matrix_of(spec)
+    reach = [*reach_zones(maps, spec.reach_levels), *upper_zones(maps, spec.reach_levels)]
+    return [*reach, *([] if matrix is None else matrix_zones(maps, matrix))]
+
+
+def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
+    """Return sentences for the user on requested hazard zones without cells, which zones.geojson leaves out."""
+    missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any() and zone.kind != UPPER]
+    levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
+    classes = [repr(zone.name) for zone in missing if zone.name is not None]
+    sentences = []
+    if levels:
+        sentences.append(
+            f"no cell of {maps.raster.cell:g} m is reached by {' or '.join(levels)} of the rocks: zones.geojson has no "
+            "such zone"
+        )
+    if classes:
+        sentences.append(
+            f"no cell of {maps.raster.cell:g} m is of the class {' or '.join(classes)}: zones.geojson has no such zone"
+        )
+    return sentences
+
+
+def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
+    """Return the requested hazard zones for summary.json; zones with 0 cells have no feature in zones.geojson."""
+    return [
+        {
+            "kind": zone.kind,
+            "level": zone.level,
+            "class": zone.name,
+            "cells": int(zone.cells.sum()),
+            "cell_m": maps.raster.cell,
+            "object_width_m": zone.object_width,
+        }
+        for zone in hazard_zones(maps, spec)
+    ]
+
+
+def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
+    """Return a hazard zone as a GeoJSON feature: its polygons, kind, level or class, and size."""
+    cells = int(zone.cells.sum())
+    properties = {
+        "kind": zone.kind, "level": zone.level, "class": zone.name, "area_m2": cells * maps.raster.cell**2,
+        "cells": cells, "cells_by_largest_energy": zone.guessed, "cell_m": maps.raster.cell,
+        "object_width_m": zone.object_width,
+    }  # fmt: skip
+    geometry = {"type": "MultiPolygon", "coordinates": _polygons(zone, maps, frame)}
+    return {"type": "Feature", "properties": properties, "geometry": geometry}
+
+
+def _polygons(zone: Zone, maps: HazardMaps, frame: Frame) -> list[Any]:
+    """Return the polygons around the cells of a hazard zone, as rings in plan coordinates (m)."""
+    image = np.ascontiguousarray(upright(zone.cells, maps.raster, frame))
+    transform = transform_of(maps.raster, frame)
+    found = shapes(image.view(np.uint8), mask=image, connectivity=CELLS_THAT_TOUCH, transform=transform)
+    return [geometry["coordinates"] for geometry, _ in found]
+
+
+def _member(system: CRS, name: str) -> dict[str, Any]:
+    """Return the reference system as GeoJSON 2008 states it: by EPSG code, or else as the scene spells it."""
+    code = system.to_epsg()
+    return {"type": "name", "properties": {"name": name if code is None else f"urn:ogc:def:crs:EPSG::{code}"}}

@@ -1,0 +1,131 @@
+"""Draw the pictures of a calibration: posterior pairs, predicted against observed stops, and coverage."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rpf3d_core.results.plots.style import label, save
+
+FloatArray = NDArray[np.float64]
+
+POSTERIOR, PRIOR, OBSERVED = "#1f4e9c", "#999999", "#c81e1e"
+AXES = ("along the slope (m)", "across the slope (m)")
+SHARES = 500
+"""Number of points of a curve of shares, at least."""
+DRAWN = 1500
+"""Number of simulated stops in the plan."""
+
+
+class Predicted(NamedTuple):
+    """Simulated stops with weights: place (M, 2) m along and across, weights (M,) whose sum is 1."""
+
+    place: FloatArray
+    weights: FloatArray
+
+
+def write_pairs(path: Path, names: Sequence[str], before: FloatArray, after: FloatArray) -> None:
+    """Write posterior.png: each parameter and each pair of parameters, prior in grey and posterior in blue.
+
+    before, after : (S, U) samples with equal weights
+    """
+    size = len(names)
+    figure = Figure(figsize=(max(2.6 * size, 4.5), max(2.6 * size, 4.5)), layout="constrained")
+    grid = figure.subplots(size, size, squeeze=False)
+    short = [name.replace(".", "\n") for name in names]
+    for i in range(size):
+        for j in range(size):
+            axes = grid[i, j]
+            if j > i:
+                axes.set_axis_off()
+            elif i == j:
+                _draw_alone(axes, before[:, i], after[:, i])
+            else:
+                _draw_pair(axes, before[:, [j, i]], after[:, [j, i]])
+            label(axes, short[j] if i == size - 1 else "", short[i] if j == 0 and i else "")
+    grid[0, 0].legend(fontsize=8)
+    figure.suptitle("what the data says of the parameters: prior grey, posterior blue", x=0.01, ha="left")
+    save(figure, path)
+
+
+def _draw_alone(axes: Axes, before: FloatArray, after: FloatArray) -> None:
+    bins = np.linspace(min(before.min(), after.min()), max(before.max(), after.max()), 31)
+    axes.hist(before, bins=bins.tolist(), density=True, color=PRIOR, alpha=0.5, label="prior")
+    axes.hist(after, bins=bins.tolist(), density=True, color=POSTERIOR, alpha=0.6, label="posterior")
+    axes.set_yticks([])
+
+
+def _draw_pair(axes: Axes, before: FloatArray, after: FloatArray) -> None:
+    axes.plot(*before.T, ".", color=PRIOR, markersize=2)
+    axes.plot(*after.T, ".", color=POSTERIOR, markersize=4, alpha=0.6)
+
+
+def write_predicted(path: Path, observed: FloatArray, prior: Predicted, posterior: Predicted) -> None:
+    """Write predicted.png: shares of stops up to each distance, and stops in plan; observed (N, 2) m."""
+    figure = Figure(figsize=(13.0, 4.5), layout="constrained")
+    panels = figure.subplots(1, 3)
+    for axis in range(2):
+        _draw_shares(panels[axis], observed[:, axis], prior, posterior, axis)
+    panels[0].legend(fontsize=8, loc="upper left")
+    rows = _even_rows(posterior.weights)
+    panels[2].plot(*posterior.place[rows].T, ".", color=POSTERIOR, markersize=2, alpha=0.4, label="predicted")
+    panels[2].plot(*observed.T, "o", color=OBSERVED, markersize=4, label="observed")
+    label(panels[2], *AXES)
+    panels[2].legend(fontsize=8, loc="upper left")
+    panels[0].set_title("predicted against observed stops", loc="left")
+    save(figure, path)
+
+
+def _draw_shares(axes: Axes, observed: FloatArray, prior: Predicted, posterior: Predicted, axis: int) -> None:
+    for predicted, colour, name in ((prior, PRIOR, "prior"), (posterior, POSTERIOR, "posterior")):
+        axes.plot(*_reached(predicted, axis), color=colour, label=name)
+    steps = np.arange(1, len(observed) + 1) / len(observed)
+    axes.step(np.sort(observed), steps, where="post", color=OBSERVED, label="observed")
+    margin = 0.6 * float(np.ptp(observed)) + 1.0
+    axes.set_xlim(float(observed.min()) - margin, float(observed.max()) + margin)
+    label(axes, AXES[axis], "share of stops nearer (-)")
+
+
+def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
+    """Return distances (K,) m along an axis, rising, and the weight (K,) of the stops up to each."""
+    order = np.argsort(predicted.place[:, axis])
+    reached = np.cumsum(predicted.weights[order])
+    rows = np.unique(np.linspace(0, len(order) - 1, SHARES).astype(np.int64))
+    heavy = np.searchsorted(reached, (np.arange(SHARES) + 0.5) / SHARES).clip(max=len(order) - 1)
+    rows = np.union1d(rows, heavy)  # of the weight and of the stops, so that neither steps nor tails are lost
+    return predicted.place[order[rows], axis], reached[rows]
+
+
+def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
+    """Return rows (DRAWN,) of a sample with equal weights, drawn evenly."""
+    reached = np.cumsum(weights)
+    share = (np.arange(DRAWN) + 0.5) / DRAWN * reached[-1]
+    return np.asarray(np.searchsorted(reached, share).clip(max=len(weights) - 1))
+
+
+def write_coverage(path: Path, rank: FloatArray) -> None:
+    """Write coverage.png: the share of kept-out blocks within predictive intervals of every probability.
+
+    rank : (N, 2) predicted probabilities of a stop nearer than the observed one, along and across
+    """
+    figure = Figure(figsize=(10.0, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    wanted = np.linspace(0.0, 1.0, 201)
+    doubt = 2.0 * np.sqrt(wanted * (1.0 - wanted) / len(rank))
+    left.fill_between(wanted, np.clip(wanted - doubt, 0, 1), np.clip(wanted + doubt, 0, 1), color="#dddddd",
+                      label=f"chance, {len(rank)} blocks")  # fmt: skip
+    left.plot(wanted, wanted, color="0.4", linewidth=1.0)
+    for axis, colour in enumerate((POSTERIOR, OBSERVED)):
+        inside = 2.0 * np.abs(rank[:, axis] - 0.5)
+        left.plot(wanted, [(inside <= share).mean() for share in wanted], color=colour, label=AXES[axis])
+        right.hist(rank[:, axis], bins=np.linspace(0, 1, 11).tolist(), histtype="step", color=colour, linewidth=1.8)
+    right.axhline(len(rank) / 10, color="0.4", linewidth=1.0)
+    label(left, "probability of the predictive interval (-)", "share of kept-out blocks inside (-)")
+    label(right, "predicted probability of a nearer stop (-)", "kept-out blocks")
+    left.legend(fontsize=8)
+    left.set_title("do the intervals hold what was kept out?", loc="left")
+    save(figure, path)

@@ -1,0 +1,55 @@
+"""Draw convergence.png: how far the uncertainty of shares and energies has shrunk with the number of rocks."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from rpf3d_core.hazard.convergence import Step
+from rpf3d_core.results.plots.style import label, save
+from rpf3d_core.scene.model import TargetSpec
+
+SHOWN = 8
+"""Number of places drawn: the zones or areas with the widest intervals in the last step."""
+JOULE_PER_KJ = 1000.0
+
+
+def write_convergence(path: Path, name: str, steps: Sequence[Step], target: TargetSpec) -> None:
+    """Write convergence.png: widths of intervals, and 95th percentiles of energy, against the number of rocks.
+
+    name : of the scene, with its number of rocks, for the title; steps : at least one
+    """
+    figure = Figure(figsize=(8.0, 8.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    places = sorted(steps[-1].places, key=lambda place: -steps[-1].places[place].half_width)[:SHOWN]
+    for place in places:
+        _draw_half_widths(upper, place, steps)
+        _draw_energies(lower, place, steps)
+    rocks = [step.rocks for step in steps]
+    fall = [steps[-1].half_width * (rocks[-1] / n) ** 0.5 for n in rocks]
+    upper.plot(rocks, fall, color="0.6", linestyle=":", label="as 1 / square root of rocks")
+    upper.axhline(target.half_width, color="0.3", linestyle="--", label=f"target {target.half_width:g}")
+    label(upper, "", "half-width of the 95 % interval (-)")
+    label(lower, "rocks flown", "p95 of energy (kJ)")
+    upper.set(xscale="log", yscale="log")  # after `label`, which needs linear axes for its plain numbers
+    upper.legend(fontsize=8)
+    upper.set_title(f"{name}: how sure the shares and energies are", loc="left")
+    save(figure, path)
+
+
+def _draw_half_widths(axes: Axes, place: str, steps: Sequence[Step]) -> None:
+    known = [(step.rocks, step.places[place].half_width) for step in steps if place in step.places]
+    axes.plot(*zip(*known, strict=True), marker="o", markersize=3, label=place)
+
+
+def _draw_energies(axes: Axes, place: str, steps: Sequence[Step]) -> None:
+    known = [
+        (step.rocks, energy / JOULE_PER_KJ)
+        for step in steps
+        if place in step.places and (energy := step.places[place].energy_p95) is not None
+    ]
+    if known:
+        axes.plot(*zip(*known, strict=True), marker="o", markersize=3, label=place)

@@ -1,0 +1,318 @@
+"""Write hazard/*.png: maps of reach probability, energy and height over the shaded terrain, for print."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
+from rpf3d_core.hazard.passages import passage_per_metre
+from rpf3d_core.hazard.scales import (
+    Scale,
+    Values,
+    colours_at,
+    reach_scale,
+    scale_of_energy,
+    scale_of_height,
+    scale_of_passages,
+)
+from rpf3d_core.results.findings import MapContent
+from rpf3d_core.results.hazard_files.sentences import words_on_empty
+from rpf3d_core.results.plots.shading import hillshade
+from rpf3d_core.results.plots.sheet import (
+    MOST_RELEASES,
+    OVERVIEW_PIXELS,
+    PIXELS,
+    Picture,
+    draw_areas,
+    draw_ground,
+    draw_north,
+    draw_overview,
+    empty_figure,
+    measure,
+    placed,
+    plan_of,
+    starts_of,
+    whole_window,
+    window_with_areas,
+)
+from rpf3d_core.results.plots.style import save
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.plan_view import Window, seen_from_above
+
+OPACITY = 0.82
+"""Opacity (-) of the hazard colours: the terrain shows through, and colours can still be compared with the scale."""
+
+FEW = "#7d8fb3"
+"""Colour of cells that too few rocks reached for a value: a blue that the scale does not have."""
+
+RELEASE: dict[str, Any] = {"marker": "o", "color": "#1450d2", "markersize": 4.5, "markeredgecolor": "white"}
+MANY_RELEASES = 100
+"""Largest number of releases that are drawn as large markers; more are drawn as dots, to hide little of the map."""
+DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "markeredgewidth": 0.0}
+"""Marker of a release if there are many. It is not blue, because blue would be hard to see on cells of colour FEW."""
+
+TITLE_PAD = 26.0
+"""Distance of the title from the map (points), so that a long title does not cover the scale bar."""
+
+BAR_HEIGHT = 0.17
+"""Height of the colour bar (inches)."""
+
+FEW_DECADES = 1.7
+"""Largest range (powers of ten) of a colour bar that also has tick labels between the powers."""
+
+JOULE_PER_KJ = 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Theme:
+    """The quantity that one hazard picture shows: values, title, unit and colour scale.
+
+    title : part of the picture's title between the scene and the number of rocks; unit : label of the colour bar
+    values : (C,) of all cells of the raster, NaN where unknown, in their own unit; scale : of the values
+    per_unit : one unit of the colour bar, expressed in the values' own unit
+    """
+
+    title: str
+    unit: str
+    values: Values
+    scale: Scale
+    per_unit: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class MapBackground:
+    """The shaded terrain behind all hazard pictures of a run, drawn only once.
+
+    window : the part of the terrain that is shown; picture : its hillshade
+    whole : hillshade of the whole terrain for the overview, None if the window shows all of it
+    """
+
+    terrain: Terrain
+    window: Window
+    picture: Picture
+    whole: Picture | None
+
+
+def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray) -> None:
+    """Write the hazard pictures into an existing folder: reach_probability.png, energy_p95.png and height_p95.png.
+
+    A run over parameter sets has reach_probability_high.png as well, and maps with passages per metre have
+    passage_per_metre.png.
+    releases : (N, 2 or 3) m, release points of the rocks, local frame
+    """
+    ground = _ground(content.terrain, maps, releases, content.areas)
+    for file, theme in themes(maps).items():
+        title = f"{content.name}: {theme.title}, {content.flown.describe()}"
+        figure = hazard_figure(title, theme, ground, maps, releases, content.areas)
+        save(figure, folder / f"{file}.png")
+
+
+def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
+    """Return the upper end of the reach probability over the parameter sets, if there are any."""
+    if maps.reach_band is None:
+        return {}
+    band, cell = maps.reach_band, maps.raster.cell
+    high = np.full(maps.cells.count, np.nan)
+    high[band.cell] = np.where(band.high > 0.0, band.high, np.nan)
+    return {
+        "reach_probability_high": Theme(
+            "reach probability, upper end of 95 %", f"share of all rocks that come to a cell of {cell:g} m (%),\n"
+            f"upper end over {maps.sets.flown} parameter sets",
+            high, reach_scale(maps.flown, band.high), 0.01,
+        )
+    }  # fmt: skip
+
+
+def themes(maps: HazardMaps) -> dict[str, Theme]:
+    """Return the quantity that each hazard picture shows, by the name of its file."""
+    cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
+    share = reach_probability(cells, maps.flown)
+    p95 = "95th percentile of the rocks' largest"
+    return {
+        "reach_probability": Theme(
+            "reach probability", f"share of all rocks that come to a cell\nof {maps.raster.cell:g} m (%)",
+            cells.everywhere(share, np.nan), reach_scale(maps.flown, share), 0.01,
+        ),
+        **_upper_end(maps),
+        **_per_metre(maps),
+        "energy_p95": Theme(
+            f"{p95} energy", f"{maps.energy_kind} kinetic energy, p95 (kJ),\n{wide}",
+            cells.everywhere(cells.energy.p95, np.nan), scale_of_energy(cells.energy.p95), JOULE_PER_KJ,
+        ),
+        "height_p95": Theme(
+            f"{p95} height", f"height above the ground, p95 (m),\n{wide}", cells.everywhere(cells.height.p95, np.nan),
+            scale_of_height(cells.height.p95),
+        ),
+    }  # fmt: skip
+
+
+def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
+    """Return the picture of passages per metre as an entry of `themes`; empty if the maps do not have this quantity."""
+    if not maps.cells.has_ways:
+        return {}
+    value = passage_per_metre(maps).value
+    unit = "share of all rocks that pass a metre\nacross their way (%/m), whatever the cell"
+    known = np.where(value > 0.0, value, np.nan)
+    scale = scale_of_passages(known)
+    return {"passage_per_metre": Theme("passages per metre", unit, maps.cells.everywhere(known, np.nan), scale, 0.01)}
+
+
+def hazard_figure(
+    title: str,
+    theme: Theme,
+    ground: MapBackground,
+    maps: HazardMaps,
+    releases: FloatArray,
+    areas: Mapping[str, Sequence[FloatArray]],
+) -> Figure:
+    """Draw one hazard picture: map, colour bar, legend and overview.
+
+    releases : (N, 2 or 3) m; areas : rings (N, 2) m; both in the local frame
+    """
+    terrain, window = ground.terrain, ground.window
+    figure, main, side = empty_figure(window)
+    draw_ground(main, terrain, window, ground.picture)
+    few = _draw_cells(main, terrain, window, theme, maps)
+    draw_areas(main, terrain, areas)
+    starts = starts_of(releases)
+    main.plot(*plan_of(terrain, starts).T, linestyle="none", **_release(len(starts)))
+    measure(main, terrain, window)
+    main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
+    if ground.whole is not None:
+        draw_overview(figure, terrain, whole_window(terrain), window, ground.whole, areas)
+    draw_north(side, terrain)
+    if np.isfinite(theme.values).any():
+        _draw_scale(figure, side, theme)
+    else:
+        _say_why_empty(side, maps)
+    _draw_legend(side, maps.raster, len(starts), areas, few)
+    return figure
+
+
+def _ground(
+    terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
+) -> MapBackground:
+    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas close to it."""
+    whole = whole_window(terrain)
+    window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
+    picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
+    small = None if window == whole else hillshade(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
+    return MapBackground(terrain, window, picture, small)
+
+
+def _reached(maps: HazardMaps) -> FloatArray:
+    """Return the centres (N, 2) m of the map cells that rocks reached, local frame."""
+    raster = maps.raster
+    row, column = np.divmod(maps.cells.cell, raster.nx)
+    return np.stack([column + 0.5, row + 0.5], axis=1) * raster.cell + (raster.x, raster.y)
+
+
+def _release(count: int) -> dict[str, Any]:
+    """Return the marker style of release points: large markers, or dots if there are many."""
+    return RELEASE if count <= MANY_RELEASES else DOT
+
+
+def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> bool:
+    """Draw the map cells in the window, in the colours of the scale.
+
+    Returns True if some cells were reached by too few rocks for a value.
+    """
+    raster = maps.raster
+    shown, extent = _cells_in(raster, window)
+    values = theme.values.reshape(raster.ny, raster.nx)[shown]
+    reached = maps.cells.everywhere(maps.cells.rocks > 0, False).reshape(raster.ny, raster.nx)[shown]
+    few = reached & ~np.isfinite(values)
+    where = placed(terrain, extent)
+    limits = axes.get_xlim(), axes.get_ylim()
+    style: dict[str, Any] = {"extent": where, "origin": "lower", "interpolation": "nearest", "alpha": OPACITY}
+    axes.imshow(np.ma.masked_invalid(values), cmap=colour_map(), norm=norm_of(theme.scale), **style)
+    if few.any():
+        axes.imshow(np.ma.masked_where(~few, few), cmap=ListedColormap([FEW]), **style)
+    axes.set_xlim(*limits[0])
+    axes.set_ylim(*limits[1])
+    axes.set_aspect("equal")
+    return bool(few.any())
+
+
+def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Window]:
+    """Return the rows and columns of the map cells that a window touches, and the window that these cells cover.
+
+    Both windows are in the local frame.
+    """
+    first = np.floor((np.array([window.left, window.bottom]) - (raster.x, raster.y)) / raster.cell).astype(int)
+    last = np.ceil((np.array([window.right, window.top]) - (raster.x, raster.y)) / raster.cell).astype(int)
+    (left, bottom), (right, top) = np.maximum(first, 0), np.minimum(last, (raster.nx, raster.ny))
+    x, y, cell = raster.x, raster.y, raster.cell
+    covered = Window(left=x + left * cell, right=x + right * cell, bottom=y + bottom * cell, top=y + top * cell)
+    return (slice(bottom, top), slice(left, right)), covered
+
+
+def colour_map() -> Colormap:
+    """Return the hazard colours as a matplotlib colour map of 256 steps."""
+    return ListedColormap(colours_at(np.linspace(0.0, 1.0, 256)) / 255.0)
+
+
+def norm_of(scale: Scale) -> Normalize:
+    """Return a colour scale as matplotlib needs it, linear or logarithmic."""
+    kind = LogNorm if scale.logarithmic else Normalize
+    return kind(scale.low, scale.high)
+
+
+def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
+    """Draw the colour bar next to the map, with round numbers in the unit of the picture."""
+    box = side.get_position()
+    height = BAR_HEIGHT / figure.get_size_inches()[1]
+    bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
+    scale = Scale(
+        low=theme.scale.low / theme.per_unit,
+        high=theme.scale.high / theme.per_unit,
+        logarithmic=theme.scale.logarithmic,
+    )
+    colours = figure.colorbar(
+        ScalarMappable(norm_of(scale), colour_map()),
+        cax=bar,
+        orientation="horizontal",
+        extend=_beyond(scale, theme.values[np.isfinite(theme.values)] / theme.per_unit),
+    )
+    colours.set_label(theme.unit, fontsize=9)
+    colours.ax.tick_params(labelsize=9)
+    if scale.logarithmic:
+        few = math.log10(scale.high / scale.low) <= FEW_DECADES
+        colours.locator = LogLocator(10, (1.0, 2.0, 5.0) if few else (1.0,), numticks=20)
+        colours.formatter = FuncFormatter(lambda value, _: f"{value:,.6g}")
+        colours.minorlocator = NullLocator()
+        colours.update_ticks()
+
+
+def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
+    """Write in place of the colour bar why no cell has a value."""
+    side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
+
+
+def _beyond(scale: Scale, known: Values) -> str:
+    """Return which ends of the colour bar become arrows, because some values (N,) lie beyond that end."""
+    below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
+    return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
+
+
+def _draw_legend(side: Axes, raster: Raster, releases: int, areas: Mapping[str, Any], few: bool) -> None:
+    point = {**_release(releases), "markersize": RELEASE["markersize"]}
+    which = f"releases ({releases} drawn)" if releases == MOST_RELEASES else "releases"
+    entries: list[Any] = [Line2D([], [], linestyle="none", label=which, **point)]
+    if few:
+        entries.append(Patch(facecolor=FEW, alpha=OPACITY, label=f"reached by fewer than {FEWEST_ROCKS} rocks"))
+    entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in areas]
+    side.legend(handles=entries, title=f"cells of {raster.cell:g} m", title_fontsize=9, alignment="left",
+                loc="upper left", bbox_to_anchor=(-0.03, 0.79), frameon=False, fontsize=9)  # fmt: skip

@@ -1,0 +1,94 @@
+"""Draw the critical section of a report: terrain and paths, and below them how many rocks pass which distance."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rpf3d_core.results.plots.style import GROUND, PATH, label
+
+FloatArray = NDArray[np.float64]
+WIDTH, PANEL, SHARES = 10.0, 9.0, 2.4
+"""Width of the picture, width of its panels, and height of the lower panel (inches)."""
+LOWEST, HIGHEST = 2.0, 7.5
+"""Least and greatest height (inches) of the section; between them, lengths and heights have the same scale."""
+LIMIT, BAND = "#b3007a", "#9bb8e0"
+
+
+class SectionDrawing(NamedTuple):
+    """What the picture of a critical section shows; distances (m) are from the toe.
+
+    distance, ground : (S,) m, profile of the terrain; paths : each (P, 2) distance and elevation
+    held : distance that holds 90 % of the rocks, None if it is not on the picture
+    at : (D,) m; passed : (D,) share of the rocks that pass; sampling, predictive : (2, D) ends of intervals or None
+    origin : name of the zero of distances
+    """
+
+    distance: FloatArray
+    ground: FloatArray
+    paths: Sequence[FloatArray]
+    held: float | None
+    at: FloatArray
+    passed: FloatArray
+    sampling: FloatArray
+    predictive: FloatArray | None
+    origin: str
+
+
+def section_figure(drawing: SectionDrawing) -> Figure:
+    """Draw the critical section above, and the share of rocks that pass each distance below."""
+    length = float(drawing.distance[-1] - drawing.distance[0])
+    floor, top = _heights(drawing)
+    true = PANEL * (top - floor) / length
+    height = min(max(true, LOWEST), HIGHEST)
+    figure = Figure(figsize=(WIDTH, height + SHARES + 1.0))
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(height, SHARES))
+    below = 0.6 / (height + SHARES + 1.0)
+    figure.subplots_adjust(left=(WIDTH - PANEL) / WIDTH - 0.02, right=0.98, top=1.0 - 0.3 * below, bottom=below)
+    upper.set_ylim(floor, top)
+    _draw_section(upper, drawing, floor, height / true)
+    _draw_shares(lower, drawing)
+    for axes in (upper, lower):
+        axes.axvline(0.0, color="#444444", linewidth=0.8, linestyle=":")
+        if drawing.held is not None:
+            axes.axvline(drawing.held, color=LIMIT, linewidth=1.2, linestyle="--")
+    upper.set_xlim(drawing.distance[0], drawing.distance[-1])
+    return figure
+
+
+def _heights(drawing: SectionDrawing) -> tuple[float, float]:
+    """Return the lowest and the highest elevation (m) of the picture."""
+    heights = np.concatenate([drawing.ground, *(path[:, 1] for path in drawing.paths)])
+    low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+    room = 0.08 * (high - low) + 0.5
+    return low - room, high + room
+
+
+def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated: float) -> None:
+    """Draw the terrain's profile and the paths; floor : lowest elevation (m); exaggerated : height over length (-)."""
+    ground = drawing.ground
+    axes.fill_between(drawing.distance, np.nan_to_num(ground, nan=floor), floor, color=GROUND, alpha=0.35, linewidth=0)
+    axes.plot(drawing.distance, ground, color=GROUND, linewidth=1.8, label="terrain")
+    axes.add_collection(LineCollection(list(drawing.paths), colors=PATH, linewidths=0.6, alpha=0.5))
+    axes.plot([], [], color=PATH, linewidth=0.8, label=f"kept paths in the strip ({len(drawing.paths):,})")
+    if drawing.held is not None:
+        axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % of the rocks: {drawing.held:.1f} m")
+    label(axes, "", "elevation (m)" + ("" if abs(exaggerated - 1.0) < 0.02 else f", heights x {exaggerated:.2g}"))
+    axes.legend(loc="upper right", framealpha=0.9)
+
+
+def _draw_shares(axes: Axes, drawing: SectionDrawing) -> None:
+    """Draw the share of rocks that pass, with the predictive band below the sampling band."""
+    if drawing.predictive is not None:
+        axes.fill_between(drawing.at, *(100.0 * drawing.predictive), color=BAND, alpha=0.5, linewidth=0,
+                          label="95 % predictive interval")  # fmt: skip
+    axes.fill_between(drawing.at, *(100.0 * drawing.sampling), color=PATH, alpha=0.35, linewidth=0,
+                      label="95 % sampling interval")  # fmt: skip
+    axes.plot(drawing.at, 100.0 * drawing.passed, color=PATH, linewidth=1.4, label="rocks of all sections")
+    axes.set_ylim(0.0, 100.0)
+    label(axes, f"horizontal distance beyond {drawing.origin} (m)", "rocks that pass (%)")
+    axes.legend(loc="upper right", framealpha=0.9)

@@ -1,0 +1,43 @@
+"""Draw the tornado picture of a sensitivity: for each result, how far each unknown moves it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rpf3d_core.results.plots.style import save
+
+FloatArray = NDArray[np.float64]
+
+COLUMNS = 2
+"""Number of panels side by side."""
+BAR, DOUBT = "#1f4e9c", "#222222"
+
+
+def write_tornado(
+    path: Path, names: Sequence[str], titles: Sequence[tuple[str, str]], sizes: FloatArray, ends: FloatArray
+) -> None:
+    """Write tornado.png: a panel for each result, a bar for each unknown, the longest on top.
+
+    names : of U unknowns; titles : title and axis of Y panels; sizes : (U, Y) in the unit of the axis
+    ends : (2, U, Y) of the intervals
+    """
+    rows = max(-(-len(titles) // COLUMNS), 1)
+    height = (0.35 * len(names) + 1.1) * rows
+    figure = Figure(figsize=(13.0, height), layout="constrained")
+    panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    for panel, (title, axis), y in zip(panels, titles, range(len(titles)), strict=False):
+        order = np.argsort(sizes[:, y])
+        size = sizes[order, y]
+        doubt = np.abs(np.nan_to_num(ends[:, order, y] - size))
+        panel.barh([names[k] for k in order], np.nan_to_num(size), color=BAR, xerr=doubt, ecolor=DOUBT, capsize=2.0)
+        panel.tick_params(axis="y", labelsize=8)
+        panel.set_title(title, loc="left", fontsize=10)
+        panel.set_xlabel(axis, fontsize=8)
+        panel.grid(visible=True, axis="x", color="#dddddd", linewidth=0.6)
+        panel.set_axisbelow(True)
+    for panel in panels[len(titles) :]:
+        panel.set_axis_off()
+    save(figure, path)

@@ -1,0 +1,36 @@
+"""Define what all pictures share: resolution, colours, axis labels, and the writing of a PNG file.
+
+A separate file, so that a picture of the price list or of a section does not import tables and the locator of profiles.
+"""
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+RESOLUTION = 120
+"""Resolution of the pictures (dots per inch)."""
+
+GROUND, PATH = "#8a7a5c", "#1f4e9c"
+"""Colours of the terrain and of paths in profiles and sections."""
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as a PNG file; no display is needed."""
+    FigureCanvasAgg(figure)
+    figure.savefig(path, dpi=RESOLUTION, pil_kwargs={"compress_level": 3})
+
+
+def label(axes: Axes, x: str, y: str) -> None:
+    """Set axis labels and a light grid; survey coordinates are written in full, never as an offset."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.ticklabel_format(useOffset=False, style="plain")
+
+
+def hex_colour(rgb: tuple[int, int, int]) -> str:
+    """Return an sRGB colour (0 to 255) as a hexadecimal string such as "#1f4e9c"."""
+    return "#{:02x}{:02x}{:02x}".format(*rgb)

@@ -1,0 +1,95 @@
+"""Draw the picture of a sweep: a panel for each result, a curve with a band for each design."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from rpf3d_core.results.plots.style import save
+from rpf3d_core.results.series import Curve, Panel
+
+COLUMNS = 3
+"""Number of panels side by side."""
+COLOURS = ("#1f4e9c", "#c8501e", "#2e7d32", "#7b3fa0", "#9a7b00", "#00838f", "#ad1457", "#555555")
+MARKERS = "osD^vP*X"
+BAND = {True: "95 % predictive interval, unknowns included", False: "95 % sampling interval of the number of rocks"}
+
+
+def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> None:
+    """Write sweep.png: the figures of all panels over the values of a key; key : its path in the scene."""
+    rows = -(-len(panels) // COLUMNS)
+    figure = Figure(figsize=(13.0, 3.4 * rows + 1.0), layout="constrained")
+    places = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    at = _places_of(panels)
+    for axes, panel in zip(places, panels, strict=False):
+        _draw(axes, panel, at, key)
+    for axes in places[len(panels) :]:
+        axes.set_axis_off()
+    figure.suptitle(f"{title}; bands: {_bands(panels)}", x=0.01, ha="left", fontsize=11)
+    if any(curve.name for panel in panels for curve in panel.curves):
+        handles, names = places[len(panels) - 1].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=9)
+    save(figure, path)
+
+
+def _bands(panels: Sequence[Panel]) -> str:
+    """Return what the bands of all panels hold, in words."""
+    kinds = {curve.is_predictive for panel in panels for curve in panel.curves if curve.values}
+    if len(kinds) == 2:
+        return f"{BAND[True]}; dotted lines: {BAND[False]}"
+    return BAND[kinds.pop()] if kinds else "none"
+
+
+def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
+    """Return where each value of the key stands, by its text: at its number if all are numbers, else evenly spaced."""
+    values: dict[str, Any] = {str(at): at for panel in panels for curve in panel.curves for at in curve.at}
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values.values()):
+        return {text: float(value) for text, value in values.items()}
+    return {text: float(number) for number, text in enumerate(values)}
+
+
+def _draw(axes: Axes, panel: Panel, at: dict[str, float], key: str) -> None:
+    for number, curve in enumerate(panel.curves):
+        _draw_curve(axes, curve, at, number)
+    axes.set_title(panel.title, loc="left", fontsize=10)
+    axes.set_xlabel(key, fontsize=9)
+    axes.set_ylabel(panel.axis, fontsize=9)
+    axes.set_ylim(bottom=0.0)
+    if "(%)" in panel.axis:
+        axes.set_ylim(top=104.0)
+    if [float(text) for text in at if _is_number(text)] != list(at.values()):
+        axes.set_xticks(list(at.values()), list(at), fontsize=8)
+    elif all(place.is_integer() for place in at.values()):
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> None:
+    """Draw a curve with its band; the ends of a band of a single point are a bar."""
+    colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+    order = sorted(range(len(curve.at)), key=lambda k: at[str(curve.at[k])])
+    x = np.array([at[str(curve.at[k])] for k in order])
+    y, low, high = (
+        np.array([np.nan if each[k] is None else each[k] for k in order], dtype=float)
+        for each in (curve.values, curve.low, curve.high)
+    )
+    axes.plot(x, y, color=colour, marker=marker, markersize=5, linewidth=1.4, label=curve.name)
+    axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
+    style = "-" if curve.is_predictive else ":"
+    for end in (low, high):
+        axes.plot(x, end, color=colour, linewidth=0.7, linestyle=style, alpha=0.7)
+    if len(x) == 1:
+        axes.vlines(x, low, high, color=colour, linewidth=1.0)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,48 @@
+"""The scene's effect `fragmentation`: rocks that break."""
+
+from typing import ClassVar
+
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.values import Count, Number
+
+GIS = "RockGIS, defaults"
+
+
+class FragmentationSpec(ModelSpec):
+    """Rocks break at hard impacts, and fragments fly on as rocks of their own; unconfirmed by measured fragments."""
+
+    PHYSICS: ClassVar[str] = "rpf3d_core.effects.fragmentation:Fragmentation"
+    BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.fragmentation:fragmentation"
+    SOURCE: ClassVar[str] = (
+        "new surface: RockGIS (Matas et al. 2017 and 2020), as in its source; sizes: fractal of Perfect 1997, closed "
+        "here by volume and surface"
+    )
+    CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
+    NOT_FOR_BODIES: ClassVar[str | None] = "no source gives the shapes of the fragments"
+
+    surface_factor: Number = parameter(0.0031, "a number >= 0, a in A = a E^e (m2, J)", "m2/J^e", GIS, "CC", ge=0)
+    surface_exponent: Number = parameter(0.7562, "a number from 0 to 2, e in A = a E^e", "-", GIS, "CC", ge=0, le=2)
+    least_ratio: Number = parameter(
+        0.7, "a number >= 0, ratio of new surface to total surface above which a rock breaks; 0.25 to 0.7 are usual in "
+        "RockGIS, the default is the upper end and unconfirmed; from 2 on, no rock breaks", "-", "RockGIS",
+        "UNCONFIRMED", ge=0,
+    )  # fmt: skip
+    spread: Number = parameter(
+        0.06, "a number from 0 to 1, how least_ratio varies, as a share of it", "-", GIS, "CC", ge=0, le=1
+    )
+    least_volume: Number = parameter(
+        1e-4, "a number of at least 1e-6 (m3), of the smallest fragment that is simulated; a rock smaller than 8 times "
+        "this volume stays whole", "m3", GIS, "CC", ge=1e-6,
+    )  # fmt: skip
+    energy_lost: Number = parameter(
+        0.01, "a number from 0 to 1, share of the energy after the impact", "-", GIS, "CC", ge=0, le=1
+    )
+    cone_deg: Number = parameter(
+        50.0, "a number from 0 to 180 (degrees), the whole angle that pieces fly in", "deg", GIS, "CC", ge=0, le=180
+    )
+    least_angle_deg: Number = parameter(
+        5.0, "a number from 0 to 45 (degrees), of a piece's way off the ground", "deg", GIS, "CC", ge=0, le=45
+    )
+    generations: Count = parameter(
+        3, "a whole number from 1 to 5, how often a rock and its pieces may break in turn", "-", "none", "D", ge=1, le=5
+    )

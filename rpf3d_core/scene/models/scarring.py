@@ -1,0 +1,50 @@
+"""The scene's effect `scarring`: soft ground, everywhere or in some zones."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pydantic import Field
+
+from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
+from rpf3d_core.scene.values import Name, Number, StrictModel
+
+LU = "Lu et al. 2019, fitted to Chant Sura"
+BARTELT = "Bartelt et al. 2016, as used by Lu et al. 2019"
+
+
+class SoftZoneSpec(StrictModel):
+    """The values of one zone that differ from those of the other zones."""
+
+    stiffness: Number | None = Field(None, ge=1e3, description="a number of at least 1000 (Pa), or left out")
+    form_drag: Number | None = Field(None, ge=0, description="a number >= 0, or left out")
+    soil_drag: Number | None = Field(None, ge=0, description="a number >= 0, or left out")
+    density: Number | None = Field(None, ge=0, description="a number >= 0 (kg/m3), or left out")
+    mu_min: Number | None = Field(None, ge=0, description="a number >= 0, or left out")
+    mu_max: Number | None = Field(None, ge=0, description="a number >= 0, or left out")
+    kappa: Number | None = Field(None, ge=0, description="a number >= 0 (1/m), or left out")
+
+
+class ScarringSpec(ModelSpec):
+    """Soft ground that a rock penetrates: depth after Gerber, drag in the scar, slippage friction on the way out."""
+
+    PHYSICS: ClassVar[str] = "rpf3d_core.effects.scarring:Scarring"
+    BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.scarring:scarring"
+    SOURCE: ClassVar[str] = "Lu et al. 2019; Gerber 2019; Leine et al. 2014 (physics reference 3.1 and 3.4)"
+    CONFIRMED: ClassVar[Confirmed] = "C"
+    REPLACED_FOR_BODIES: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("mu_min", "mu_max", "kappa"), "`slip_friction` of the material"
+    )
+
+    stiffness: Number = parameter(15e6, "a number of at least 1000 (Pa), M_E of the ground", "Pa", LU, "C", ge=1e3)
+    form_drag: Number = parameter(1.0, "a number >= 0, C_f", "-", LU, "C", ge=0)
+    soil_drag: Number = parameter(1.5, "a number >= 0, C_s", "-", LU, "C", ge=0)
+    density: Number = parameter(1700.0, "a number >= 0 (kg/m3), of the soil", "kg/m3", LU, "C", ge=0)
+    mu_min: Number = parameter(0.55, "a number >= 0, friction of a rock that has not slipped", "-", BARTELT, "C", ge=0)
+    mu_max: Number = parameter(2.0, "a number >= mu_min, friction of one that slips for ever", "-", BARTELT, "C", ge=0)
+    kappa: Number = parameter(
+        3.0, "a number >= 0 (1/m), how soon friction grows as the rock slips", "1/m", BARTELT, "C", ge=0
+    )
+    zones: Mapping[Name, SoftZoneSpec] = parameter(
+        {}, "a mapping of zone, or pattern, to the keys that are other there; where it is given, other zones are hard",
+        "-", "", "D",
+    )  # fmt: skip
