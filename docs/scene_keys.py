@@ -188,7 +188,8 @@ to rock or from impact to impact ([distributions](#distributions)).
 difference, and [a how-to](../howto/unknown-ground.md) the steps.
 
 - Unknown may be a number below {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}. There are three ways:
-  `{{prior: {{min, max}}}}` in place of the number; a key path in `unknowns.priors`; `library` in a material.
+  `{{prior: {{min, max}}}}` in place of the number; a key path in `unknowns.priors`; `library` in a material,
+  also for [what its source leaves out](../howto/unknown-ground.md#take-ground-from-the-library).
 - The number may be a part of a distribution: `{{mean: {{prior: {{min: 0.3, max: 0.5}}}}, sd: 0.1, min: 0.1, max: 0.8}}`
   varies, and its mean is unknown.
 - A key path has the keys with dots between them. `*` stands for all keys of a mapping: `materials.*.friction` is one

@@ -2,6 +2,7 @@
 
 python docs/validation.py            (or make validation; takes some minutes)
 python docs/validation.py --blocks   only rocks with a shape; the other figures stay (about ten minutes of CPU time)
+python docs/validation.py --ranges   only predictive intervals of unknown ground (half an hour, with four calibrations)
 python docs/validation.py --as-is    only the page, from the last measurement
 """
 
@@ -10,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from field_cases import ranges
 from field_cases.blocks import measuring as blocks_measuring
 from field_cases.blocks.picture import draw
 from field_cases.measuring import measured, rounded
@@ -19,6 +21,8 @@ from field_cases.pictures import draw_all
 DOCS = Path(__file__).parent
 RESULTS = DOCS / "field_cases" / "results.json"
 PAGE = DOCS / "explanation" / "validation.md"
+CALIBRATIONS = DOCS.parent / "out" / "calibrations"
+"""The results of `rpf3d calibrate`; a calibration whose result is there is not repeated."""
 
 
 def main(arguments: list[str]) -> int:
@@ -26,10 +30,12 @@ def main(arguments: list[str]) -> int:
     if "--blocks" in arguments:
         known = json.loads(RESULTS.read_text(encoding="utf-8"))
         _write({**known, "blocks": _blocks(known)})
+    elif "--ranges" in arguments:
+        _write({**json.loads(RESULTS.read_text(encoding="utf-8")), "ranges": _ranges()})
     elif "--as-is" not in arguments:
         found = measured(_say)
         draw_all(found, DOCS / "pictures")
-        _write({**found.results, "blocks": _blocks(found.results)})
+        _write({**found.results, "blocks": _blocks(found.results), "ranges": _ranges()})
     results: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8"))
     PAGE.write_text(document(results), encoding="utf-8")
     return 0
@@ -40,6 +46,14 @@ def _blocks(results: dict[str, Any]) -> Any:
     found = blocks_measuring.measured(_say)
     draw(found.ends, results, DOCS / "pictures" / "validation_blocks.png")
     return rounded(found.results)
+
+
+def _ranges() -> Any:
+    """Measure how often predictive intervals of unknown ground hold the observed stops."""
+    calibrations = ranges.calibrate(CALIBRATIONS, _say)
+    books, elsewhere = ranges.cases_of_books(), ranges.cases_of_calibrations(CALIBRATIONS)
+    return rounded({"calibrations": calibrations, "books": ranges.measured(books, _say),
+                    "elsewhere": ranges.measured(elsewhere, _say)})  # fmt: skip
 
 
 def _write(results: dict[str, Any]) -> None:

@@ -54,7 +54,7 @@ def with_keys(scene: Scene, keys: Keys) -> Scene:
     A contact model replaces the rebound model.
     """
     replaced = {*keys, *(("rebound",) if "contact" in keys else ())}
-    written = {name: getattr(scene, name) for name in type(scene).model_fields if name not in replaced}
+    written = {name: getattr(scene, name) for name in scene.model_fields_set if name not in replaced}
     if "rock" in keys:
         own = {name: getattr(scene.rock, name) for name in scene.rock.model_fields_set}
         written["rock"] = own | dict(keys["rock"])

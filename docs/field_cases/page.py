@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from field_cases import page_authume, page_blocks, page_chant_sura, page_short, page_tschamut
+from field_cases import page_authume, page_blocks, page_chant_sura, page_ranges, page_short, page_tschamut
 from field_cases.chant_sura import SLOPE
 from field_cases.page_tables import NAMES, Results, listed, table, wrapped
 from field_cases.prose import DEFAULT, GRIDS, HEAD, METHOD, NOT_VALIDATED, SOURCES_OF_DATA, TRANSFER
@@ -16,7 +16,7 @@ def document(results: Results) -> str:
         HEAD, page_short.section(results), METHOD, DEFAULT, _grids(), _values_of_books(),
         page_authume.section(results["authume"]), page_tschamut.section(results["tschamut"]),
         page_chant_sura.section(results["chant_sura"]), _transfer(results["transfer"]), page_blocks.section(results),
-        NOT_VALIDATED, SOURCES_OF_DATA,
+        page_ranges.section(results["ranges"]), NOT_VALIDATED, SOURCES_OF_DATA,
     ])  # fmt: skip
 
 

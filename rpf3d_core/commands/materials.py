@@ -19,8 +19,11 @@ SHORT = {
 """Headings of the coefficients in the list."""
 NOTE = (
     "A range is unknown: each parameter set of a run has another value from it. R_n is normal_restitution, R_t "
-    "tangential_restitution. `rpf3d materials NAME` shows the source."
+    "tangential_restitution. `rpf3d materials NAME` shows the source.\n"
+    "-: the source has no value. A scene then assumes a range: {}."
 )
+NEEDED_BY = {"rolling_friction": " of spheres", "rolling_resistance": " of rocks with a shape"}
+"""The rocks for which a range is assumed, for the list; the friction angle of all but rocks with a shape."""
 
 
 def materials(
@@ -56,7 +59,14 @@ def _print_list(listed: "dict[str, LibraryMaterial]") -> None:
                 for name, entry in entries.items()]  # fmt: skip
         screen.print(f"for {kind}", style="bold")
         print_table(("name", "ground", *(SHORT[key] for key in keys), "confirmed"), rows)
-    screen.print(NOTE, style="dim", soft_wrap=True, highlight=False)
+    screen.print(NOTE.format(_assumed()), style="dim", soft_wrap=True, highlight=False)
+
+
+def _assumed() -> str:
+    """Return the ranges that a scene assumes for what the source of an entry leaves out, as text."""
+    from rpf3d_core.scene.library_entries import UNSTATED
+
+    return ", ".join(f"{key}{NEEDED_BY.get(key, '')} {_span(span)}" for key, span in UNSTATED.items())
 
 
 def _span(span: "Range | float | None") -> str:

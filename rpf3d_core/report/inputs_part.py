@@ -161,6 +161,8 @@ def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any 
     if unknown in run.inputs["sampled"]:
         return f"calibration sample {run.summary['unknowns']['sample']}"
     prior = run.inputs["scene"]["unknowns"]["priors"][unknown]
+    if coefficient in entry.get("assumed", {}) and prior == entry["assumed"][coefficient]:
+        return f"range assumed by rpf3d, because the source of library {library} has none"
     of_entry = coefficient in entry.get("ranges", {}) and prior == entry["ranges"][coefficient]
     return _published(library, entry) if of_entry else "range stated in the scene"
 

@@ -47,6 +47,10 @@ def _of_the_ground(run: Run) -> Iterator[str]:
         more = f" and {len(ranges) - NAMED} more" if len(ranges) > NAMED else ""
         yield (f"ranges of {', '.join(ranges[:NAMED])}{more} are from books or estimates, because the sample of the "
                "calibration does not hold them")  # fmt: skip
+    if run.scene.has_unknowns and (known := _counted_as_known(run)):
+        more = f" and {len(known) - NAMED} more" if len(known) > NAMED else ""
+        yield (f"{', '.join(known[:NAMED])}{more}: one value in all parameter sets, so no interval holds what is not "
+               "known about it; give a range with `prior`")  # fmt: skip
     if run.scene.has_unknowns and spec is not None and spec.misfit is not None and spec.misfit >= NOTABLE:
         yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
                "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability hold "
@@ -61,6 +65,13 @@ def _outside_sample(run: Run) -> tuple[str, ...]:
     from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has unknowns
 
     return outside_sample(run.scene)
+
+
+def _counted_as_known(run: Run) -> list[str]:
+    """Return the key paths of the coefficients of the ground that are the same in all parameter sets."""
+    from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
+
+    return counted_as_known(run.scene, run.terrain.zones)
 
 
 def _of_paths(run: Run) -> Iterator[str]:

@@ -6,13 +6,16 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
+
+if TYPE_CHECKING:
+    from rpf3d_core.scene.library_entries import Range
 
 INPUTS = "inputs.json"
 ASSUMED, RANGES, PARTLY, CALIBRATED = "assumed", "ranges", "partly_calibrated", "calibrated"
@@ -66,22 +69,30 @@ def _sampled(scene: Scene) -> list[str]:
 
 
 def _library(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the published sources of the library entries that a scene names, their numbers and ranges."""
+    """Return the published sources of the library entries that a scene names, their numbers and ranges.
+
+    `assumed` : ranges of coefficients that the source does not have
+    """
     names = {material.library for material in scene.materials.values() if material.library is not None}
     if not names:
         return {}
-    from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
+    from rpf3d_core.scene.library_entries import ENTRIES, UNSTATED  # imported only if a scene names an entry
 
     found = {name: ENTRIES[name] for name in sorted(names)}
     return {
         name: {
             "ground": entry.ground, "source": entry.source, "confirmed": entry.confirmed, "note": entry.note,
             "numbers": {key: value for key, value in entry.ranges.items() if isinstance(value, float)},
-            "ranges": {key: {"min": span.low, "max": span.high, "mean": span.mean, "sd": span.sd}
-                       for key, span in entry.ranges.items() if not isinstance(span, float)},
+            "ranges": {key: _plain(span) for key, span in entry.ranges.items() if not isinstance(span, float)},
+            "assumed": {key: _plain(span) for key, span in UNSTATED.items() if key not in entry.ranges},
         }
         for name, entry in found.items()
     }  # fmt: skip
+
+
+def _plain(span: "Range") -> dict[str, float | None]:
+    """Return a range of the library as a prior of the scene."""
+    return {"min": span.low, "max": span.high, "mean": span.mean, "sd": span.sd}
 
 
 def _names_of_files(value: Any) -> Any:

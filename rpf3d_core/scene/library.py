@@ -1,6 +1,7 @@
 """The library of ground materials in a scene: `{library: hoek_bedrock}` gives a material the ranges of an entry.
 
 Each range of the entry becomes an unknown of the scene (`scene.unknowns`), unless the material gives the coefficient.
+A coefficient that is not in the entry's source has an assumed range.
 """
 
 from collections.abc import Mapping
@@ -27,26 +28,34 @@ def with_libraries(values: Mapping[str, Any]) -> Mapping[str, Any]:
     materials = values.get("materials")
     if not isinstance(materials, Mapping) or not any(map(_names_an_entry, materials.values())):
         return values
-    bodies = _has_shape(values.get("rock"))
+    rocks = values.get("rock")
     return {
         **values,
         "materials": {
-            name: _with_entry(material, bodies, str(name)) if _names_an_entry(material) else material
+            name: _with_entry(material, rocks, str(name)) if _names_an_entry(material) else material
             for name, material in materials.items()
         },
     }
 
 
-def _with_entry(material: Mapping[str, Any], bodies: bool, name: str) -> dict[str, Any]:
+def _with_entry(material: Mapping[str, Any], rocks: Any, name: str) -> dict[str, Any]:
     """Return a material with the ranges of its entry, without those of coefficients that it gives itself."""
-    ranges = _ranges(material[LIBRARY], bodies, name)
+    ranges = _ranges(material[LIBRARY], rocks, name)
     if "slip_friction" in material:
         ranges.pop("friction", None)
     return {**ranges, **material}
 
 
 def ranges_of(name: Any) -> Mapping[str, Any]:
-    """Return the ranges of an entry of the library by the keys of a material; {} if there is no such entry."""
+    """Return the published and assumed ranges of an entry by the keys of a material; {} if there is no such entry."""
+    from rpf3d_core.scene.library_entries import UNSTATED  # imported only if a scene names an entry
+
+    published = published_ranges(name)
+    return {**UNSTATED, **published} if published else {}
+
+
+def published_ranges(name: Any) -> Mapping[str, Any]:
+    """Return the ranges of an entry that its source has, by the keys of a material; {} if there is no such entry."""
     from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
 
     return ENTRIES[name].ranges if isinstance(name, str) and name in ENTRIES else {}
@@ -85,11 +94,11 @@ def _has_shape(rock: Any) -> bool:
     return shape not in (None, "point", SPHERE, {SPHERE: True})
 
 
-def _ranges(name: Any, bodies: bool, material: str) -> dict[str, Any]:
-    """Return the coefficients of an entry of the library, as a scene has them; bodies : True for rocks with a shape."""
-    from rpf3d_core.scene.library_entries import BODIES, ENTRIES, POINTS  # imported only if a scene names an entry
+def _ranges(name: Any, rocks: Any, material: str) -> dict[str, Any]:
+    """Return the coefficients of an entry of the library, as a scene has them; rocks : the scene's value of `rock`."""
+    from rpf3d_core.scene.library_entries import BODIES, ENTRIES, POINTS, UNSTATED  # imported only if one is named
 
-    kind = BODIES if bodies else POINTS
+    kind = BODIES if _has_shape(rocks) else POINTS
     at = ("materials", material, LIBRARY)
     if not isinstance(name, str) or name not in ENTRIES:
         near = get_close_matches(str(name), ENTRIES, n=1)
@@ -98,7 +107,22 @@ def _ranges(name: Any, bodies: bool, material: str) -> dict[str, Any]:
     entry = ENTRIES[name]
     if entry.kind != kind:
         raise refuse(f"is {name}, which is for {entry.kind}, but the rocks of this scene are {kind}", *at)
-    return {key: _as_prior(span) for key, span in entry.ranges.items()}
+    assumed = {key: UNSTATED[key] for key in _assumed_for(rocks)}
+    return {key: _as_prior(span) for key, span in {**assumed, **entry.ranges}.items()}
+
+
+def _assumed_for(rocks: Any) -> tuple[str, ...]:
+    """Return the coefficients that have an assumed range if the source of an entry has none, for a scene's rocks."""
+    if _has_shape(rocks):
+        return ("rolling_resistance",)
+    return ("friction_angle_deg", "rolling_friction") if _is_sphere(rocks) else ("friction_angle_deg",)
+
+
+def _is_sphere(rock: Any) -> bool:
+    """Return True if the rocks of a scene's values are spheres."""
+    if isinstance(rock, RockSpec):
+        return rock.is_sphere
+    return isinstance(rock, Mapping) and rock.get("shape") in (SPHERE, {SPHERE: True})
 
 
 def _as_prior(span: Any) -> Any:

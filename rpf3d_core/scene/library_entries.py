@@ -111,6 +111,20 @@ def _books(ground: str, normal: tuple[float, float], tangential: tuple[float, fl
     return LibraryMaterial(ground, POINTS, ranges, BOOKS, "UNCONFIRMED", "the sources disagree: this is by how much")
 
 
+UNSTATED: Mapping[str, Range] = {
+    # From smooth rock to talus: the angles of the pit_ entries without coal and weathered mudstone, in round numbers.
+    "friction_angle_deg": Range(15.0, 45.0),
+    # Of spheres; the values of STONE for all grounds.
+    "rolling_friction": Range(0.27, 0.88),
+    # Of rocks with a shape. 0 is RAMMS, whose ground takes the energy of rolling in other ways.
+    "rolling_resistance": Range(0.0, 0.4),
+}
+"""The range of a coefficient in a scene if the source of an entry has none: an assumption of rpf3d, no published value.
+
+A coefficient that is left out of the sources is still not known. On the slope of Authume the friction angle alone
+decides where a point stops (docs/explanation/validation.md), so one number would make every interval too narrow.
+"""
+
 ENTRIES: Mapping[str, LibraryMaterial] = {
     # 0.33 and 0.83 are Pfeiffer & Bowen's, 0.65 and 0.75 STONE's for lava and carbonate, 0.99 Hoek's for clean rock.
     "bedrock": _books("bedrock, any", (0.33, 0.65), (0.75, 0.99)),

@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.material import BODY_KEYS, POINT_KEYS, Material
 from rpf3d_core.scene.model import Scene
 
 MOST_NAMED = 12
@@ -49,10 +49,22 @@ def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
     SceneError
         As `material_of`.
     """
-    if not (scene.impact_model.model_spec.asks_friction or scene.ground_model.model_spec.asks_friction):
+    if not _asks_friction(scene):
         return ()
     names = dict.fromkeys(name_of_material(scene, zone) for zone in zones)
     return tuple(name for name in names if "friction_angle_deg" not in scene.materials[name].model_fields_set)
+
+
+def _asks_friction(scene: Scene) -> bool:
+    """Return True if a model of the scene uses the friction angle of its materials."""
+    return scene.impact_model.model_spec.asks_friction or scene.ground_model.model_spec.asks_friction
+
+
+def used_coefficients(scene: Scene, material: Material) -> tuple[str, ...]:
+    """Return the keys of the coefficients of a material that have a value and that the models of the scene may use."""
+    keys = BODY_KEYS if material.is_of_a_body else POINT_KEYS
+    given = (key for key in keys if getattr(material, key) is not None)
+    return tuple(key for key in given if key != "friction_angle_deg" or _asks_friction(scene))
 
 
 def words_on_friction(materials: Sequence[str]) -> str:

@@ -9,6 +9,7 @@ from rpf3d_core.materials.distributions import quantile
 from rpf3d_core.scene.key_paths import steps_to
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.unknowns import PriorSpec
+from rpf3d_core.scene.zone_materials import name_of_material, used_coefficients
 from rpf3d_core.unknowns.displacements import displacements
 from rpf3d_core.unknowns.parameter_sets import FloatArray, ParameterSets, parameter_sets, read_parameter_sets
 from rpf3d_core.unknowns.points import spread_points
@@ -79,6 +80,23 @@ def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
     named = {} if scene.calibration is None else dict(scene.calibration.unknowns)
     own = {} if scene.unknowns is None else scene.unknowns.priors
     return named | left_over(scene, own, tuple(named))
+
+
+def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
+    """Return the key paths of the coefficients of the ground that have one value in all parameter sets of a scene.
+
+    zones : of the terrain; materials without a zone are left out
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused, or a zone has no material.
+    """
+    unknown = () if scene.unknowns is None else (*scene.unknowns.priors, *sampled(scene))
+    places = {steps[:3] for path in unknown for steps in steps_to(scene, path)}
+    used = dict.fromkeys(name_of_material(scene, zone) for zone in zones)
+    steps = [("materials", name, key) for name in used for key in used_coefficients(scene, scene.materials[name])]
+    return [".".join(each) for each in steps if each not in places]
 
 
 def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str]) -> dict[str, PriorSpec]:

@@ -29,8 +29,14 @@ from rpf3d_ros.interface.qos import OVERRIDABLE
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.terrain_messages import Buffer
 
-PAUSE = 0.01
-"""Time (s) between checks for messages; a check takes some microseconds."""
+PAUSE, AT_REST = 0.01, 0.05
+"""Time (s) between checks for messages, and the time if none has come for a while.
+
+A check takes some microseconds, but the processor takes ten times as long to come to it.
+"""
+
+STAYS_BUSY = 10.0
+"""Time (s) without a message after which checks are AT_REST apart."""
 
 AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
@@ -136,10 +142,9 @@ class LargeMessages:
 
     def __init__(
         self, node: Node, topics: Sequence[LargeTopic], failed: Callable[[str, int], None],
-        refused: Callable[[str, int, BaseException], None], pause: float = PAUSE,
-        events: SubscriptionEventCallbacks | None = None,
+        refused: Callable[[str, int, BaseException], None], events: SubscriptionEventCallbacks | None = None,
     ) -> None:  # fmt: skip
-        self._node, self._failed, self._refused, self._pause = node, failed, refused, pause
+        self._node, self._failed, self._refused = node, failed, refused
         self._rcl = _rcl()
         group = None if self._rcl is None else NotByTheExecutor()
         self._topics = topics
@@ -175,14 +180,18 @@ class LargeMessages:
         self._subscriptions = []
 
     def _run(self) -> None:
-        pause = self._pause
+        pause, busy_until = PAUSE, 0.0
         while not self._closed.wait(pause):
-            for message in self._order.ready():
+            messages = self._order.ready()
+            if messages:
+                busy_until = time.monotonic() + STAYS_BUSY
+            for message in messages:
                 self._hand_on(self._topics[message.queue], message.content, message.at_ns)
             if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
             self._report(self._order.errors)
-            pause = AFTER_ERROR if self._order.errors else self._pause
+            at_rest = time.monotonic() > busy_until
+            pause = AFTER_ERROR if self._order.errors else AT_REST if at_rest else PAUSE
 
     def _take_from_rclpy(self, topic: LargeTopic, data: bytes, info: Mapping[str, int]) -> None:
         """Take a message from the executor, with the message information of rclpy."""

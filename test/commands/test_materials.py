@@ -21,6 +21,11 @@ def test_every_entry_has_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     assert any(line.startswith("hoek_bedrock") and "0.27-0.43" in line and "0.77-0.93" in line for line in lines)
 
 
+def test_the_list_says_what_is_assumed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assumed = "15-45, rolling_friction of spheres 0.27-0.88, rolling_resistance of rocks with a shape 0-0.4."
+    assert f"A scene then assumes a range: friction_angle_deg {assumed}" in printed(monkeypatch, capsys)
+
+
 def test_one_entry_has_its_source(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     text = printed(monkeypatch, capsys, "pit_coal")
     assert "pyrockfall 0.1.2" in text and "friction_angle_deg" in text and "0.41" in text

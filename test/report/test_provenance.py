@@ -67,6 +67,12 @@ def test_a_range_that_replaces_one_of_the_library_is_not_called_published(tmp_pa
     assert found["tangential restitution"].startswith("library bedrock: ")
 
 
+def test_a_range_that_no_source_states_is_not_called_published(tmp_path: Path) -> None:
+    found = sources(flown(tmp_path, "{library: bedrock}"), 1)
+    assert found["tangential restitution"].startswith("library bedrock: ")
+    assert found["friction angle deg"] == "range assumed by rpf3d, because the source of library bedrock has none"
+
+
 def test_a_default_is_not_called_stated(tmp_path: Path) -> None:
     material = "{normal_restitution: 0.5, tangential_restitution: 0.8}"
     run = flown(tmp_path, material, "effects: {drag: {}}\nrebound: constant\nstop_speed: 0.4")

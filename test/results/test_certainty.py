@@ -55,6 +55,25 @@ def test_known_ground_ranges_and_a_sample_differ(tmp_path: Path) -> None:
     assert has(sentences(tmp_path, SPREAD, UNKNOWN), "not from a calibration")
     found = sentences(tmp_path, SPREAD, sample)
     assert not has(found, "counts as known") and not has(found, "calibration")
+    assert has(found, "materials.rock.tangential_restitution, materials.rock.friction_angle_deg: one value")
+
+
+ALL_UNKNOWN = """\
+unknowns: {priors: {materials.*.tangential_restitution: {min: 0.7, max: 0.9},
+                    materials.*.friction_angle_deg: {min: 15, max: 45}}}
+rebound: constant
+"""
+
+
+def test_coefficients_with_one_value_next_to_ranges_are_named(tmp_path: Path) -> None:
+    words = "one value in all parameter sets"
+    found = sentences(tmp_path, SPREAD, UNKNOWN)
+    rest = "materials.rock.tangential_restitution, materials.rock.friction_angle_deg"
+    assert has(found, f"{rest}: {words}")
+    assert not has(sentences(tmp_path, SPREAD, UNKNOWN, ("rebound: constant\n", ALL_UNKNOWN)), words)
+    idle = ("ground: sliding", "ground: none")
+    assert has(sentences(tmp_path, SPREAD, UNKNOWN, idle), f"materials.rock.tangential_restitution: {words}")
+    assert not has(sentences(tmp_path, SPREAD), words), "without unknowns, another sentence says it of all coefficients"
 
 
 def test_a_range_that_the_sample_does_not_hold_is_named(tmp_path: Path) -> None:

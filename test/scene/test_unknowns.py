@@ -146,16 +146,47 @@ sources: [{name: top, zone: bench_1, above_ground: 8, rocks: 75}]
     assert "which is for points and spheres" in refusal(tmp_path, text.replace("ramms_hard", "hoek_soil"))
     slip = "slip_friction: {mu_min: 0.4, mu_max: {prior: {min: 1, max: 2}}, kappa: 2, beta: 150}"
     own = scene_of(tmp_path, text.replace("rolling_resistance: 0.1", slip))
-    assert own.unknowns is not None and set(own.unknowns.priors) == {"materials.default.slip_friction.mu_max"}
+    assert own.unknowns is not None and set(own.unknowns.priors) == {
+        "materials.default.slip_friction.mu_max", "materials.default.rolling_resistance",
+    }  # fmt: skip
 
 
 def test_spheres_have_the_entries_of_points(tmp_path: Path) -> None:
     text = replaced(KNOWN, ("{normal_restitution: 0.4, tangential_restitution: 0.8,", "{library: hoek_bedrock,"))
     text = text.replace("effects: {roughness: {angle_sd_deg: 6}}", "rock: {shape: sphere}")
     scene = scene_of(tmp_path, text.replace("friction_angle_deg: 31", "rolling_friction: 0.3"))
-    assert scene.unknowns is not None and len(scene.unknowns.priors) == 2
+    assert scene.unknowns is not None
+    assert set(scene.unknowns.priors) == {
+        f"materials.bench_1.{key}" for key in ("normal_restitution", "tangential_restitution", "friction_angle_deg")
+    }
     changed = with_values(scene, {"materials.bench_1.normal_restitution": 0.31})
     assert changed.rock.is_sphere and changed.ground.name == "sphere"
+
+
+@pytest.mark.parametrize(
+    ("rock", "entry", "ranges"),
+    [
+        ("diameter: 1", "hoek_bedrock", {"friction_angle_deg": (15, 45)}),
+        ("diameter: 1", "pit_talus", {"friction_angle_deg": (25, 45)}),  # of the entry's source
+        ("shape: sphere", "hoek_bedrock", {"friction_angle_deg": (15, 45), "rolling_friction": (0.27, 0.88)}),
+        ("shape: sphere", "stone_schist", {"friction_angle_deg": (15, 45), "rolling_friction": (0.315, 0.385)}),
+        ("shape: {box: [1, 1, 0.5]}", "ramms_hard", {"rolling_resistance": (0, 0.4)}),
+    ],
+)
+def test_what_the_source_of_an_entry_leaves_out_is_no_known_number(
+    tmp_path: Path, rock: str, entry: str, ranges: dict[str, tuple[float, float]]
+) -> None:
+    text = f"""\
+terrain: {{pit: {{triangles: 6000}}}}
+rock: {{{rock}}}
+materials: {{default: {{library: {entry}}}}}
+sources: [{{name: top, zone: bench_1, above_ground: 8, rocks: 75}}]
+"""
+    scene = scene_of(tmp_path, text)
+    assert scene.unknowns is not None
+    priors = {path.rpartition(".")[2]: (prior.min, prior.max) for path, prior in scene.unknowns.priors.items()}
+    beyond = ("friction_angle_deg", "rolling_friction", "rolling_resistance")
+    assert {key: ends for key, ends in priors.items() if key in beyond} == ranges
 
 
 def test_every_entry_is_a_range_that_a_scene_may_have() -> None:

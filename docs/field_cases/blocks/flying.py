@@ -40,9 +40,7 @@ class BlockSite:
     by_source : number of the shape of each source's rocks; shapes are drawn if not given
     """
 
-    def __init__(
-        self, scene: Scene, shapes: Sequence[Polyhedron] = (), by_source: Sequence[int] | None = None
-    ) -> None:
+    def __init__(self, scene: Scene, shapes: Sequence[Polyhedron] = (), by_source: Sequence[int] | None = None) -> None:
         prepared = prepare(scene)
         self.shapes = list(shapes) or polyhedra_of(scene)[0]
         self.by_source = by_source
@@ -84,5 +82,3 @@ def joined(parts: Sequence[Flown]) -> Flown:
     names = ("source", "end", "stopped")
     ends = Ends(*(np.concatenate([getattr(part.ends, name) for part in parts]) for name in names))
     return Flown(ends, np.concatenate([part.shape for part in parts]))
-
-

@@ -1,0 +1,36 @@
+"""The section of docs/explanation/validation.md on predictive intervals of ground that is not known."""
+
+from field_cases.page_tables import Results, table
+from field_cases.prose_ranges import BOOKS, CALIBRATED, ELSEWHERE, HEAD
+
+STOPS = {"Authume": 41, "Tschamut": 18}
+"""Number of observed stops of each site."""
+
+
+def section(results: Results) -> str:
+    """Return the section: ranges of books, calibrations on the same slope, calibrations on another slope."""
+    return "\n".join([
+        HEAD, BOOKS, _predicted(results["books"]), CALIBRATED, _kept_out(results["calibrations"]), ELSEWHERE,
+        _predicted(results["elsewhere"]),
+    ])  # fmt: skip
+
+
+def _predicted(lines: list[Results]) -> str:
+    """Return the table of predictions: how many of the observed stops their 90 % intervals hold."""
+    head = ("site", "rocks", "ground", "held along the slope", "held across", "rocks that left (%)")
+    return table(head, ((line["site"], line["rocks"], line["ground"], _held(line, "along"), _held(line, "across"),
+                         f"{100.0 * line['left']:.0f}") for line in lines))  # fmt: skip
+
+
+def _kept_out(lines: list[Results]) -> str:
+    """Return the table of calibrations: how many stops that a fold kept out their 90 % intervals hold."""
+    head = ("site", "rocks", "held along the slope", "held across", "misfit (m)", "with the misfit: along", "across")
+    return table(head, ((line["site"], line["rocks"], _held(line, "along"), _held(line, "across"),
+                         f"{line['misfit']:.1f}", *(_held({**line, **line["with_misfit"]}, way)
+                                                    for way in ("along", "across"))) for line in lines))  # fmt: skip
+
+
+def _held(line: Results, way: str) -> str:
+    """Return a number of stops, such as `40 of 41`."""
+    stops = STOPS[line["site"]]
+    return f"{round(line[way] * stops)} of {stops}"

@@ -1,0 +1,31 @@
+"""The words of the page on predictive intervals of ground that is not known."""
+
+HEAD = """## Do predictive intervals hold the observed stops?
+The figures above use one value for each coefficient. Here the coefficients have ranges, and the prediction is the
+distribution of the rocks of 64 parameter sets. A stop is *held* if it lies within the central 90 % of these rocks;
+rocks that left the terrain count as beyond every stop. All stops of a site lie on the same ground, so they are no
+independent trials: far less than 90 % shows that the intervals are too narrow, nearly all may only show that they
+are wide. `python docs/validation.py --ranges` measures this section.
+"""
+
+BOOKS = """### With ranges from the library, before any calibration
+The entries were chosen by the description of the ground alone: at Authume `talus` and `bedrock`, with a shape
+`ramms_medium` and `ramms_hard`; at Tschamut `soil` and `ramms_medium_soft`. Their sources have no friction angle,
+no rolling friction of spheres and no rolling resistance, so a scene [assumes
+ranges](../howto/unknown-ground.md#take-ground-from-the-library). The second line of each pair has the middle of
+each assumed range instead. Points have the model `coulomb_limited`.
+"""
+
+CALIBRATED = """**One assumed value makes an answer far too sure**, although restitution is still a range.
+Points then hold a quarter of the stops at Authume and none at Tschamut. With ranges, every model holds nearly all
+stops along the slope, at the price of wide intervals. Across the slope, points and spheres spread too little on any
+ground.
+
+### With a calibration on the same slope
+`rpf3d calibrate` with its defaults: each fold of the stops is kept out, and the others predict it.
+"""
+
+ELSEWHERE = """### With a calibration on another slope
+The parameter sets of a calibration at one site predict the stops at the other site, without the misfit of the
+model.
+"""

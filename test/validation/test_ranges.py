@@ -1,0 +1,72 @@
+"""The part of the validation page on predictive intervals: its figures come out again, and its words hold."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from field_cases import authume, ranges, tschamut
+from field_cases.basis import EndPoints
+
+RESULTS: dict[str, Any] = json.loads((Path(__file__).parents[2] / "docs" / "field_cases" / "results.json").read_text())[
+    "ranges"
+]
+CASES = list(ranges.cases_of_books())
+ONE_STOP = {ranges.AUTHUME: 1 / 41, ranges.TSCHAMUT: 1 / 18}
+"""Share of one stop: on another machine, a stop at the end of an interval may change its side."""
+needs_data = pytest.mark.skipif(
+    not all(site.DATA.is_dir() for site in (authume, tschamut)), reason="the field data is not there"
+)
+
+
+def ends(along: list[float], across: list[float]) -> EndPoints:
+    return EndPoints(np.array(along), np.array(across), np.array(along), np.zeros(len(along)))
+
+
+def test_rocks_that_left_count_as_beyond_every_stop() -> None:
+    rocks = ends([1.0, 2.0, 3.0, 4.0], [-1.0, -1.0, 1.0, 1.0])
+    assert ranges._places(rocks, np.array([True, True, True, True]), 3.5, 0.0) == (0.75, 0.5)
+    assert ranges._places(rocks, np.array([False, False, True, True]), 3.5, 0.0) == (0.25, 0.0)
+
+
+def test_a_stop_is_held_between_five_and_ninety_five_per_cent_of_the_rocks() -> None:
+    assert ranges._within([(0.04, 0.06), (0.06, 0.04), (0.94, 0.5), (0.96, 0.97)]) == (0.5, 0.5)
+
+
+def test_each_assumed_range_has_a_case_without_it() -> None:
+    pairs = {(case.site, case.rocks): [] for case in CASES}  # type: ignore[var-annotated]
+    for case in CASES:
+        pairs[case.site, case.rocks].append(case)
+    for (_, rocks), (with_ranges, with_middle) in pairs.items():
+        for zone, material in with_ranges.keys["materials"].items():
+            single = {key: ranges.MIDDLE[key] for key in ranges.MIDDLE_OF[rocks]}
+            assert with_middle.keys["materials"][zone] == {**material, **single}
+
+
+def test_the_middle_is_that_of_the_assumed_range() -> None:
+    from rpf3d_core.scene.library_entries import UNSTATED
+
+    for key, span in UNSTATED.items():
+        assert pytest.approx(0.5 * (span.low + span.high)) == ranges.MIDDLE[key]
+
+
+@pytest.mark.long
+@needs_data
+@pytest.mark.parametrize("k", range(len(CASES)), ids=[f"{c.site}-{c.rocks}-{i}" for i, c in enumerate(CASES)])
+def test_the_stated_figures_come_out_again(k: int) -> None:
+    case, stated = CASES[k], RESULTS["books"][k]
+    assert (case.site, case.rocks, case.ground) == (stated["site"], stated["rocks"], stated["ground"])
+    found = ranges.covered(case)
+    for way in ("along", "across"):
+        assert found[way] == pytest.approx(stated[way], abs=ONE_STOP[case.site] + 0.01), way
+
+
+def test_the_words_of_the_page_hold() -> None:
+    """Fails where new figures ask for other words in docs/field_cases/prose_ranges.py."""
+    along = {(line["site"], line["rocks"], line["ground"] == "library"): line["along"] for line in RESULTS["books"]}
+    assert all(share > 0.9 for (_, _, ranged), share in along.items() if ranged), "nearly all stops along the slope"
+    assert 0.2 < along[ranges.AUTHUME, ranges.POINTS, False] < 0.3
+    assert along[ranges.TSCHAMUT, ranges.POINTS, False] == 0.0
+    across = [line["across"] for line in RESULTS["books"] if line["rocks"] != ranges.BLOCKS]
+    assert max(across) < 0.9, "points and spheres spread too little across the slope"
