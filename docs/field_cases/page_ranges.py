@@ -1,7 +1,7 @@
 """The section of docs/explanation/validation.md on predictive intervals of ground that is not known."""
 
 from field_cases.page_tables import Results, table
-from field_cases.prose_ranges import BOOKS, CALIBRATED, ELSEWHERE, HEAD
+from field_cases.prose_ranges import BOOKS, CALIBRATED, ELSEWHERE, HEAD, TOO_SURE
 
 STOPS = {"Authume": 41, "Tschamut": 18}
 """Number of observed stops of each site."""
@@ -11,7 +11,7 @@ def section(results: Results) -> str:
     """Return the section: ranges of books, calibrations on the same slope, calibrations on another slope."""
     return "\n".join([
         HEAD, BOOKS, _predicted(results["books"]), CALIBRATED, _kept_out(results["calibrations"]), ELSEWHERE,
-        _predicted(results["elsewhere"]),
+        _predicted(results["elsewhere"]), TOO_SURE,
     ])  # fmt: skip
 
 

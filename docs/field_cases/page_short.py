@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from field_cases import authume, tschamut
+from field_cases import authume, ranges, tschamut
 from field_cases.measuring import CALIBRATED
 from field_cases.page_tables import Results, listed, wrapped
 from field_cases.prose import VERDICT
@@ -21,6 +21,7 @@ def section(results: Results) -> str:
             **_range("side", (line["side_sd"] for line in fitted)),
             **_carried(results),
             **_shaped(results["blocks"]),
+            **_held(results["ranges"]["books"]),
             field_beyond=100.0 * results["authume"]["field"]["beyond"],
             lucky=next(_off(x) for x in quarry if (x["model"], x["values"]) == (COULOMB_LIMITED.name, HOEK)),
             off=max(abs(_off(line)) for line in fitted),
@@ -50,6 +51,15 @@ def _carried(results: Results) -> dict[str, str]:
     return {
         name: listed([f"{line[there]:+.0f}" for line in results["transfer"] if line["from"] == source])
         for name, (source, there) in asked.items()
+    }
+
+
+def _held(books: Iterable[Results]) -> dict[str, str]:
+    """Return how many stops the intervals of library ranges hold at each site, under the names that the text uses."""
+    lines = [line for line in books if line["ground"] == ranges.LIBRARY]
+    return {
+        name: listed([f"{held}" for held in sorted({round(x["along"] * stops) for x in lines if x["site"] == site})])
+        for name, site, stops in (("held_quarry", ranges.AUTHUME, 41), ("held_meadow", ranges.TSCHAMUT, 18))
     }
 
 

@@ -28,6 +28,8 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.values import Outcome
 
 AUTHUME, TSCHAMUT = "Authume", "Tschamut"
+LIBRARY, MIDDLES = "library", "library, assumed ranges replaced by their middle"
+"""Where the ground of a case comes from, in words of the page."""
 POINTS, SPHERES, BLOCKS = "points", "spheres", "blocks"
 ROCKS = {POINTS: 6400, SPHERES: 3200, BLOCKS: 1920}
 """Rocks over all parameter sets; more change no figure by more than a stop or two."""
@@ -68,7 +70,7 @@ def cases_of_books() -> Iterator[Case]:
         for rocks in (POINTS, SPHERES, BLOCKS):
             zones = GROUND[site, BLOCKS if rocks == BLOCKS else POINTS]
             single = {key: MIDDLE[key] for key in MIDDLE_OF[rocks]}
-            for ground, more in (("library", {}), ("library, assumed ranges replaced by their middle", single)):
+            for ground, more in ((LIBRARY, {}), (MIDDLES, single)):
                 materials = {zone: {"library": entry, **more} for zone, entry in zones.items()}
                 yield Case(site, rocks, ground, {**MODELS[rocks], "materials": materials})
 
