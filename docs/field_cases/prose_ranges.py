@@ -30,7 +30,8 @@ The parameter sets of a calibration at one site predict the stops at the other s
 model.
 """
 
-TOO_SURE = """**A calibration on another slope makes an answer far too sure.** With Authume's sets, nearly all points leave
-the meadow, and rocks with a shape hold 3 of 18 stops. Tschamut's sets of rocks with a shape hold 40 of 41 at Authume
-only because Tschamut's stops hardly narrow the prior. On a slope without observations, take ranges of the library.
+TOO_SURE = """**A calibration on another slope makes an answer far too sure.** With Authume's sets, nearly all points
+leave the meadow, and rocks with a shape hold 3 of 18 stops. Tschamut's sets of rocks with a shape hold 40 of 41 at
+Authume only because Tschamut's stops hardly narrow the prior. On a slope without observations, take ranges of the
+library.
 """
