@@ -1,6 +1,7 @@
 """Write the result of a calibration: calibration.json, the report, the pictures, and the calibrated scene."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,7 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
         (out / name).unlink(missing_ok=True)
     priors = [prior.distribution for prior in spec.unknowns.values()]
     values = values_of(priors, result.posterior.z)
-    sample = sample_of(slope.names, values, result.posterior.weights, scene.seed)
+    sample = replace(sample_of(slope.names, values, result.posterior.weights, scene.seed), place=slope.place)
     _write_pictures(out, slope, result, found, (values, np.asarray(sample.values)))
     (out / "report.md").write_text(report_text(scene, found), encoding="utf-8")
     text = json.dumps(content_of(found), indent=2, allow_nan=False) + "\n"

@@ -90,9 +90,7 @@ def _shares_inside(rank: FloatArray) -> dict[str, dict[str, float]]:
     return {str(percent): {"along": float(two[0]), "across": float(two[1])} for percent, two in inside.items()}
 
 
-def findings_of(
-    slope: Slope, spec: CalibrationSpec, result: Result, book: Flown | None, seed: int
-) -> Findings:
+def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown | None, seed: int) -> Findings:
     """Return what the flown sets of a calibration say.
 
     book : the flight of the book's values, or None

@@ -37,6 +37,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.parameter_sets import check_names, flight_of_set
 from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, precompile_flights, precompile_ground_below
+from rpf3d_core.unknowns.places import Place, place_around
 from rpf3d_core.values import DEPOSITED
 
 FloatArray = NDArray[np.float64]
@@ -81,6 +82,13 @@ class Slope:
     error: float
     misfits: FloatArray
     alike: FloatArray | None
+
+    @property
+    def place(self) -> Place:
+        """The place in plan around the releases of the rocks and the observed stops."""
+        releases = releases_of_round(self, 0).x[:, :2] + np.array(self.prepared.terrain.frame.origin[:2])
+        stops = self.field.stops @ self.directions.axes[:, :2]
+        return place_around(np.concatenate([releases, stops]))
 
     @property
     def needs_paths(self) -> bool:
@@ -261,9 +269,7 @@ def _in_area(slope: Slope, one: Counted, batch: Batch) -> NDArray[np.bool_]:
     return contained(batch.finals[:, 1:3], outlines) & deposited
 
 
-def _in_section(
-    slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]
-) -> NDArray[np.bool_]:
+def _in_section(slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which rocks (R,), in mixed order, stopped in a section of the slope, or went past its lower end."""
     observed = slope.prepared.scene.observed
     low, high = (None, None) if observed is None else observed.sections[one.place]

@@ -6,7 +6,7 @@ from typing import Any
 from rpf3d_core.report.blocks import Block, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
-from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, PARTLY, RANGES
+from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, ELSEWHERE, PARTLY, RANGES
 from rpf3d_core.scene.material import BODY_KEYS, POINT_KEYS
 from rpf3d_core.scene.releases import PLACES
 
@@ -15,6 +15,8 @@ GROUND = {
     RANGES: "NOT calibrated. Coefficients are ranges from books or estimates, marked below.",
     PARTLY: "PARTLY calibrated. Some coefficients marked below are a sample that a calibration on observed rocks left, "
     "others are ranges from books or estimates.",
+    ELSEWHERE: "NOT calibrated on this slope. Coefficients marked below are a sample that a calibration on another "
+    "slope left.",
     CALIBRATED: "Calibrated: coefficients marked below are a sample that a calibration on observed rocks left.",
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rpf3d_core.results.certainty import surer_than_it_may_be
+from rpf3d_core.results.certainty import is_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.key_paths import given_keys
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 INPUTS = "inputs.json"
 ASSUMED, RANGES, PARTLY, CALIBRATED = "assumed", "ranges", "partly_calibrated", "calibrated"
-"""How a scene knows its ground: single values, ranges of books or estimates, a sample of a calibration with further
-ranges of books or estimates, or a sample alone."""
+ELSEWHERE = "calibrated_elsewhere"
+"""How a run knows its ground: single values, ranges of books or estimates, a sample of a calibration with further
+ranges of books or estimates, a sample alone, or a sample of a calibration on another slope."""
 
 
 def write_inputs(folder: Path, run: Run) -> None:
@@ -34,7 +35,7 @@ def inputs_section(run: Run) -> dict[str, Any]:
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
         "given": sorted(given_keys(run.scene)),
-        "ground": ground_known_by(run.scene),
+        "ground": ELSEWHERE if is_calibrated_elsewhere(run) else ground_known_by(run.scene),
         "sampled": _sampled(run.scene),
         "library": _library(run.scene),
         "warnings": warnings_of_run(run),

@@ -12,6 +12,7 @@ from rpf3d_core.scene.unknowns import PriorSpec
 from rpf3d_core.scene.zone_materials import name_of_material, used_coefficients
 from rpf3d_core.unknowns.displacements import displacements
 from rpf3d_core.unknowns.parameter_sets import FloatArray, ParameterSets, parameter_sets, read_parameter_sets
+from rpf3d_core.unknowns.places import is_near
 from rpf3d_core.unknowns.points import spread_points
 
 
@@ -57,6 +58,22 @@ def sampled(scene: Scene) -> tuple[str, ...]:
     """
     spec = scene.unknowns
     return () if spec is None or spec.sample is None else read_parameter_sets(spec.sample).names
+
+
+def is_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> bool:
+    """Return True if a scene has the sample of a calibration, and all its rocks start far from where that was.
+
+    releases : (N, 2) m, in plan, in the input's coordinates with z upwards
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused.
+    """
+    if scene.unknowns is None or scene.unknowns.sample is None or not len(releases):
+        return False
+    place = read_parameter_sets(scene.unknowns.sample).place
+    return place is not None and not is_near(place, releases)
 
 
 def outside_sample(scene: Scene) -> tuple[str, ...]:

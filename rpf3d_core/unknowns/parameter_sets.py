@@ -1,18 +1,21 @@
 """Parameter sets: the values that several parameters of a scene have together, one row for each set."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.unknowns.places import Place
 
 FloatArray = NDArray[np.float64]
 
 WEIGHT = "weight"
 """Column of a file of parameter sets that holds their weights."""
+PLACE = "rpf3d_calibrated_in"
+"""Key of the note in a file of parameter sets that holds their place: west, south, east and north (m)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,11 +24,13 @@ class ParameterSets:
 
     names : key paths of the parameters in a scene (`scene.key_paths`)
     values : (S, U) in the units of the scene file; weights : (S,) >= 0, summing to 1; None if all sets weigh alike
+    place : where the sets were calibrated; None if that is not known
     """
 
     names: tuple[str, ...]
     values: FloatArray
     weights: FloatArray | None = None
+    place: Place | None = None
 
     def __len__(self) -> int:
         """Return the number of sets."""
@@ -88,7 +93,9 @@ def write_parameter_sets(path: str | Path, sets: ParameterSets, more: Mapping[st
 
     columns = {name: sets.values[:, i] for i, name in enumerate(sets.names)}
     weights = {} if sets.weights is None else {WEIGHT: sets.weights}
-    write_columns(Path(path), columns | weights | {name: np.asarray(values) for name, values in (more or {}).items()})
+    further = {name: np.asarray(values) for name, values in (more or {}).items()}
+    note = {} if sets.place is None else {PLACE: " ".join(f"{end:.3f}" for end in sets.place)}
+    write_columns(Path(path), columns | weights | further, note)
 
 
 def read_parameter_sets(path: str | Path) -> ParameterSets:
@@ -99,7 +106,7 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
     InputError
         The file cannot be read, or as `parameter_sets`; the message names the file.
     """
-    from rpf3d_core.unknowns.sample_files import read_columns
+    from rpf3d_core.unknowns.sample_files import read_columns, read_note
 
     columns = read_columns(Path(path))
     names = [name for name in columns if name != WEIGHT and (name == "stop_speed" or "." in name)]
@@ -107,6 +114,16 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
         raise InputError(f"{path}: has no column whose name is a key path, such as materials.gray.friction; "
                          f"the columns are {', '.join(columns)}")  # fmt: skip
     try:
-        return parameter_sets(names, np.stack([columns[name] for name in names], axis=1), columns.get(WEIGHT))
+        sets = parameter_sets(names, np.stack([columns[name] for name in names], axis=1), columns.get(WEIGHT))
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from None
+    return replace(sets, place=_place_of(read_note(Path(path)).get(PLACE)))
+
+
+def _place_of(note: str | None) -> Place | None:
+    """Return the place that a file of parameter sets notes; None if it notes none that can be read."""
+    try:
+        west, south, east, north = map(float, (note or "").split())
+    except ValueError:
+        return None
+    return Place(west=west, south=south, east=east, north=north)

@@ -12,9 +12,18 @@ from numpy.typing import NDArray
 from rpf3d_core.errors import InputError
 
 
-def write_columns(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Write columns (N,) of equal length as a Parquet file."""
-    pa.parquet.write_table(pa.table(dict(columns)), path)
+def write_columns(path: Path, columns: Mapping[str, NDArray[Any]], note: Mapping[str, str] | None = None) -> None:
+    """Write columns (N,) of equal length as a Parquet file; note : texts by key, which the file keeps as metadata."""
+    pa.parquet.write_table(pa.table(dict(columns)).replace_schema_metadata(dict(note or {})), path)
+
+
+def read_note(path: Path) -> dict[str, str]:
+    """Return the texts by key that a Parquet file keeps as metadata. Raises InputError if it is no Parquet file."""
+    try:
+        found = pa.parquet.read_schema(path).metadata or {}
+    except (OSError, pa.ArrowInvalid) as fault:
+        raise InputError(f"{path}: cannot be read as a Parquet file: {fault}") from fault
+    return {key.decode(errors="replace"): text.decode(errors="replace") for key, text in found.items()}
 
 
 def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:

@@ -16,8 +16,10 @@ from rpf3d_core.calibration.flying import fly_set, releases_of_round, slope_of
 from rpf3d_core.calibration.rounds import Control
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import read_points
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare, releases_in_ranges
 from rpf3d_core.unknowns.parameter_sets import read_parameter_sets
 
 pytestmark = pytest.mark.skipif(not HAS_NUMBA, reason="hundreds of parameter sets need the compiled engine")
@@ -80,6 +82,21 @@ def test_the_posterior_is_a_sample_in_the_units_of_the_scene(done: Path, site: t
     assert sample.names == tuple(site[1])
     means = [one["mean"] for one in found["parameters"].values()]
     np.testing.assert_allclose(sample.values.mean(axis=0), means, atol=0.01)
+
+
+def test_the_posterior_knows_where_its_slope_is(done: Path, site: tuple[Path, dict[str, float]]) -> None:
+    scene = read_scene(site[0])
+    prepared = prepare(scene)
+    releases = releases_in_ranges(prepared, [range(3) for _ in prepared.sources]).x + prepared.terrain.frame.origin
+    stops = read_points(scene.observed.points_file, "z")
+    place = read_parameter_sets(done / "posterior.parquet").place
+    assert place is not None
+    for points in (releases[:, :2], stops[:, :2]):
+        assert (points >= np.array([place.west, place.south]) - 1.0).all()  # another round has other releases
+        assert (points <= np.array([place.east, place.north]) + 1.0).all()
+    both = np.concatenate([releases, stops])[:, :2]
+    np.testing.assert_allclose([place.west, place.south], both.min(axis=0), atol=1.0)
+    np.testing.assert_allclose([place.east, place.north], both.max(axis=0), atol=1.0)
 
 
 def test_the_calibrated_scene_flies_from_any_folder(

@@ -1,5 +1,6 @@
 """The inputs of a report name where each value comes from: the scene, the library, a sample, or a default."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,10 +9,11 @@ from terrain_files import grid, write_binary_stl
 from rpf3d_core.report.blocks import Table, Text
 from rpf3d_core.report.inputs_part import DEFAULT, GROUND, STATED, inputs_part
 from rpf3d_core.report.run_files import read_run
-from rpf3d_core.results.inputs import CALIBRATED, PARTLY
+from rpf3d_core.results.inputs import CALIBRATED, ELSEWHERE, PARTLY
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
+from rpf3d_core.unknowns.places import Place
 
 RANGE = "range stated in the scene"
 SAMPLE = "calibration sample posterior.parquet"
@@ -24,14 +26,13 @@ outputs: {{pictures: false, recording: false}}
 """
 
 
-def flown(folder: Path, material: str, more: str = "", sample: tuple[str, ...] = ()):
-    """Return the run of a small scene; sample : key paths of a sample that the scene names."""
+def flown(folder: Path, material: str, more: str = "", sample: tuple[str, ...] = (), place: Place | None = None):
+    """Return the run of a small scene; sample : key paths of a sample that the scene names; place : of the sample."""
     vertices, triangles = grid(5, 6)
     write_binary_stl(folder / "slope.stl", vertices[triangles])
     if sample:
-        write_parameter_sets(
-            folder / "posterior.parquet", parameter_sets(sample, [[0.4] * len(sample), [0.5] * len(sample)])
-        )
+        sets = parameter_sets(sample, [[0.4] * len(sample), [0.5] * len(sample)])
+        write_parameter_sets(folder / "posterior.parquet", replace(sets, place=place))
         more += "\nunknowns: {sample: posterior.parquet}"
     (folder / "scene.yaml").write_text(SCENE.format(material=material, more=more))
     run_scene(
@@ -58,6 +59,16 @@ def test_only_what_a_sample_holds_is_called_calibrated(tmp_path: Path, sample, t
     assert found["tangential restitution"] == tangential
     assert run.inputs["ground"] == ground
     assert Text(f"Ground: {GROUND[ground]}") in inputs_part(run)
+
+
+@pytest.mark.parametrize(
+    ("place", "ground"), [(Place(0, 0, 6, 5), CALIBRATED), (Place(400, 0, 406, 5), ELSEWHERE), (None, CALIBRATED)]
+)
+def test_a_calibration_of_another_slope_is_named(tmp_path: Path, place: Place | None, ground: str) -> None:
+    run = flown(tmp_path, "{normal_restitution: 0.5, tangential_restitution: 0.8}", sample=BOTH, place=place)
+    assert run.inputs["ground"] == ground
+    named = [words for words in run.inputs["surer_than_it_may_be"] if "calibrated on another slope" in words]
+    assert len(named) == (ground == ELSEWHERE)
 
 
 def test_a_range_that_replaces_one_of_the_library_is_not_called_published(tmp_path: Path) -> None:

@@ -1,12 +1,16 @@
 """Parameter sets: checked, never changed, the same after a file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.unknowns.parameter_sets import parameter_sets, read_parameter_sets, write_parameter_sets
+from rpf3d_core.unknowns.parameter_sets import PLACE, parameter_sets, read_parameter_sets, write_parameter_sets
+from rpf3d_core.unknowns.places import Place
 from rpf3d_core.unknowns.sample_files import write_columns
 
 NAMES = ("materials.a.friction", "stop_speed")
@@ -69,3 +73,20 @@ def test_a_wrong_file_is_refused_by_name(tmp_path: Path) -> None:
     write_columns(tmp_path / "other.parquet", {"depth": np.ones(2)})
     with pytest.raises(InputError, match="no column whose name is a key path"):
         read_parameter_sets(tmp_path / "other.parquet")
+
+
+def test_the_place_of_a_calibration_is_kept_in_the_file(tmp_path: Path) -> None:
+    sets = parameter_sets(["materials.a.friction"], [[0.3], [0.4]])
+    write_parameter_sets(tmp_path / "nowhere.parquet", sets)
+    assert read_parameter_sets(tmp_path / "nowhere.parquet").place is None
+    place = Place(west=501_234.5, south=7_000_000.25, east=501_300.0, north=7_000_090.0)
+    write_parameter_sets(tmp_path / "there.parquet", replace(sets, place=place))
+    assert read_parameter_sets(tmp_path / "there.parquet").place == place
+
+
+def test_other_notes_of_a_file_are_no_place(tmp_path: Path) -> None:
+    pq.write_table(
+        pa.table({"materials.a.friction": [0.3]}).replace_schema_metadata({PLACE: "here and there"}),
+        tmp_path / "odd.parquet",
+    )
+    assert read_parameter_sets(tmp_path / "odd.parquet").place is None

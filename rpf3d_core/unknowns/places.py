@@ -1,0 +1,33 @@
+"""The place in plan where parameter sets were calibrated, and whether other rocks start there."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Place(NamedTuple):
+    """A rectangle in plan (m) around the releases and the observed stops of a calibration.
+
+    The coordinates are those of the input with z upwards, so other runs over the same pit have the same.
+    """
+
+    west: float
+    south: float
+    east: float
+    north: float
+
+
+def place_around(points: ArrayLike) -> Place:
+    """Return the rectangle around points (N, 2) m."""
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    return Place(west=float(low[0]), south=float(low[1]), east=float(high[0]), north=float(high[1]))
+
+
+def is_near(place: Place, points: ArrayLike) -> bool:
+    """Return True if one of points (N, 2) m lies in a place or at most the place's diagonal away from it."""
+    x, y = np.asarray(points, dtype=float).T
+    away_x = np.maximum(np.maximum(place.west - x, x - place.east), 0.0)
+    away_y = np.maximum(np.maximum(place.south - y, y - place.north), 0.0)
+    diagonal = np.hypot(place.east - place.west, place.north - place.south)
+    return bool((np.hypot(away_x, away_y) <= diagonal).any())
