@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 
 from rpf3d_core.alerts.levels import Alert, AreaAlert, Level
 from rpf3d_core.alerts.limits import LimitFinding, limits_of
+from rpf3d_core.alerts.origins import Origin
+from rpf3d_core.alerts.since import Shown, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 
 NO_ANSWER = "there is no answer"
@@ -23,6 +25,7 @@ def area_alerts(
     thresholds: Thresholds,
     is_faulty: bool,
     steps_down: bool,
+    now_ns: int,
 ) -> tuple[AreaAlert, ...]:
     """Return the alert of every area in the answer that has limits, and of every area that the site names in full.
 
@@ -39,9 +42,12 @@ def area_alerts(
         True if the evidence is not believed.
     steps_down : bool
         True if an acknowledgement lowers the level held.
+    now_ns : int
+        Time of the decision (ns).
     """
     found = {} if worst is None else worst
     before, unknown = _held_before(previous)
+    areas = {} if previous is None else {area.name: area for area in previous.areas}
     left = [name for name, held in before.items() if is_faulty or (held > Level.NORMAL and not steps_down)]
     alerts = []
     for name in dict.fromkeys([*found, *thresholds.named_in_full, *left]):
@@ -50,7 +56,13 @@ def area_alerts(
         )
         held = finding.level if steps_down else max(before.get(name, unknown), finding.level)
         level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
-        alerts.append(AreaAlert(name=name, level=level, held=held, evident=finding.level, why=finding.why))
+        shown = _shown(areas.get(name), previous)
+        alerts.append(
+            AreaAlert(
+                name=name, level=level, held=held, evident=finding.level, why=finding.why,
+                since=since_of(level, shown, now_ns), origin=_origin_of(held, finding, areas.get(name)),
+            )
+        )  # fmt: skip
     return tuple(alerts)
 
 
@@ -89,6 +101,20 @@ def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
         return {area.name: area.held for area in previous.areas}, Level.NORMAL
     named = [sentence.partition(f": {previous.held.word}, for ")[0] for sentence in previous.held_by]
     return dict.fromkeys(named, previous.held), previous.held
+
+
+def _shown(before: AreaAlert | None, previous: Alert | None) -> Shown | None:
+    """Return what the previous decision shows of an area; None if it does not know since when."""
+    if before is None or previous is None or before.since is None:
+        return None
+    return Shown(level=before.level, since=before.since, valid_until_ns=previous.valid_until_ns)
+
+
+def _origin_of(held: Level, finding: LimitFinding, before: AreaAlert | None) -> Origin | None:
+    """Return the cluster of sources that gave the level held for an area: of this answer, or of an earlier one."""
+    if held == finding.level:
+        return finding.origin
+    return before.origin if before is not None and before.held == held else None
 
 
 def _why_untold(name: str, is_answered: bool, thresholds: Thresholds) -> str:

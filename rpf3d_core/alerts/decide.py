@@ -12,6 +12,7 @@ from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
+from rpf3d_core.alerts.since import Shown, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.sound import faults_of, went_back
 from rpf3d_core.alerts.times import ns_of, when
@@ -69,8 +70,9 @@ def decide(
     is_worse = previous is None or evident > previous.evident or got_worse(previous, worst)
     held = _held(previous, evident, findings, trusted, is_worse, now_ns, acknowledgement)
     steps_down = acknowledgement is not None and not held.void
+    level = held.level if held.level == Level.EVACUATE or not faults else Level.FAULT
     return Alert(
-        level=held.level if held.level == Level.EVACUATE or not faults else Level.FAULT,
+        level=level,
         held=held.level,
         evident=evident,
         reasons=_reasons(faults, findings, held, evident, evidence, thresholds),
@@ -84,8 +86,18 @@ def decide(
         alarm=bool(faults) or held.level >= Level[thresholds.alarm_from.upper()],
         acknowledgement=acknowledgement,
         void=held.void,
-        areas=area_alerts(previous, None if evidence is None else worst, thresholds, bool(faults), steps_down),
+        areas=area_alerts(previous, None if evidence is None else worst, thresholds, bool(faults), steps_down, now_ns),
+        since=since_of(level, _shown(previous), now_ns),
+        terrain_digest="" if evidence is None else evidence.terrain_digest,
+        terrain_stamp_ns=0 if evidence is None else evidence.terrain_stamp_ns,
     )
+
+
+def _shown(previous: Alert | None) -> Shown | None:
+    """Return what the previous decision shows of the site; None if there is none, or it does not know since when."""
+    if previous is None or previous.since is None:
+        return None
+    return Shown(level=previous.level, since=previous.since, valid_until_ns=previous.valid_until_ns)
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rpf3d_core.alerts.origins import Origins
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.values import Outcome
@@ -40,6 +41,7 @@ class AreaEvidence(NamedTuple):
         unknowns, and while too few rocks of each set have flown
     left_high : as predictive_high, of the share of rocks that reached the area or are in `left`; set by set, because
         most rocks may leave in the few sets that also decide the upper end
+    origins : the cluster that gave each figure; None if no rock flew
     """
 
     name: str
@@ -59,6 +61,7 @@ class AreaEvidence(NamedTuple):
     predictive_low: float | None = None
     predictive_high: float | None = None
     left_high: float | None = None
+    origins: Origins | None = None
 
 
 class Evidence(NamedTuple):

@@ -3,6 +3,7 @@
 from enum import IntEnum
 from typing import NamedTuple
 
+from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.errors import InputError
 
 
@@ -40,10 +41,23 @@ class Acknowledgement(NamedTuple):
     at_ns: int
 
 
+class Since(NamedTuple):
+    """Since when (ns, by the node's clock) an alert level is shown without a break.
+
+    level_ns : this level; not_normal_ns : any level but normal, None if the level is normal
+    """
+
+    level_ns: int
+    not_normal_ns: int | None
+
+
 class AreaAlert(NamedTuple):
     """The decision on one area of interest; `level`, `held` and `evident` have the same meaning as in `Alert`.
 
     why : the reason for `evident`, a sentence without the name of the area
+    since : since when `level` is shown; None in a log of an older version
+    origin : the cluster of sources that gave `held`, in the newest answer that gives this level; None if `held` is
+        normal, or if the cluster is not known
     """
 
     name: str
@@ -51,6 +65,8 @@ class AreaAlert(NamedTuple):
     held: Level
     evident: Level
     why: str
+    since: Since | None = None
+    origin: Origin | None = None
 
 
 class Alert(NamedTuple):
@@ -71,6 +87,9 @@ class Alert(NamedTuple):
     acknowledgement : the acknowledgement given with this decision, or None; void : why the acknowledgement did not
         lower the level, or empty
     areas : the decision on each area with limits; the highest `held` of the areas is the `held` of the site
+    since : since when `level` is shown; None in a log of an older version
+    terrain_digest, terrain_stamp_ns : digest and stamp of the whole survey of the terrain in the evidence; "" and 0
+        without evidence
     """
 
     level: Level
@@ -88,6 +107,9 @@ class Alert(NamedTuple):
     acknowledgement: Acknowledgement | None = None
     void: str = ""
     areas: tuple[AreaAlert, ...] = ()
+    since: Since | None = None
+    terrain_digest: str = ""
+    terrain_stamp_ns: int = 0
 
 
 def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:

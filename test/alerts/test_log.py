@@ -49,7 +49,7 @@ def test_a_log_has_a_line_a_decision_and_the_thresholds_once(tmp_path: Path) -> 
     assert [line["n"] for line in lines] == list(range(len(lines)))
     assert [line["before"] for line in lines[1:]] == [line["sha256"] for line in lines[:-1]]
     first = lines[2]
-    assert (first["evidence"]["seed"], first["evidence"]["terrain_digest"], first["version"]) == (1, "t" * 64, "0.1.0")
+    assert (first["evidence"]["seed"], first["evidence"]["terrain_digest"], first["version"]) == (1, "7e" * 32, "0.1.0")
     assert lines[-2]["acknowledgement"]["by"] == "A. Shift"
 
 

@@ -9,8 +9,9 @@ from property_budget import examples
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
-from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level, Since
 from rpf3d_core.alerts.lines import Decision, canonical, decision_content, decision_of
+from rpf3d_core.alerts.origins import Origin, Origins
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 SITES = [
@@ -23,9 +24,14 @@ counts = st.one_of(st.integers(), st.integers(0, 20_000), st.sampled_from([0, 1,
 stamps = st.one_of(st.integers(NOW - 100 * S, NOW + 2 * S), st.integers(NOW - 3 * S, NOW), st.integers())
 times = st.just(NOW) | stamps
 texts = st.sampled_from(["ramp", "crusher", "", "\ud800", "r"])
+places = st.floats(allow_nan=False)
+any_origin = st.builds(Origin, texts, st.tuples(places, places, places), counts, texts, texts, stamps)
+any_origins = st.builds(Origins, *[st.none() | any_origin] * len(Origins._fields))
 any_area = st.builds(
-    AreaEvidence, texts, counts, counts, floats, floats, st.none() | floats, st.none() | floats, st.none() | floats
-)
+    AreaEvidence, texts, counts, counts, floats, floats, st.none() | floats, st.none() | floats, st.none() | floats,
+    origins=st.none() | any_origins,
+)  # fmt: skip
+any_since = st.none() | st.builds(Since, stamps, st.none() | stamps)
 any_evidence = st.builds(
     Evidence, counts, counts, stamps, stamps, stamps, texts, texts, counts, counts, texts,
     st.lists(any_area, max_size=3).map(tuple), st.lists(texts, max_size=1).map(tuple), counts,
@@ -33,14 +39,18 @@ any_evidence = st.builds(
 some_acknowledgement = st.none() | st.builds(Acknowledgement, st.sampled_from(["A. Shift", " "]), texts, stamps)
 dangers = st.sampled_from([Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.EVACUATE])
 any_areas = st.lists(
-    st.builds(AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts),
+    st.builds(
+        AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts, any_since, st.none() | any_origin
+    ),
     max_size=3,
     unique_by=lambda one: one.name,
 ).map(tuple)
 any_alert = st.builds(
     Alert, st.sampled_from(list(Level)), dangers, dangers, st.just(("said",)), st.sampled_from([(), ("broken",)]),
     st.just(()), stamps, stamps, stamps, stamps, st.none() | stamps, st.booleans(), areas=any_areas,
+    since=any_since, terrain_digest=texts, terrain_stamp_ns=stamps,
 )  # fmt: skip
+NUMBERS_OF_AREA = [name for name in AreaEvidence._fields if name not in ("name", "origins")]
 sites = st.sampled_from(SITES)
 many = examples(300)
 
@@ -75,7 +85,7 @@ def worse_pairs(draw: st.DrawFn) -> tuple[AreaEvidence, AreaEvidence]:
 def spoiled(draw: st.DrawFn) -> Evidence:
     """Sound evidence of which one number, or none, is anything."""
     one = draw(sound_areas())
-    spoilt = draw(st.sampled_from([None, *AreaEvidence._fields[1:], *Evidence._fields[2:5], "sources", "unfinished"]))
+    spoilt = draw(st.sampled_from([None, *NUMBERS_OF_AREA, *Evidence._fields[2:5], "sources", "unfinished"]))
     if spoilt in AreaEvidence._fields:
         kind = counts if spoilt in ("flown", "reached") else floats
         return evidence(one._replace(**{spoilt: draw(kind)}))
@@ -164,6 +174,18 @@ def test_over_a_whole_shift_the_level_is_the_highest_since_the_last_step_down(ar
         stepped_down = alert.acknowledgement is not None and not alert.void
         highest = alert.evident if stepped_down else max(highest, alert.evident)
         assert (alert.level, alert.held, alert.faults) == (highest, highest, ())
+
+
+@many
+@given(st.none() | any_alert, evidences, sites, times, some_acknowledgement)
+def test_a_level_is_shown_since_a_time_that_has_passed_and_no_longer_than_it_is_not_normal(
+    previous, answer, thresholds, now, given
+) -> None:
+    alert = decide(previous, answer, thresholds, now, given)
+    for one in (alert, *alert.areas):
+        assert one.since.level_ns <= now
+        assert (one.since.not_normal_ns is None) == (one.level == Level.NORMAL)
+        assert one.since.not_normal_ns is None or one.since.not_normal_ns <= now
 
 
 @many

@@ -164,16 +164,26 @@ def test_nothing_seen_by_one_sensor_clears_nothing_that_another_saw_and_harmless
     mine.send(RADAR_B, poses([*harmless, ON_THE_SLOPE], stamp))
     told = mine.wait_for_alert("evacuate").message
     assert "the worst of" in told and "clusters of sources" in told
+    mine.wait(lambda: value(mine, "cause") == "sources", "the cause")
+    place = [float(number) for number in value(mine, "cause_place").split()]
+    assert value(mine, "cause_topic") == RADAR_B and np.hypot(*np.subtract(place, ON_THE_SLOPE)[:2]) <= 15.0
+    since = value(mine, "not_normal_since_ns")
     mine.wait_for_answer(stamp)
     mine.answered([])
     assert evident(mine) == "evacuate"
     mine.send(RADAR_B, poses([], mine.now()))
     mine.wait(lambda: evident(mine) == "normal", "radar B to see nothing")
+    assert (value(mine, "cause_topic"), value(mine, "not_normal_since_ns")) == (RADAR_B, since), "the level is held"
 
 
 def evident(peer):
     """What the newest evidence of the area says by itself."""
-    return next(pair.value for pair in peer.alerts[-1].status[1].values if pair.key == "evident")
+    return value(peer, "evident")
+
+
+def value(peer, key):
+    """A value of the area in the newest alert."""
+    return next(pair.value for pair in peer.alerts[-1].status[1].values if pair.key == key)
 
 
 def test_a_clock_that_stands_still_is_a_fault_until_it_runs_again(stage):
