@@ -30,7 +30,7 @@ MOST_FINDINGS = 100
 LATER = ("areas", "since", "terrain_digest", "terrain_stamp_ns")
 """Values of an alert that logs of older versions do not have."""
 
-LATER_OF_AREA = ("since", "origin")
+LATER_OF_AREA = ("since", "origin", "judged")
 """Values of an area that a log without `since` does not have."""
 
 

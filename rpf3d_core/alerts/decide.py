@@ -12,6 +12,7 @@ from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
+from rpf3d_core.alerts.outlines import places_end_ns
 from rpf3d_core.alerts.since import Shown, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.sound import faults_of, went_back
@@ -81,12 +82,14 @@ def decide(
         held_since_ns=held.since_ns,
         worse_ns=now_ns if is_worse or previous is None or went_back(previous, now_ns) else previous.worse_ns,
         at_ns=now_ns,
-        valid_until_ns=_valid_until(previous, evidence, thresholds, now_ns, faults, small),
+        valid_until_ns=_valid_until(previous, evidence, worst, thresholds, now_ns, faults, small),
         evidence_at_ns=_newest(previous, evidence, thresholds, now_ns),
         alarm=bool(faults) or held.level >= Level[thresholds.alarm_from.upper()],
         acknowledgement=acknowledgement,
         void=held.void,
-        areas=area_alerts(previous, None if evidence is None else worst, thresholds, bool(faults), steps_down, now_ns),
+        areas=area_alerts(
+            previous, None if evidence is None else worst, thresholds, bool(faults), steps_down, small, now_ns
+        ),
         since=since_of(level, _shown(previous), now_ns),
         terrain_digest="" if evidence is None else evidence.terrain_digest,
         terrain_stamp_ns=0 if evidence is None else evidence.terrain_stamp_ns,
@@ -118,7 +121,7 @@ def _too_small(
     now_ns: int,
 ) -> tuple[str, ...]:
     """Return why an answer with too few rocks is a fault: no valid previous decision, or areas without a decision."""
-    new, stands = undecided(previous, worst), _stands(previous, now_ns)
+    new, stands = undecided(previous, worst, thresholds, now_ns), _stands(previous, now_ns)
     if stands and not new:
         return ()
     areas = () if evidence is None else evidence.areas
@@ -189,6 +192,7 @@ def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thres
 def _valid_until(
     previous: Alert | None,
     evidence: Evidence | None,
+    worst: Mapping[str, LimitFinding],
     thresholds: Thresholds,
     now_ns: int,
     faults: tuple[str, ...],
@@ -205,7 +209,7 @@ def _valid_until(
         evidence.trigger_stamp_ns + ns_of(thresholds.evidence.sources_max_age_s),
         evidence.terrain_stamp_ns + ns_of(thresholds.evidence.terrain_max_age_s),
     )
-    until = min(until, *fresh)
+    until = min(until, *fresh, *places_end_ns(previous, worst, evidence, thresholds, small))
     return min(until, previous.valid_until_ns) if small and previous is not None else until
 
 

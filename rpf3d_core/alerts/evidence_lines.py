@@ -3,16 +3,20 @@
 import math
 from typing import Any
 
-from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, Outdated
 from rpf3d_core.alerts.origins import Origin, Origins
 
-TEXTS = ("name",)
+TEXTS = ("name", "outline")
 """Fields of the evidence of an area that hold text; text in any other field is a number that JSON does not have."""
 
 
 def evidence_content(evidence: Evidence) -> dict[str, Any]:
     """Return evidence as plain values for the log."""
-    return {**evidence._asdict(), "areas": [_area_evidence_content(area) for area in evidence.areas]}
+    return {
+        **evidence._asdict(),
+        "areas": [_area_evidence_content(area) for area in evidence.areas],
+        "outdated": [outdated._asdict() for outdated in evidence.outdated],
+    }
 
 
 def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
@@ -36,7 +40,8 @@ def origin_content(origin: Origin | None) -> dict[str, Any] | None:
 def evidence_of(content: dict[str, Any]) -> Evidence:
     """Return the evidence in a line of the log, from the values that `evidence_content` wrote."""
     areas = tuple(_area_evidence(area) for area in content["areas"])
-    return Evidence(**{**content, "areas": areas, "faults": tuple(content["faults"])})
+    outdated = tuple(Outdated(**each) for each in content.get("outdated", ()))
+    return Evidence(**{**content, "areas": areas, "faults": tuple(content["faults"]), "outdated": outdated})
 
 
 def _area_evidence(content: dict[str, Any]) -> AreaEvidence:

@@ -51,6 +51,17 @@ class Since(NamedTuple):
     not_normal_ns: int | None
 
 
+class Judged(NamedTuple):
+    """The outline for which an area is judged: its digest, and when it was replaced.
+
+    outline : digest; moved_ns : time (ns) at which another outline replaced it, for which too few rocks have flown
+        yet; None if it is the present outline
+    """
+
+    outline: str
+    moved_ns: int | None
+
+
 class AreaAlert(NamedTuple):
     """The decision on one area of interest; `level`, `held` and `evident` have the same meaning as in `Alert`.
 
@@ -58,6 +69,7 @@ class AreaAlert(NamedTuple):
     since : since when `level` is shown; None in a log of an older version
     origin : the cluster of sources that gave `held`, in the newest answer that gives this level; None if `held` is
         normal, or if the cluster is not known
+    judged : the outline for which the area is judged; None in a log of an older version, and before the first answer
     """
 
     name: str
@@ -67,6 +79,7 @@ class AreaAlert(NamedTuple):
     why: str
     since: Since | None = None
     origin: Origin | None = None
+    judged: Judged | None = None
 
 
 class Alert(NamedTuple):

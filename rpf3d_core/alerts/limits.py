@@ -19,12 +19,15 @@ class LimitFinding(NamedTuple):
     """The alert level that one answer gives an area, and the reason as a sentence without the name of the area.
 
     origin : the cluster of sources that gives the level; None if no limit is reached, or if the cluster is not known
+    outline, outlined_ns : as in `AreaEvidence`
     """
 
     name: str
     level: Level
     why: str
     origin: Origin | None = None
+    outline: str = ""
+    outlined_ns: int = 0
 
     @property
     def sentence(self) -> str:
@@ -42,7 +45,7 @@ class ReachedLimit(NamedTuple):
 def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFinding, ...]:
     """Return the alert level of each area that has limits, with the reason, in the order of the evidence."""
     return tuple(
-        _finding(area, limits, thresholds.evidence)
+        _finding(area, limits, thresholds.evidence)._replace(outline=area.outline, outlined_ns=area.outlined_ns)
         for area in evidence.areas
         if (limits := limits_of(thresholds, area.name)) is not None
     )

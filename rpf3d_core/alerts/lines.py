@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.evidence_lines import evidence_content, evidence_of, origin_content, origin_of
-from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level, Since
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Judged, Level, Since
 
 FORMAT = 1
 """Version of the format of the lines; a reader of another version reports the difference."""
@@ -123,6 +123,7 @@ def _area_content(area: AreaAlert) -> dict[str, Any]:
         **_words(area._asdict()),
         "since": None if area.since is None else area.since._asdict(),
         "origin": origin_content(area.origin),
+        "judged": None if area.judged is None else area.judged._asdict(),
     }
 
 
@@ -136,7 +137,11 @@ def _alert(content: dict[str, Any]) -> Alert:
 
 
 def _area(content: dict[str, Any]) -> AreaAlert:
-    records = {"since": _since(content.get("since")), "origin": origin_of(content.get("origin"))}
+    judged = content.get("judged")
+    records = {
+        "since": _since(content.get("since")), "origin": origin_of(content.get("origin")),
+        "judged": None if judged is None else Judged(**judged),
+    }  # fmt: skip
     return AreaAlert(**{**_levels(content), **records})
 
 

@@ -124,6 +124,11 @@ class EvidenceSpec(StrictModel):
         10.0,
         description="a number >= 0 (m), side of the squares in plan whose sources are judged together; 0: each alone",
     )
+    moved_area_s: Seconds = Field(
+        2.0,
+        description="a number >= 0 (s), how long an area that was moved may be judged at its former place; longer is a "
+        "fault",
+    )
     interval: Literal["predictive", "sampling"] = Field(
         "predictive",
         description="predictive or sampling: which interval the upper end is of where the scene has unknowns; the "

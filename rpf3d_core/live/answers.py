@@ -136,13 +136,13 @@ def answers(
     """
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
-    outlines = standing.areas_with(areas)
+    outlines, digests = standing.areas_with(areas), standing.digests_with(areas)
     tallies = standing.empty_tallies(outlines, released.fastest, released.highest, trigger.diameters)
     clusters = _clusters(standing, trigger, released, tallies, outlines, size.cluster)
     names, groups = tuple(outlines), [cluster.sources for cluster in clusters]
 
     def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
-        areas, unfinished = _evidence(standing, clusters, outlines)
+        areas, unfinished = _evidence(standing, clusters, outlines, digests)
         seconds = time.perf_counter() - began
         return Answer(
             next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, _outcomes(clusters),
@@ -254,13 +254,16 @@ def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:
 
 
 def _evidence(
-    standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines
+    standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines, digests: Mapping[str, str]
 ) -> tuple[tuple[AreaEvidence, ...], int]:
-    """Return the evidence of each area, with the share that has no terrain, and the number of rocks cut off."""
+    """Return the evidence of each area, with the share that has no terrain, and the number of rocks cut off.
+
+    digests : of the outline of each area
+    """
     names = tuple(outlines)
     areas, unfinished = worst_evidence(clusters, names) if clusters else (untouched(names), 0)
     shares = uncovered_shares(standing, outlines)
-    return tuple(area._replace(uncovered=shares[area.name]) for area in areas), unfinished
+    return tuple(area._replace(uncovered=shares[area.name], outline=digests[area.name]) for area in areas), unfinished
 
 
 def no_flights(standing: PreparedTerrain) -> Flights:

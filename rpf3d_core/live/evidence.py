@@ -74,6 +74,7 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
         predictive_high=predictive_high,
         left_high=_left_high_of(said, predictive_high),
         origins=_origins_of(said, flown),
+        outline=said[-1].outline,
     )
 
 

@@ -7,7 +7,7 @@ without an error delays the alert; after a second the delay is reported and the 
 import queue
 import threading
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -76,6 +76,7 @@ class Request:
     acknowledged : the acknowledging person, the reason, and the time (ns)
     reply : called with True and a sentence if the request was met, or False and the reason
     is_changed : True if the standing faults have changed
+    outlines : digest of the present outline of each area of interest, or None if no outline has changed
     """
 
     region: Hashable = None
@@ -86,6 +87,7 @@ class Request:
     acknowledged: tuple[str, str, int] | None = None
     reply: Reply | None = None
     is_changed: bool = False
+    outlines: Mapping[str, str] | None = None
 
 
 CHANGED = Request(is_changed=True)
@@ -111,6 +113,8 @@ class AlertDesk:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected, has_sensors)
+        self._outlines: Mapping[str, str] = {}
+        self._watching = threading.Lock()
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
@@ -125,6 +129,17 @@ class AlertDesk:
         Evidence without sources applies to all regions of its topic.
         """
         self._requests.put(Request(region=region, evidence=evidence, topic=topic))
+
+    def watch(self, outlines: Callable[[], Mapping[str, str]]) -> None:
+        """Watch areas of interest at their present places; evidence for a former place is outdated.
+
+        outlines : returns the digest of the present outline of each area. Any thread may call.
+        """
+        with self._watching:  # otherwise an older state could be put after a newer one
+            present = outlines()
+            if present != self._outlines:
+                self._outlines = present
+                self._requests.put(Request(outlines=present, is_changed=True))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
@@ -184,7 +199,9 @@ class AlertDesk:
     def _serve(self, request: Request) -> None:
         now, self._failed = self._now(), False
         if request.faults:
-            self._evidence.lose() if request.is_error else self._evidence.forget()
+            self._evidence.lose() if request.is_error else self._evidence.forget(now)
+        if request.outlines is not None and not self._evidence.watch(request.outlines, now):
+            return
         if request.evidence is not None:
             self._evidence.note(request.region, request.topic, request.evidence)
         self._clock_ran = self._clock_ran or now > 0  # a clock that went back to 0 counts as running

@@ -12,6 +12,7 @@ from rpf3d_core.alerts.levels import acknowledgement
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer, EnsembleSize
 from rpf3d_core.live.ground import LiveTerrain
+from rpf3d_core.live.standing import Outlines
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.alert_desk import AlertDesk
@@ -221,6 +222,7 @@ class Station:
 
     def answered(self, answer: Answer) -> None:
         """Publish an answer, and ask for an alert decision on it."""
+        self._watch_areas()
         if self.desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())
             self.desk.decide_on(self.region_of(answer.trigger), evidence, answer.trigger.topic)
@@ -272,11 +274,21 @@ class Station:
         self._outlets.health.set("terrain", OK, what, values)
         self._report_terrain()
         self.report_waiting()
+        self._watch_areas()
 
     def terrain_refused(self, why: str) -> None:
         """Report in the diagnostics why a survey is not used; the terrain is out of date, which is a fault."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
         self._report_terrain()
+
+    def set_areas(self, topic: str, outlines: Outlines) -> None:
+        """Replace the areas of interest of a topic, map frame; evidence for their former places is outdated."""
+        self.flyer.set_areas(topic, outlines)
+        self._watch_areas()
+
+    def _watch_areas(self) -> None:
+        if self.desk is not None:
+            self.desk.watch(lambda: self.flyer.outlines)
 
     def input_refused(self, topic: str, why: str) -> None:
         """Let a fault stand because a message of sources or areas was refused."""

@@ -242,7 +242,7 @@ def test_a_log_from_before_levels_had_times_and_causes_is_sound_can_be_continued
     log: Path, tmp_path: Path
 ) -> None:
     names = ("since", "terrain_digest", "terrain_stamp_ns")
-    old = rewritten_without(log, tmp_path / "old", names, ("since", "origin"))
+    old = rewritten_without(log, tmp_path / "old", names, ("since", "origin", "judged"))
     found = audit_log(old)
     assert found.sound and found.reproduced == len(SHIFT), found.findings
     assert [note.partition("tells of no ")[2].split(",")[0] for note in found.notes] == list(names)

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from property_budget import examples
 
 from rpf3d_core.alerts.decide import decide
-from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
-from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level, Since
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, Outdated
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Judged, Level, Since
 from rpf3d_core.alerts.lines import Decision, canonical, decision_content, decision_of
 from rpf3d_core.alerts.origins import Origin, Origins
 from rpf3d_core.ensemble.statistics import wilson_interval
@@ -29,18 +29,20 @@ any_origin = st.builds(Origin, texts, st.tuples(places, places, places), counts,
 any_origins = st.builds(Origins, *[st.none() | any_origin] * len(Origins._fields))
 any_area = st.builds(
     AreaEvidence, texts, counts, counts, floats, floats, st.none() | floats, st.none() | floats, st.none() | floats,
-    origins=st.none() | any_origins,
+    origins=st.none() | any_origins, outline=texts, outlined_ns=stamps,
 )  # fmt: skip
 any_since = st.none() | st.builds(Since, stamps, st.none() | stamps)
 any_evidence = st.builds(
     Evidence, counts, counts, stamps, stamps, stamps, texts, texts, counts, counts, texts,
     st.lists(any_area, max_size=3).map(tuple), st.lists(texts, max_size=1).map(tuple), counts,
+    st.lists(st.builds(Outdated, texts, stamps), max_size=2).map(tuple),
 )  # fmt: skip
 some_acknowledgement = st.none() | st.builds(Acknowledgement, st.sampled_from(["A. Shift", " "]), texts, stamps)
 dangers = st.sampled_from([Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.EVACUATE])
 any_areas = st.lists(
     st.builds(
-        AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts, any_since, st.none() | any_origin
+        AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts, any_since, st.none() | any_origin,
+        st.none() | st.builds(Judged, texts, st.none() | stamps),
     ),
     max_size=3,
     unique_by=lambda one: one.name,
@@ -50,7 +52,7 @@ any_alert = st.builds(
     st.just(()), stamps, stamps, stamps, stamps, st.none() | stamps, st.booleans(), areas=any_areas,
     since=any_since, terrain_digest=texts, terrain_stamp_ns=stamps,
 )  # fmt: skip
-NUMBERS_OF_AREA = [name for name in AreaEvidence._fields if name not in ("name", "origins")]
+NUMBERS_OF_AREA = [name for name in AreaEvidence._fields if name not in ("name", "origins", "outline")]
 sites = st.sampled_from(SITES)
 many = examples(300)
 
@@ -87,7 +89,7 @@ def spoiled(draw: st.DrawFn) -> Evidence:
     one = draw(sound_areas())
     spoilt = draw(st.sampled_from([None, *NUMBERS_OF_AREA, *Evidence._fields[2:5], "sources", "unfinished"]))
     if spoilt in AreaEvidence._fields:
-        kind = counts if spoilt in ("flown", "reached") else floats
+        kind = counts if spoilt in ("flown", "reached") else stamps if spoilt == "outlined_ns" else floats
         return evidence(one._replace(**{spoilt: draw(kind)}))
     return evidence(one, **({} if spoilt is None else {spoilt: draw(counts if "_ns" not in spoilt else stamps)}))
 

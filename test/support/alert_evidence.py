@@ -24,6 +24,7 @@ EVIDENCE_TERMS = {
     "clock_tolerance_s": 0.5,
     "fewest_rocks": 1000,
     "most_unfinished": 0.1,
+    "moved_area_s": 1,
 }
 RAMP = {
     "watch": {"reach_probability": 0.01},
