@@ -283,7 +283,7 @@ def _is_change(decision: Decision) -> bool:
     alert, previous = decision.alert, decision.previous
     if previous is None or alert.acknowledgement is not None or areas_changed(previous, alert):
         return True
-    shown = [(one.level, one.held, one.alarm, bool(one.faults)) for one in (previous, alert)]
+    shown = [(one.level, one.held, one.alarm, bool(one.faults), one.waiting) for one in (previous, alert)]
     return shown[0] != shown[1]
 
 

@@ -6,6 +6,9 @@ from typing import NamedTuple
 from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.errors import InputError
 
+ANOTHER_PERSON = "another person must acknowledge"
+"""Words by which a caller recognises an acknowledgement that waits for another person."""
+
 
 class Level(IntEnum):
     """The alert level that is shown to the mine, from normal to evacuate; or a fault.
@@ -34,11 +37,15 @@ _SEVERITY = (Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.FAULT, Level.EVACU
 
 
 class Acknowledgement(NamedTuple):
-    """A person's statement that the alert level may fall: the person's name, the reason, and the time (ns)."""
+    """A person's statement that the alert level may fall: the person's name, the reason, and the time (ns).
+
+    client : the nodes that may have called, as far as ROS shows it; "" if that is not known
+    """
 
     by: str
     why: str
     at_ns: int
+    client: str = ""
 
 
 class Since(NamedTuple):
@@ -103,6 +110,8 @@ class Alert(NamedTuple):
     since : since when `level` is shown; None in a log of an older version
     terrain_digest, terrain_stamp_ns : digest and stamp of the whole survey of the terrain in the evidence; "" and 0
         without evidence
+    waiting : acknowledgements that have no effect before another person acknowledges; waiting_until_ns : end of the
+        wait, None if none waits
     """
 
     level: Level
@@ -123,12 +132,14 @@ class Alert(NamedTuple):
     since: Since | None = None
     terrain_digest: str = ""
     terrain_stamp_ns: int = 0
+    waiting: tuple[Acknowledgement, ...] = ()
+    waiting_until_ns: int | None = None
 
 
-def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:
+def acknowledgement(by: str, why: str, at_ns: int, client: str = "") -> Acknowledgement:
     """Return a person's statement that the alert level may fall, after a check that name and reason are given.
 
-    by : name of the person; why : the reason; at_ns : time, ns
+    by : name of the person; why : the reason; at_ns : time, ns; client : as in `Acknowledgement`
 
     Raises
     ------
@@ -139,4 +150,4 @@ def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:
         raise InputError("an acknowledgement needs the name of the person who gives it")
     if not why.strip():
         raise InputError(f"an acknowledgement needs a reason; {by.strip()} gives none")
-    return Acknowledgement(by=by.strip(), why=why.strip(), at_ns=at_ns)
+    return Acknowledgement(by=by.strip(), why=why.strip(), at_ns=at_ns, client=client)

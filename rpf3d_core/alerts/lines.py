@@ -79,7 +79,7 @@ def decision_content(decision: Decision) -> dict[str, Any]:
         "now_ns": decision.now_ns,
         "previous": None if decision.previous is None else alert_content(decision.previous),
         "evidence": None if evidence is None else evidence_content(evidence),
-        "acknowledgement": None if given is None else given._asdict(),
+        "acknowledgement": None if given is None else _given_content(given),
         **reported,
         "alert": alert_content(decision.alert),
     }
@@ -110,12 +110,20 @@ def decision_of(content: dict[str, Any]) -> Decision:
 def alert_content(alert: Alert) -> dict[str, Any]:
     """Return an alert as plain values for the log or for JSON, with alert levels as words."""
     given = alert.acknowledgement
-    return {
+    content = {
         **_words(alert._asdict()),
-        "acknowledgement": None if given is None else given._asdict(),
+        "acknowledgement": None if given is None else _given_content(given),
         "areas": [_area_content(area) for area in alert.areas],
         "since": None if alert.since is None else alert.since._asdict(),
+        "waiting": [_given_content(each) for each in alert.waiting],
     }
+    left_out = () if alert.waiting else ("waiting", "waiting_until_ns")
+    return {name: value for name, value in content.items() if name not in left_out}
+
+
+def _given_content(given: Acknowledgement) -> dict[str, Any]:
+    """Return an acknowledgement as plain values; older logs have no client."""
+    return {name: value for name, value in given._asdict().items() if value or name != "client"}
 
 
 def _area_content(area: AreaAlert) -> dict[str, Any]:
@@ -132,7 +140,10 @@ def _alert(content: dict[str, Any]) -> Alert:
     given = content["acknowledgement"]
     acknowledgement = None if given is None else Acknowledgement(**given)
     areas = tuple(_area(area) for area in content.get("areas", ()))
-    records = {"acknowledgement": acknowledgement, "areas": areas, "since": _since(content.get("since"))}
+    records = {
+        "acknowledgement": acknowledgement, "areas": areas, "since": _since(content.get("since")),
+        "waiting": tuple(Acknowledgement(**each) for each in content.get("waiting", ())),
+    }  # fmt: skip
     return Alert(**{**_levels(content), **sentences, **records})
 
 

@@ -141,6 +141,20 @@ class EvidenceSpec(StrictModel):
     )
 
 
+class AcknowledgeSpec(StrictModel):
+    """How many persons must acknowledge before a level falls."""
+
+    persons: Annotated[Count, Field(ge=1, le=2)] = Field(
+        1, description="1 or 2, the persons who must acknowledge before a level falls"
+    )
+    held_from: Literal["watch", "restrict", "evacuate"] = Field(
+        "watch", description="watch, restrict or evacuate, the lowest held level for which so many persons are needed"
+    )
+    within_s: Period = Field(
+        300.0, description="a number above 0 (s), how long the first acknowledgement waits for the second"
+    )
+
+
 def _named_areas(areas: Mapping[str, AreaLimitsSpec]) -> Mapping[str, AreaLimitsSpec]:
     if not areas:
         raise refuse("has no area; name at least one, with its limits")
@@ -157,6 +171,9 @@ class Thresholds(StrictModel):
     valid_s: Period = Field(description="a number above 0 (s), how long a decision stands if no other follows")
     alarm_from: Literal["watch", "restrict", "evacuate"] = Field(
         description="watch, restrict or evacuate, the lowest level that raises the alarm; a fault always does"
+    )
+    acknowledge: AcknowledgeSpec = Field(
+        AcknowledgeSpec(), description="a mapping: how many persons must acknowledge; if left out, one"
     )
     areas: Annotated[Mapping[str, AreaLimitsSpec], AfterValidator(_named_areas)] = Field(
         description="a mapping from the name of an area, or a pattern (* and ?) of names, to its limits"

@@ -73,7 +73,7 @@ class Request:
     faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
         "" if there is no such reason
     is_error : True if the reason is an error, so the stamps of what was received before are still valid
-    acknowledged : the acknowledging person, the reason, and the time (ns)
+    acknowledged : an acknowledgement, whose name and reason are not checked yet
     reply : called with True and a sentence if the request was met, or False and the reason
     is_changed : True if the standing faults have changed
     outlines : digest of the present outline of each area of interest, or None if no outline has changed
@@ -84,7 +84,7 @@ class Request:
     topic: str = ""
     faults: str = ""
     is_error: bool = False
-    acknowledged: tuple[str, str, int] | None = None
+    acknowledged: Acknowledgement | None = None
     reply: Reply | None = None
     is_changed: bool = False
     outlines: Mapping[str, str] | None = None
@@ -152,9 +152,13 @@ class AlertDesk:
         """Ask to forget all evidence because of an error: only later messages count, and a lost click is a fault."""
         self._requests.put(Request(faults=why, is_error=True))
 
-    def acknowledge(self, by: str, why: str, reply: Reply) -> None:
-        """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread."""
-        self._requests.put(Request(acknowledged=(by, why, self._now()), reply=reply))
+    def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
+        """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread.
+
+        client : as in `Acknowledgement`
+        """
+        given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
+        self._requests.put(Request(acknowledged=given, reply=reply))
 
     def tick(self) -> None:
         """Ask for a decision if the last one failed or is about to end; call this regularly.
@@ -224,13 +228,13 @@ class AlertDesk:
 
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with an acknowledgement; an acknowledgement without a name or a reason is only logged."""
-        by, why, at = request.acknowledged or ("", "", now)
+        said = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
         try:
-            given = acknowledgement(by, why, at)
+            given = acknowledgement(*said)
         except InputError as refusal:
             result = (False, str(refusal))
             if self._log is not None:
-                self._try_to_log(partial(self._log.refused, by, why, now, str(refusal)))
+                self._try_to_log(partial(self._log.refused, said._replace(at_ns=now), str(refusal)))
         else:
             alert = self._decide(now, given)
             result = (not alert.void, alert.void or f"the level is {alert.level.word}")

@@ -86,7 +86,8 @@ class Station:
         self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
         self.builder = Builder(scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store)
         self.desk: AlertDesk | None = None
-        self._refused_inputs = RefusedInputs(self.report_fault, age)
+        persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
+        self._refused_inputs = RefusedInputs(self.report_fault, age, persons)
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         if configuration.thresholds is not None:
             sensors = parameters.sensors
@@ -199,16 +200,19 @@ class Station:
             sentence = "the terrain in use is kept" if store.flush(0.0) else "the terrain in use is being written"
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or sentence)
 
-    def acknowledged(self, acknowledged_by: str) -> tuple[bool, str]:
-        """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason."""
+    def acknowledged(self, acknowledged_by: str, client: str = "") -> tuple[bool, str]:
+        """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason.
+
+        client : the nodes that may have called, for the log
+        """
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = acknowledged_by.partition(":")
         replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
         is_named = bool(by.strip() and why.strip())
-        silent = self._refused_inputs.acknowledged(time.monotonic()) if is_named else ()
+        silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
         ended = f"; no longer a fault, because silent since: {', '.join(silent)}" if silent else ""
-        self.desk.acknowledge(by, why, replies.put)
+        self.desk.acknowledge(by, why, replies.put, client)
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)

@@ -45,6 +45,7 @@ def alerts_message(
         "result": "" if result is None else str(result),
         "decided_at_ns": str(alert.at_ns),
         "valid_until_ns": str(alert.valid_until_ns),
+        **_waiting_values(alert),
         **_publication_values(alert, publication),
     }
     values = {
@@ -55,6 +56,16 @@ def alerts_message(
     message = diagnostics_of(header.stamp, [site, *(_of_area(area, alert, common) for area in alert.areas)])
     message.header.frame_id = header.frame_id
     return message
+
+
+def _waiting_values(alert: Alert) -> dict[str, str]:
+    """Return the acknowledgement that waits for another person; empty values if none waits."""
+    until_ns = alert.waiting_until_ns
+    return {
+        "waiting_by": "; ".join(one.by for one in alert.waiting),
+        "waiting_why": "; ".join(one.why for one in alert.waiting),
+        "waiting_until_ns": "" if until_ns is None else str(until_ns),
+    }
 
 
 def _publication_values(alert: Alert, publication: Publication | None) -> dict[str, str]:

@@ -12,11 +12,13 @@ from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, Outdated
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Judged, Level, Since
 from rpf3d_core.alerts.lines import Decision, canonical, decision_content, decision_of
 from rpf3d_core.alerts.origins import Origin, Origins
+from rpf3d_core.alerts.site_model import AcknowledgeSpec
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 SITES = [
     site(), site(reach_probability_is="share"), site({"r*": RAMP, "crusher": {"evacuate": {"p95_energy_j": 5e4}}}),
     site({"?": RAMP}), site(fewest_rocks=20_000),
+    site().model_copy(update={"acknowledge": AcknowledgeSpec(persons=2, within_s=50.0)}),
 ]  # fmt: skip
 
 floats = st.one_of(st.floats(), st.sampled_from([0.0, -0.0, 1.0, 5e4, 1e5, 10.0]))
@@ -47,10 +49,12 @@ any_areas = st.lists(
     max_size=3,
     unique_by=lambda one: one.name,
 ).map(tuple)
+any_waiting = st.builds(Acknowledgement, st.sampled_from(["A. Shift", "B."]), texts, stamps)
 any_alert = st.builds(
     Alert, st.sampled_from(list(Level)), dangers, dangers, st.just(("said",)), st.sampled_from([(), ("broken",)]),
     st.just(()), stamps, stamps, stamps, stamps, st.none() | stamps, st.booleans(), areas=any_areas,
     since=any_since, terrain_digest=texts, terrain_stamp_ns=stamps,
+    waiting=st.lists(any_waiting, max_size=1).map(tuple),
 )  # fmt: skip
 NUMBERS_OF_AREA = [name for name in AreaEvidence._fields if name not in ("name", "origins", "outline")]
 sites = st.sampled_from(SITES)
@@ -152,6 +156,8 @@ def test_with_an_acknowledgement_it_falls_no_lower_than_the_evidence(previous, a
         assert given is not None and given.by.strip() and given.why.strip()
         assert alert.held == alert.evident and not alert.faults and not alert.void
         assert previous.worse_ns <= given.at_ns <= now and alert.evident <= previous.evident
+        others = [one.by for one in previous.waiting if one.by != given.by and 0 <= now - one.at_ns <= 50 * S]
+        assert thresholds.acknowledge.persons == 1 or others
 
 
 @many

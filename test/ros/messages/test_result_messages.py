@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
-from rpf3d_core.alerts.levels import AreaAlert, Level, Since
+from rpf3d_core.alerts.levels import AreaAlert, Level, Since, acknowledgement
 from rpf3d_ros.messages.alert_messages import LEVELS, alarm_message, alerts_message
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.health import OK, WARN, healths_of
@@ -64,6 +64,7 @@ def alert(word, alarm=False):
     return SimpleNamespace(
         level=level, held=level, evident=level, reasons=reasons, faults=faults, areas=(), alarm=alarm, at_ns=5,
         valid_until_ns=2**62, since=Since(level_ns=3, not_normal_ns=None), terrain_digest="7e" * 32, terrain_stamp_ns=2,
+        waiting=(), waiting_until_ns=None,
     )  # fmt: skip
 
 
@@ -100,7 +101,7 @@ def test_each_area_has_a_status_of_its_own_behind_that_of_the_site():
         "cause": "sources", "cause_area": "ramp", "cause_fault": "", "cause_topic": "radar",
         "cause_place": "1.500 -2.250 30.000", "cause_sources": "3", "cause_sources_digest": "5c" * 32,
         "terrain_digest": "7e" * 32, "terrain_stamp_ns": str(NOW - 60 * S), "level_since_ns": "3",
-        "not_normal_since_ns": "1",
+        "not_normal_since_ns": "1", "waiting_by": "", "waiting_why": "", "waiting_until_ns": "",
     }  # fmt: skip
     assert set(ramp.health.values) <= set(site.health.values), "a machine reads the site and an area alike"
     assert crusher.health.message == "watch, for 12 of 900 rocks came"
@@ -140,6 +141,15 @@ def test_the_site_and_its_area_say_what_gave_their_level_and_on_which_survey(wor
         assert [
             one.health.values[key] for key in ("cause", "cause_area", "cause_fault", "terrain_stamp_ns")
         ] == expected
+
+
+def test_an_acknowledgement_that_waits_for_another_person_is_shown_of_the_site_and_its_areas():
+    decided = alert("evacuate")
+    decided.areas, decided.waiting_until_ns = (area("ramp", *["evacuate"] * 3, why="rocks"),), 9
+    decided.waiting = (acknowledgement("A. Shift", "looked", 5),)
+    for one in alerts_of(sent(alerts_message(HEADER, decided, 7))):
+        told = [one.health.values[key] for key in ("waiting_by", "waiting_why", "waiting_until_ns")]
+        assert told == ["A. Shift", "looked", "9"]
 
 
 def test_an_area_names_the_fault_that_names_it_and_the_site_the_first():
