@@ -14,7 +14,7 @@ from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
 from rpf3d_core.alerts.outlines import places_end_ns
 from rpf3d_core.alerts.persons import Acknowledged, acknowledged_by, waiting_sentences
-from rpf3d_core.alerts.since import Shown, since_of
+from rpf3d_core.alerts.since import ShownLevel, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.sound import faults_of, went_back
 from rpf3d_core.alerts.times import ns_of, when
@@ -103,11 +103,11 @@ def decide(
     )
 
 
-def _shown(previous: Alert | None) -> Shown | None:
+def _shown(previous: Alert | None) -> ShownLevel | None:
     """Return what the previous decision shows of the site; None if there is none, or it does not know since when."""
     if previous is None or previous.since is None:
         return None
-    return Shown(level=previous.level, since=previous.since, valid_until_ns=previous.valid_until_ns)
+    return ShownLevel(level=previous.level, since=previous.since, valid_until_ns=previous.valid_until_ns)
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:

@@ -8,7 +8,7 @@ KEPT_AFTER_ITS_END = (Level.EVACUATE, Level.FAULT)
 """Levels that a subscriber still shows after the decision has ended; any other level is then shown as a fault."""
 
 
-class Shown(NamedTuple):
+class ShownLevel(NamedTuple):
     """What a decision shows of the site or an area: the level, since when, and when the decision ends (ns)."""
 
     level: Level
@@ -16,7 +16,7 @@ class Shown(NamedTuple):
     valid_until_ns: int
 
 
-def since_of(level: Level, before: Shown | None, now_ns: int) -> Since:
+def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
     """Return since when a level that is shown now (ns) is shown without a break.
 
     before : what the previous decision shows; None if there is none, or if it does not know since when
@@ -30,7 +30,7 @@ def since_of(level: Level, before: Shown | None, now_ns: int) -> Since:
     return Since(level_ns=level_ns, not_normal_ns=now_ns if not_normal_ns is None else min(not_normal_ns, now_ns))
 
 
-def _at_its_end(before: Shown) -> Shown:
+def _at_its_end(before: ShownLevel) -> ShownLevel:
     """Return what a subscriber shows after a decision has ended and no other has followed."""
     if before.level in KEPT_AFTER_ITS_END:
         return before
