@@ -10,6 +10,9 @@ from collections.abc import Iterable, Mapping
 
 from rpf3d_core.alerts.levels import Alert, AreaAlert, Level
 from rpf3d_core.alerts.limits import LimitFinding, limits_of
+from rpf3d_core.alerts.origins import Origin
+from rpf3d_core.alerts.outlines import is_moved, judged_of, place_is_over
+from rpf3d_core.alerts.since import ShownLevel, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 
 NO_ANSWER = "there is no answer"
@@ -23,6 +26,8 @@ def area_alerts(
     thresholds: Thresholds,
     is_faulty: bool,
     steps_down: bool,
+    is_small: bool,
+    now_ns: int,
 ) -> tuple[AreaAlert, ...]:
     """Return the alert of every area in the answer that has limits, and of every area that the site names in full.
 
@@ -39,9 +44,14 @@ def area_alerts(
         True if the evidence is not believed.
     steps_down : bool
         True if an acknowledgement lowers the level held.
+    is_small : bool
+        True if too few rocks flew to judge an area.
+    now_ns : int
+        Time of the decision (ns).
     """
     found = {} if worst is None else worst
     before, unknown = _held_before(previous)
+    areas = {} if previous is None else {area.name: area for area in previous.areas}
     left = [name for name, held in before.items() if is_faulty or (held > Level.NORMAL and not steps_down)]
     alerts = []
     for name in dict.fromkeys([*found, *thresholds.named_in_full, *left]):
@@ -50,7 +60,14 @@ def area_alerts(
         )
         held = finding.level if steps_down else max(before.get(name, unknown), finding.level)
         level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
-        alerts.append(AreaAlert(name=name, level=level, held=held, evident=finding.level, why=finding.why))
+        shown = _shown(areas.get(name), previous)
+        alerts.append(
+            AreaAlert(
+                name=name, level=level, held=held, evident=finding.level, why=finding.why,
+                since=since_of(level, shown, now_ns), origin=_origin_of(held, finding, areas.get(name)),
+                judged=judged_of(areas.get(name), found.get(name), is_small),
+            )
+        )  # fmt: skip
     return tuple(alerts)
 
 
@@ -64,16 +81,31 @@ def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
 
 
 def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
-    """True if an area gets a higher alert level from the new answer than from the answer of the previous decision."""
+    """True if an area gets a higher alert level from the new answer than from the answer of the previous decision.
+
+    For an area that has moved, any level above normal is higher: no one has seen it at its new place.
+    """
     unknown = Level.NORMAL if previous.areas else previous.evident
-    before = {area.name: area.evident for area in previous.areas}
+    before = {
+        area.name: Level.NORMAL if area.name in worst and is_moved(area, worst[area.name]) else area.evident
+        for area in previous.areas
+    }
     return any(finding.level > before.get(name, unknown) for name, finding in worst.items())
 
 
-def undecided(previous: Alert | None, worst: Mapping[str, LimitFinding]) -> list[str]:
-    """Return the areas of the answer for which no decision exists yet: the previous decision does not contain them."""
-    decided = {area.name for area in previous.areas} if previous is not None else set()
-    return [name for name in worst if name not in decided]
+def undecided(
+    previous: Alert | None, worst: Mapping[str, LimitFinding], thresholds: Thresholds, now_ns: int
+) -> list[str]:
+    """Return the areas of a small answer for which no decision stands.
+
+    The previous decision does not contain them, or it judged them for a place from which they were moved too long ago.
+    """
+    decided = {} if previous is None else {area.name: area for area in previous.areas}
+    return [
+        name
+        for name, finding in worst.items()
+        if name not in decided or place_is_over(decided[name], finding, thresholds, now_ns)
+    ]
 
 
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
@@ -89,6 +121,20 @@ def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
         return {area.name: area.held for area in previous.areas}, Level.NORMAL
     named = [sentence.partition(f": {previous.held.word}, for ")[0] for sentence in previous.held_by]
     return dict.fromkeys(named, previous.held), previous.held
+
+
+def _shown(before: AreaAlert | None, previous: Alert | None) -> ShownLevel | None:
+    """Return what the previous decision shows of an area; None if it does not know since when."""
+    if before is None or previous is None or before.since is None:
+        return None
+    return ShownLevel(level=before.level, since=before.since, valid_until_ns=previous.valid_until_ns)
+
+
+def _origin_of(held: Level, finding: LimitFinding, before: AreaAlert | None) -> Origin | None:
+    """Return the cluster of sources that gave the level held for an area: of this answer, or of an earlier one."""
+    if held == finding.level:
+        return finding.origin
+    return before.origin if before is not None and before.held == held else None
 
 
 def _why_untold(name: str, is_answered: bool, thresholds: Thresholds) -> str:

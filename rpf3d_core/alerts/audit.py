@@ -1,7 +1,7 @@
 """Audit a decision log: make every decision again, compare the results bit for bit, and check the hashes of lines."""
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +25,13 @@ from rpf3d_core.errors import InputError, SceneError
 
 MOST_FINDINGS = 100
 """Largest number of findings that an audit keeps. In a damaged log, each line could otherwise give a finding."""
+
+
+LATER = ("areas", "since", "terrain_digest", "terrain_stamp_ns")
+"""Values of an alert that logs of older versions do not have."""
+
+LATER_OF_AREA = ("since", "origin", "judged")
+"""Values of an area that a log without `since` does not have."""
 
 
 class LevelChange(NamedTuple):
@@ -117,7 +124,8 @@ class _AuditState:
         self.audit, self.seeking, self.found = Audit(), seeking, False
         self.last: dict[str, Any] | None = None
         self.last_alert: Alert | None = None
-        self.file_number, self.is_part, self.is_older = 0, False, False
+        self.file_number, self.is_part = 0, False
+        self.older: set[str] = set()
         self.sites: dict[str, Thresholds] = {}
 
     def blame(self, sentence: str) -> None:
@@ -203,10 +211,7 @@ class _AuditState:
         thresholds = self.sites.get(str(content.get("site")))
         if thresholds is None:
             raise Unreadable("the thresholds that it was decided by do not stand in the log before it")
-        again = alert_content(_decided_again(decision, thresholds))
-        if "areas" not in content["alert"]:
-            self._without_areas(place)
-            del again["areas"]
+        again = self._as_written(place, alert_content(_decided_again(decision, thresholds)), content["alert"])
         if canonical(again) == canonical(content["alert"]):
             self.audit.reproduced += 1
         else:
@@ -216,11 +221,19 @@ class _AuditState:
                 LevelChange(line=content["n"], alert=decision.alert, before=decision.previous, version=version)
             )
 
-    def _without_areas(self, place: str) -> None:
-        """Note once that an older version of rpf3d wrote the log, which decided on the site but not on single areas."""
-        if not self.is_older:
-            self.is_older = True
-            self.audit.notes.append(f"{place}: tells of no areas, as logs once did; what it tells of is compared")
+    def _as_written(self, place: str, again: dict[str, Any], written: dict[str, Any]) -> dict[str, Any]:
+        """Return a repeated alert without the values that the version of rpf3d that wrote the log did not decide yet.
+
+        This is noted once for each missing value.
+        """
+        lacking = [name for name in LATER if name not in written]
+        for name in lacking:
+            if name not in self.older:
+                self.older.add(name)
+                self.audit.notes.append(f"{place}: tells of no {name}, as logs once did; what it tells of is compared")
+        if "since" in lacking:
+            again = {**again, "areas": [_without(area, LATER_OF_AREA) for area in again["areas"]]}
+        return _without(again, lacking)
 
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
         """Check that a decision continues from the decision before it in the log: none is missing between them."""
@@ -249,6 +262,10 @@ def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
         raise Unreadable(f"nothing can be decided from what it holds: {error}") from None
 
 
+def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    return {name: value for name, value in content.items() if name not in names}
+
+
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
     """Return each area whose alert level changed otherwise than the site's: (name, level before, level after).
 
@@ -266,7 +283,7 @@ def _is_change(decision: Decision) -> bool:
     alert, previous = decision.alert, decision.previous
     if previous is None or alert.acknowledgement is not None or areas_changed(previous, alert):
         return True
-    shown = [(one.level, one.held, one.alarm, bool(one.faults)) for one in (previous, alert)]
+    shown = [(one.level, one.held, one.alarm, bool(one.faults), one.waiting) for one in (previous, alert)]
     return shown[0] != shown[1]
 
 

@@ -13,6 +13,9 @@ from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.evidence_faults import faults_of, went_back
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
+from rpf3d_core.alerts.outlines import places_end_ns
+from rpf3d_core.alerts.persons import Acknowledged, acknowledged_by, waiting_sentences
+from rpf3d_core.alerts.since import ShownLevel, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
 
@@ -67,25 +70,44 @@ def decide(
         faults = _too_small(previous, evidence, worst, thresholds, now_ns)
     trusted = not faults and not small
     is_worse = previous is None or evident > previous.evident or got_worse(previous, worst)
-    held = _held(previous, evident, findings, trusted, is_worse, now_ns, acknowledgement)
+    void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, is_worse, now_ns)
+    acknowledged = acknowledged_by(
+        previous, None if void else acknowledgement, thresholds.acknowledge, now_ns, is_reset=bool(faults) or is_worse
+    )
+    held = _held(previous, evident, findings, now_ns, acknowledgement, void or acknowledged.lacking)
     steps_down = acknowledgement is not None and not held.void
+    level = held.level if held.level == Level.EVACUATE or not faults else Level.FAULT
     return Alert(
-        level=held.level if held.level == Level.EVACUATE or not faults else Level.FAULT,
+        level=level,
         held=held.level,
         evident=evident,
-        reasons=_reasons(faults, findings, held, evident, evidence, thresholds),
+        reasons=_reasons(faults, findings, held, evident, evidence, thresholds, acknowledged),
         faults=faults,
         held_by=held.by,
         held_since_ns=held.since_ns,
         worse_ns=now_ns if is_worse or previous is None or went_back(previous, now_ns) else previous.worse_ns,
         at_ns=now_ns,
-        valid_until_ns=_valid_until(previous, evidence, thresholds, now_ns, faults, small),
+        valid_until_ns=_valid_until(previous, evidence, worst, thresholds, now_ns, faults, small),
         evidence_at_ns=_newest(previous, evidence, thresholds, now_ns),
         alarm=bool(faults) or held.level >= Level[thresholds.alarm_from.upper()],
         acknowledgement=acknowledgement,
         void=held.void,
-        areas=area_alerts(previous, None if evidence is None else worst, thresholds, bool(faults), steps_down),
+        areas=area_alerts(
+            previous, None if evidence is None else worst, thresholds, bool(faults), steps_down, small, now_ns
+        ),
+        since=since_of(level, _shown(previous), now_ns),
+        terrain_digest="" if evidence is None else evidence.terrain_digest,
+        terrain_stamp_ns=0 if evidence is None else evidence.terrain_stamp_ns,
+        waiting=acknowledged.waiting,
+        waiting_until_ns=acknowledged.until_ns,
     )
+
+
+def _shown(previous: Alert | None) -> ShownLevel | None:
+    """Return what the previous decision shows of the site; None if there is none, or it does not know since when."""
+    if previous is None or previous.since is None:
+        return None
+    return ShownLevel(level=previous.level, since=previous.since, valid_until_ns=previous.valid_until_ns)
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
@@ -106,7 +128,7 @@ def _too_small(
     now_ns: int,
 ) -> tuple[str, ...]:
     """Return why an answer with too few rocks is a fault: no valid previous decision, or areas without a decision."""
-    new, stands = undecided(previous, worst), _stands(previous, now_ns)
+    new, stands = undecided(previous, worst, thresholds, now_ns), _stands(previous, now_ns)
     if stands and not new:
         return ()
     areas = () if evidence is None else evidence.areas
@@ -123,15 +145,16 @@ def _held(
     previous: Alert | None,
     evident: Level,
     findings: tuple[LimitFinding, ...],
-    trusted: bool,
-    is_worse: bool,
     now_ns: int,
     acknowledgement: Acknowledgement | None,
+    void: str,
 ) -> _Held:
-    """Return the held alert level after this decision: it rises at once, and falls only by a valid acknowledgement."""
+    """Return the held alert level after this decision: it rises at once, and falls only by a valid acknowledgement.
+
+    void : why the acknowledgement has no effect, "" if it has
+    """
     said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
-    void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, is_worse, now_ns)
     if evident > before or previous is None:
         return _Held(level=evident, by=said, since_ns=now_ns, void=void)
     if acknowledgement is not None and not void:
@@ -177,6 +200,7 @@ def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thres
 def _valid_until(
     previous: Alert | None,
     evidence: Evidence | None,
+    worst: Mapping[str, LimitFinding],
     thresholds: Thresholds,
     now_ns: int,
     faults: tuple[str, ...],
@@ -193,7 +217,7 @@ def _valid_until(
         evidence.trigger_stamp_ns + ns_of(thresholds.evidence.sources_max_age_s),
         evidence.terrain_stamp_ns + ns_of(thresholds.evidence.terrain_max_age_s),
     )
-    until = min(until, *fresh)
+    until = min(until, *fresh, *places_end_ns(previous, worst, evidence, thresholds, small))
     return min(until, previous.valid_until_ns) if small and previous is not None else until
 
 
@@ -204,6 +228,7 @@ def _reasons(
     evident: Level,
     evidence: Evidence | None,
     thresholds: Thresholds,
+    acknowledged: Acknowledged,
 ) -> tuple[str, ...]:
     """Return why the alert has its level, as sentences for the mine; the most important reasons are first.
 
@@ -215,7 +240,9 @@ def _reasons(
     if held.level > evident:
         since = f"{held.level.word} is held since {when(held.since_ns)} and needs an acknowledgement to step down"
         holding = (f"{since}: {', '.join(held.by)}",)
-    void = (f"the acknowledgement does not count: {held.void}",) if held.void else ()
+    counts = "does not count alone" if acknowledged.lacking else "does not count"
+    void = (f"the acknowledgement {counts}: {held.void}",) if held.void else ()
+    void = (*void, *waiting_sentences(acknowledged))
     unwatched = () if evidence is None else without_limits(evidence, thresholds)
     notes = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
     if held.level == Level.EVACUATE:

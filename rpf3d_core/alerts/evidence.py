@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rpf3d_core.alerts.origins import Origins
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.values import Outcome
@@ -40,6 +41,9 @@ class AreaEvidence(NamedTuple):
         unknowns, and while too few rocks of each set have flown
     left_high : as predictive_high, of the share of rocks that reached the area or are in `left`; set by set, because
         most rocks may leave in the few sets that also decide the upper end
+    origins : the cluster that gave each figure; None if no rock flew
+    outline : digest of the outline within which the rocks were counted; "" if that is not known
+    outlined_ns : time since when the present outline of the area is watched; 0 since before the first message
     """
 
     name: str
@@ -59,6 +63,16 @@ class AreaEvidence(NamedTuple):
     predictive_low: float | None = None
     predictive_high: float | None = None
     left_high: float | None = None
+    origins: Origins | None = None
+    outline: str = ""
+    outlined_ns: int = 0
+
+
+class Outdated(NamedTuple):
+    """An area that a part of the evidence does not show at its present place, and the time (ns) of its move."""
+
+    name: str
+    since_ns: int
 
 
 class Evidence(NamedTuple):
@@ -71,6 +85,7 @@ class Evidence(NamedTuple):
     areas : if several answers are combined, an area may occur once for each answer: the highest level counts
     faults : sentences from the program that made the evidence, each a reason not to believe the evidence
     unfinished : number of rocks whose flight was cut off (`unfinished_of`)
+    outdated : areas whose present place is not in the answers to all sources
     """
 
     result: int
@@ -86,6 +101,7 @@ class Evidence(NamedTuple):
     areas: tuple[AreaEvidence, ...]
     faults: tuple[str, ...] = ()
     unfinished: int = 0
+    outdated: tuple[Outdated, ...] = ()
 
 
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:

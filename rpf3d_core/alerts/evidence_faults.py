@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_core.alerts.limits import hidden_level, level_of, limits_of
+from rpf3d_core.alerts.outlines import outdated_faults
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, span
 
@@ -46,6 +47,7 @@ def _evidence_faults(
         yield f"the answer is {span(newest - evidence.at_ns)} older than one that was decided on before"
     yield from _ensemble_faults(evidence, thresholds)
     yield from _area_names_faults(evidence, thresholds)
+    yield from outdated_faults(evidence, thresholds, now_ns)
     for area in evidence.areas:
         yield from (f"{area.name}: {fault}" for fault in _area_faults(area, evidence.sources))
         if limits_of(thresholds, area.name) is not None:

@@ -3,7 +3,11 @@
 from enum import IntEnum
 from typing import NamedTuple
 
+from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.errors import InputError
+
+ANOTHER_PERSON = "another person must acknowledge"
+"""Words by which a caller recognises an acknowledgement that waits for another person."""
 
 
 class Level(IntEnum):
@@ -33,17 +37,46 @@ _SEVERITY = (Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.FAULT, Level.EVACU
 
 
 class Acknowledgement(NamedTuple):
-    """A person's statement that the alert level may fall: the person's name, the reason, and the time (ns)."""
+    """A person's statement that the alert level may fall: the person's name, the reason, and the time (ns).
+
+    client : the nodes that may have called, as far as ROS shows it; "" if that is not known
+    """
 
     by: str
     why: str
     at_ns: int
+    client: str = ""
+
+
+class Since(NamedTuple):
+    """Since when (ns, by the node's clock) an alert level is shown without a break.
+
+    level_ns : this level; not_normal_ns : any level but normal, None if the level is normal
+    """
+
+    level_ns: int
+    not_normal_ns: int | None
+
+
+class Judged(NamedTuple):
+    """The outline for which an area is judged: its digest, and when it was replaced.
+
+    outline : digest; moved_ns : time (ns) at which another outline replaced it, for which too few rocks have flown
+        yet; None if it is the present outline
+    """
+
+    outline: str
+    moved_ns: int | None
 
 
 class AreaAlert(NamedTuple):
     """The decision on one area of interest; `level`, `held` and `evident` have the same meaning as in `Alert`.
 
     why : the reason for `evident`, a sentence without the name of the area
+    since : since when `level` is shown; None in a log of an older version
+    origin : the cluster of sources that gave `held`, in the newest answer that gives this level; None if `held` is
+        normal, or if the cluster is not known
+    judged : the outline for which the area is judged; None in a log of an older version, and before the first answer
     """
 
     name: str
@@ -51,6 +84,9 @@ class AreaAlert(NamedTuple):
     held: Level
     evident: Level
     why: str
+    since: Since | None = None
+    origin: Origin | None = None
+    judged: Judged | None = None
 
 
 class Alert(NamedTuple):
@@ -71,6 +107,11 @@ class Alert(NamedTuple):
     acknowledgement : the acknowledgement given with this decision, or None; void : why the acknowledgement did not
         lower the level, or empty
     areas : the decision on each area with limits; the highest `held` of the areas is the `held` of the site
+    since : since when `level` is shown; None in a log of an older version
+    terrain_digest, terrain_stamp_ns : digest and stamp of the whole survey of the terrain in the evidence; "" and 0
+        without evidence
+    waiting : acknowledgements that have no effect before another person acknowledges; waiting_until_ns : end of the
+        wait, None if none waits
     """
 
     level: Level
@@ -88,12 +129,17 @@ class Alert(NamedTuple):
     acknowledgement: Acknowledgement | None = None
     void: str = ""
     areas: tuple[AreaAlert, ...] = ()
+    since: Since | None = None
+    terrain_digest: str = ""
+    terrain_stamp_ns: int = 0
+    waiting: tuple[Acknowledgement, ...] = ()
+    waiting_until_ns: int | None = None
 
 
-def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:
+def acknowledgement(by: str, why: str, at_ns: int, client: str = "") -> Acknowledgement:
     """Return a person's statement that the alert level may fall, after a check that name and reason are given.
 
-    by : name of the person; why : the reason; at_ns : time, ns
+    by : name of the person; why : the reason; at_ns : time, ns; client : as in `Acknowledgement`
 
     Raises
     ------
@@ -104,4 +150,4 @@ def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:
         raise InputError("an acknowledgement needs the name of the person who gives it")
     if not why.strip():
         raise InputError(f"an acknowledgement needs a reason; {by.strip()} gives none")
-    return Acknowledgement(by=by.strip(), why=why.strip(), at_ns=at_ns)
+    return Acknowledgement(by=by.strip(), why=why.strip(), at_ns=at_ns, client=client)

@@ -10,16 +10,24 @@ from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.origins import NOT_KNOWN, Origin
 from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpec, Thresholds
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 
 class LimitFinding(NamedTuple):
-    """The alert level that one answer gives an area, and the reason as a sentence without the name of the area."""
+    """The alert level that one answer gives an area, and the reason as a sentence without the name of the area.
+
+    origin : the cluster of sources that gives the level; None if no limit is reached, or if the cluster is not known
+    outline, outlined_ns : as in `AreaEvidence`
+    """
 
     name: str
     level: Level
     why: str
+    origin: Origin | None = None
+    outline: str = ""
+    outlined_ns: int = 0
 
     @property
     def sentence(self) -> str:
@@ -27,10 +35,17 @@ class LimitFinding(NamedTuple):
         return f"{self.name}: {self.why}"
 
 
+class ReachedLimit(NamedTuple):
+    """A limit that the rocks in an area reach: the sentence that says so, and the cluster of sources of its figure."""
+
+    sentence: str
+    origin: Origin | None
+
+
 def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFinding, ...]:
     """Return the alert level of each area that has limits, with the reason, in the order of the evidence."""
     return tuple(
-        _finding(area, limits, thresholds.evidence)
+        _finding(area, limits, thresholds.evidence)._replace(outline=area.outline, outlined_ns=area.outlined_ns)
         for area in evidence.areas
         if (limits := limits_of(thresholds, area.name)) is not None
     )
@@ -90,27 +105,37 @@ def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
     return area.high
 
 
+def _is_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
+    """True if `upper_end` is that of the predictive interval."""
+    return terms.interval == "predictive" and area.predictive_high is not None
+
+
 def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> LimitFinding:
     for level in (Level.EVACUATE, Level.RESTRICT, Level.WATCH):
         limits: LimitsSpec | None = getattr(spec, level.word)
         reached = list(_reached(area, limits, terms)) if limits is not None else []
         if reached:
-            return LimitFinding(name=area.name, level=level, why=f"{level.word}, for {'; '.join(reached)}")
+            why = f"{level.word}, for {'; '.join(each.sentence for each in reached)}"
+            return LimitFinding(name=area.name, level=level, why=why, origin=reached[0].origin)
     return LimitFinding(name=area.name, level=Level.NORMAL, why=f"no limit is reached; {_share(area, terms)}")
 
 
-def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Yield a sentence for each limit that the rocks in an area reach, as the reason for its alert level."""
+def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[ReachedLimit]:
+    """Yield each limit that the rocks in an area reach, as the reason for its alert level."""
+    origins = area.origins or NOT_KNOWN
     if (limit := limits.reach_probability) is not None and _probability_reaches(area, limit, terms):
-        yield f"{_share(area, terms)}, limit {_percent(limit)}"
+        is_predictive = _share_of(area) < limit and _is_predictive(area, terms)
+        origin = origins.predictive if is_predictive else origins.reached
+        yield ReachedLimit(sentence=f"{_share(area, terms)}, limit {_percent(limit)}", origin=origin)
     energy = area.largest_energy if area.p95_energy is None else area.p95_energy
     if (energy_limit := limits.p95_energy_j) is not None and energy is not None and energy >= energy_limit:
         what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
-        yield f"{what} {energy:.6g} J, limit {energy_limit:g} J"
+        yield ReachedLimit(sentence=f"{what} {energy:.6g} J, limit {energy_limit:g} J", origin=origins.energy)
     soonest = limits.first_arrival_s
     if soonest is not None and area.first_arrival_s is not None and area.first_arrival_s <= soonest.seconds:
         needed = f"{soonest.evacuation:g} s to clear it and {soonest.margin:g} s to spare"
-        yield f"the first rock after {area.first_arrival_s:.1f} s, needed {needed}"
+        sentence = f"the first rock after {area.first_arrival_s:.1f} s, needed {needed}"
+        yield ReachedLimit(sentence=sentence, origin=origins.first_arrival)
 
 
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
@@ -121,8 +146,12 @@ def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) 
     the small number of rocks and not to the slope.
     """
     upper = terms.reach_probability_is == "upper_end" and not is_small(area, terms)
-    share = min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0
-    return share >= limit or (upper and upper_end(area, terms) >= limit)
+    return _share_of(area) >= limit or (upper and upper_end(area, terms) >= limit)
+
+
+def _share_of(area: AreaEvidence) -> float:
+    """Return the share (-) of rocks that reached an area, also for impossible numbers of rocks."""
+    return min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0
 
 
 def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
@@ -138,7 +167,7 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
     """Return which interval an upper end is of, as words for a reason; empty for a scene without unknowns."""
     if area.sets == 0:
         return ""
-    if terms.interval == "predictive" and area.predictive_high is not None:
+    if _is_predictive(area, terms):
         return f", predictive over {area.sets:,} parameter sets"
     return ", by the number of rocks alone"
 

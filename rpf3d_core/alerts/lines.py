@@ -6,11 +6,11 @@ have (NaN, infinities) are written as text.
 
 import hashlib
 import json
-import math
 from typing import Any, NamedTuple
 
-from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
-from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
+from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.evidence_lines import evidence_content, evidence_of, origin_content, origin_of
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Judged, Level, Since
 
 FORMAT = 1
 """Version of the format of the lines; a reader of another version reports the difference."""
@@ -78,8 +78,8 @@ def decision_content(decision: Decision) -> dict[str, Any]:
     return {
         "now_ns": decision.now_ns,
         "previous": None if decision.previous is None else alert_content(decision.previous),
-        "evidence": None if evidence is None else _evidence_content(evidence),
-        "acknowledgement": None if given is None else given._asdict(),
+        "evidence": None if evidence is None else evidence_content(evidence),
+        "acknowledgement": None if given is None else _given_content(given),
         **reported,
         "alert": alert_content(decision.alert),
     }
@@ -97,7 +97,7 @@ def decision_of(content: dict[str, Any]) -> Decision:
         previous, evidence, given = content["previous"], content["evidence"], content["acknowledgement"]
         return Decision(
             previous=None if previous is None else _alert(previous),
-            evidence=None if evidence is None else _evidence(evidence),
+            evidence=None if evidence is None else evidence_of(evidence),
             acknowledgement=None if given is None else Acknowledgement(**given),
             now_ns=content["now_ns"],
             alert=_alert(content["alert"]),
@@ -110,11 +110,28 @@ def decision_of(content: dict[str, Any]) -> Decision:
 def alert_content(alert: Alert) -> dict[str, Any]:
     """Return an alert as plain values for the log or for JSON, with alert levels as words."""
     given = alert.acknowledgement
-    areas = [_words(area._asdict()) for area in alert.areas]
-    return {
+    content = {
         **_words(alert._asdict()),
-        "acknowledgement": None if given is None else given._asdict(),
-        "areas": areas,
+        "acknowledgement": None if given is None else _given_content(given),
+        "areas": [_area_content(area) for area in alert.areas],
+        "since": None if alert.since is None else alert.since._asdict(),
+        "waiting": [_given_content(each) for each in alert.waiting],
+    }
+    left_out = () if alert.waiting else ("waiting", "waiting_until_ns")
+    return {name: value for name, value in content.items() if name not in left_out}
+
+
+def _given_content(given: Acknowledgement) -> dict[str, Any]:
+    """Return an acknowledgement as plain values; older logs have no client."""
+    return {name: value for name, value in given._asdict().items() if value or name != "client"}
+
+
+def _area_content(area: AreaAlert) -> dict[str, Any]:
+    return {
+        **_words(area._asdict()),
+        "since": None if area.since is None else area.since._asdict(),
+        "origin": origin_content(area.origin),
+        "judged": None if area.judged is None else area.judged._asdict(),
     }
 
 
@@ -122,8 +139,25 @@ def _alert(content: dict[str, Any]) -> Alert:
     sentences = {name: tuple(content[name]) for name in ("reasons", "faults", "held_by")}
     given = content["acknowledgement"]
     acknowledgement = None if given is None else Acknowledgement(**given)
-    areas = tuple(AreaAlert(**_levels(area)) for area in content.get("areas", ()))
-    return Alert(**{**_levels(content), **sentences, "acknowledgement": acknowledgement, "areas": areas})
+    areas = tuple(_area(area) for area in content.get("areas", ()))
+    records = {
+        "acknowledgement": acknowledgement, "areas": areas, "since": _since(content.get("since")),
+        "waiting": tuple(Acknowledgement(**each) for each in content.get("waiting", ())),
+    }  # fmt: skip
+    return Alert(**{**_levels(content), **sentences, **records})
+
+
+def _area(content: dict[str, Any]) -> AreaAlert:
+    judged = content.get("judged")
+    records = {
+        "since": _since(content.get("since")), "origin": origin_of(content.get("origin")),
+        "judged": None if judged is None else Judged(**judged),
+    }  # fmt: skip
+    return AreaAlert(**{**_levels(content), **records})
+
+
+def _since(content: dict[str, Any] | None) -> Since | None:
+    return None if content is None else Since(**content)
 
 
 def _words(content: dict[str, Any]) -> dict[str, Any]:
@@ -134,25 +168,3 @@ def _words(content: dict[str, Any]) -> dict[str, Any]:
 def _levels(content: dict[str, Any]) -> dict[str, Any]:
     """Return the content of a log line with words replaced by alert levels."""
     return {**content, **{name: Level[content[name].upper()] for name in LEVELS}}
-
-
-def _evidence_content(evidence: Evidence) -> dict[str, Any]:
-    areas = [{key: _written(value) for key, value in area._asdict().items()} for area in evidence.areas]
-    return {**evidence._asdict(), "areas": areas}
-
-
-def _evidence(content: dict[str, Any]) -> Evidence:
-    areas = tuple(
-        AreaEvidence(**{key: value if key == "name" else _read(value) for key, value in area.items()})
-        for area in content["areas"]
-    )
-    return Evidence(**{**content, "areas": areas, "faults": tuple(content["faults"])})
-
-
-def _written(value: Any) -> Any:
-    """Return a value in a form that JSON can hold: NaN and infinity as text."""
-    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _read(value: Any) -> Any:
-    return float(value) if isinstance(value, str) else value

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.alerts.levels import Acknowledgement, Alert
 from rpf3d_core.alerts.lines import BEGINNING, FORMAT, Decision, Unreadable, decision_content, decision_of, line_of
 from rpf3d_core.alerts.log_files import (
     NotLogged,
@@ -92,7 +92,7 @@ class DecisionLog:
         self._lost, self.last_alert = 0, decision.alert
         return self.head
 
-    def refused(self, by: str, why: str, at_ns: int, because: str) -> str:
+    def refused(self, given: Acknowledgement, because: str) -> str:
         """Log an acknowledgement that was refused before any decision, and return the hash of its line.
 
         Raises
@@ -101,7 +101,7 @@ class DecisionLog:
             The line is not on disk.
         """
         try:
-            self._append([("refused", {"by": by, "why": why, "at_ns": at_ns, "because": because})], None)
+            self._append([("refused", {**given._asdict(), "because": because})], None)
         except OSError as error:
             raise _not_logged(self.folder, error) from error
         return self.head

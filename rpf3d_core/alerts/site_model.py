@@ -124,6 +124,11 @@ class EvidenceSpec(StrictModel):
         10.0,
         description="a number >= 0 (m), side of the squares in plan whose sources are judged together; 0: each alone",
     )
+    moved_area_s: Seconds = Field(
+        2.0,
+        description="a number >= 0 (s), how long an area that was moved may be judged at its former place; longer is a "
+        "fault",
+    )
     interval: Literal["predictive", "sampling"] = Field(
         "predictive",
         description="predictive or sampling: which interval the upper end is of where the scene has unknowns; the "
@@ -133,6 +138,20 @@ class EvidenceSpec(StrictModel):
         "upper_end",
         description="upper_end or share: what is compared with reach_probability, the upper end of the share's 95 % "
         "interval or the share itself",
+    )
+
+
+class AcknowledgeSpec(StrictModel):
+    """How many persons must acknowledge before a level falls."""
+
+    persons: Annotated[Count, Field(ge=1, le=2)] = Field(
+        1, description="1 or 2, the persons who must acknowledge before a level falls"
+    )
+    held_from: Literal["watch", "restrict", "evacuate"] = Field(
+        "watch", description="watch, restrict or evacuate, the lowest held level for which so many persons are needed"
+    )
+    within_s: Period = Field(
+        300.0, description="a number above 0 (s), how long the first acknowledgement waits for the second"
     )
 
 
@@ -152,6 +171,9 @@ class Thresholds(StrictModel):
     valid_s: Period = Field(description="a number above 0 (s), how long a decision stands if no other follows")
     alarm_from: Literal["watch", "restrict", "evacuate"] = Field(
         description="watch, restrict or evacuate, the lowest level that raises the alarm; a fault always does"
+    )
+    acknowledge: AcknowledgeSpec = Field(
+        AcknowledgeSpec(), description="a mapping: how many persons must acknowledge; if left out, one"
     )
     areas: Annotated[Mapping[str, AreaLimitsSpec], AfterValidator(_named_areas)] = Field(
         description="a mapping from the name of an area, or a pattern (* and ?) of names, to its limits"

@@ -55,8 +55,9 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
     alert, given = change.alert, change.alert.acknowledgement
     steps = []
     if given is not None:
-        counts = "acknowledged by" if not alert.void else "an acknowledgement that does not count, of"
-        steps = [f"{counts} {given.by}: {given.why}"]
+        steps = [f"{_counts(alert)} {given.by}: {given.why}"]
+        if not alert.void and change.before is not None:
+            steps += [f"after {one.by}: {one.why}" for one in change.before.waiting]
     steps += [f"{name}: {was.word} > {now.word}" for name, was, now in areas_changed(change.before, alert)]
     first, *more = [*steps, *alert.reasons]
     why = first + (f" (and {len(more)} more)" if more else "")
@@ -64,6 +65,14 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
     if change.before is not None and _shown(change.before) != shown:
         shown = f"{_shown(change.before)} > {shown}"
     return (str(change.line), when(alert.at_ns), shown, alert.held.word, "on" if alert.alarm else "off", why)
+
+
+def _counts(alert: "Alert") -> str:
+    """Return what became of the acknowledgement of a decision, as the beginning of a sentence."""
+    if not alert.void:
+        return "acknowledged by"
+    waits = alert.acknowledgement in alert.waiting
+    return "waits for another person: the acknowledgement of" if waits else "an acknowledgement that does not count, of"
 
 
 def _shown(alert: "Alert") -> str:

@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 
 from rpf3d_core.alerts.evidence import AreaEvidence, untouched
+from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.ensemble.batch import NOTHING
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import flights_of
@@ -37,6 +38,7 @@ from rpf3d_core.live.released import Released, ReleaseSpread, released_over, rel
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.setup.rounds import doubling_rounds
+from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.unknowns.dealing import rocks_of_set
 from rpf3d_core.values import Outcome
 
@@ -134,13 +136,13 @@ def answers(
     """
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
-    outlines = standing.areas_with(areas)
+    outlines, digests = standing.areas_with(areas), standing.digests_with(areas)
     tallies = standing.empty_tallies(outlines, released.fastest, released.highest, trigger.diameters)
-    clusters = _clusters(standing, released, tallies, outlines, size.cluster)
+    clusters = _clusters(standing, trigger, released, tallies, outlines, size.cluster)
     names, groups = tuple(outlines), [cluster.sources for cluster in clusters]
 
     def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
-        areas, unfinished = _evidence(standing, clusters, outlines)
+        areas, unfinished = _evidence(standing, clusters, outlines, digests)
         seconds = time.perf_counter() - began
         return Answer(
             next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, _outcomes(clusters),
@@ -172,18 +174,31 @@ def answers(
 
 
 def _clusters(
-    standing: PreparedTerrain, released: Released, tallies: Tallies, outlines: Outlines, side: float
+    standing: PreparedTerrain, trigger: Trigger, released: Released, tallies: Tallies, outlines: Outlines, side: float
 ) -> list[ClusterTally]:
     """Return the empty counts of each cluster of sources; side : of the squares that hold a cluster (m)."""
     if not len(released.places):
         return []
     places, groups = outlines_for_places(outlines), clusters_of(released.places, released.sound, side)
-    clusters = [ClusterTally(sources, tallies, places) for sources in groups]
+    clusters = [
+        ClusterTally(sources, tallies, places, _origin(standing, trigger, released.places[sources]))
+        for sources in groups
+    ]
     if standing.sets is not None:
         displaced = tallies_of_displaced(standing.sets, tallies)
         for one in clusters:
             one.over_sets = ClusterSets(standing.sets, one.tallies, displaced, standing.ground.engine)
     return clusters
+
+
+def _origin(standing: PreparedTerrain, trigger: Trigger, places: FloatArray) -> Origin:
+    """Return the origin of the rocks of a cluster with sources at places (N, 3) m, local frame."""
+    ground = standing.ground
+    x, y, z = ground.terrain.frame.points_to_input(places.mean(axis=0)).tolist()
+    return Origin(
+        topic=trigger.topic, place=(x, y, z), sources=len(places), sources_digest=trigger.digest,
+        terrain_digest=ground.digest, terrain_stamp_ns=ground.whole_ns,
+    )  # fmt: skip
 
 
 def _fly(
@@ -239,13 +254,16 @@ def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:
 
 
 def _evidence(
-    standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines
+    standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines, digests: Mapping[str, str]
 ) -> tuple[tuple[AreaEvidence, ...], int]:
-    """Return the evidence of each area, with the share that has no terrain, and the number of rocks cut off."""
+    """Return the evidence of each area, with the share that has no terrain, and the number of rocks cut off.
+
+    digests : of the outline of each area
+    """
     names = tuple(outlines)
     areas, unfinished = worst_evidence(clusters, names) if clusters else (untouched(names), 0)
     shares = uncovered_shares(standing, outlines)
-    return tuple(area._replace(uncovered=shares[area.name]) for area in areas), unfinished
+    return tuple(area._replace(uncovered=shares[area.name], outline=digests[area.name]) for area in areas), unfinished
 
 
 def no_flights(standing: PreparedTerrain) -> Flights:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from rpf3d_core.alerts.evidence import AreaEvidence, areas_in, unfinished_of
+from rpf3d_core.alerts.origins import Origin, all_from
 from rpf3d_core.ensemble.flights import Deposits, Impacts, IntArray
 from rpf3d_core.hazard.layers import layers_of
 from rpf3d_core.hazard.tallies import Tallies
@@ -72,10 +73,13 @@ class ClusterTally:
     over_sets : what each parameter set of a scene with unknowns did; None without unknowns
     """
 
-    def __init__(self, sources: IntArray, tallies: Tallies, areas: Sequence[AreaOutline]) -> None:
-        """Begin without rocks; tallies : the empty counts of the answer, whose maps the rocks of all clusters share."""
+    def __init__(self, sources: IntArray, tallies: Tallies, areas: Sequence[AreaOutline], origin: Origin) -> None:
+        """Begin without rocks.
+
+        tallies : the empty counts of the answer, whose maps the rocks of all clusters share; origin : of the rocks
+        """
         inside = tallies.inside
-        self.sources, self._areas = sources, areas
+        self.sources, self._areas, self._origins = sources, areas, all_from(origin)
         self.inside = CellTally(len(inside.slot), inside.scales, inside.limit, inside.compiled)
         self.tallies = replace(tallies, inside=self.inside)
         self.outcomes: Counter[Outcome] = Counter()
@@ -97,7 +101,7 @@ class ClusterTally:
         """Return the evidence of the areas with the given names from the rocks of this cluster."""
         found = areas_in(layers_of(self.inside), names, self.flown)
         left = zip(found, self.left.tolist(), strict=True)
-        areas = tuple(area._replace(left=min(n, area.flown - area.reached)) for area, n in left)
+        areas = tuple(area._replace(left=min(n, area.flown - area.reached), origins=self._origins) for area, n in left)
         return areas if self.over_sets is None else _with_predictive(areas, self.over_sets)
 
 

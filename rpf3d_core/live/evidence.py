@@ -1,9 +1,11 @@
 """Combine the answers for several walls of a mine into the worst result, so that no answer hides a worse answer."""
 
 import hashlib
+import math
 from collections.abc import Iterator, Sequence
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
+from rpf3d_core.alerts.origins import NOT_KNOWN, Origins
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 
@@ -71,6 +73,24 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
         predictive_low=predictive_low,
         predictive_high=predictive_high,
         left_high=_left_high_of(said, predictive_high),
+        origins=_origins_of(said, flown),
+        outline=said[-1].outline,
+    )
+
+
+def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
+    """Return the origin of each figure of the worst result: that of the result which gave the figure."""
+    if all(area.origins is None for area in said):
+        return None
+    most = max(said, key=lambda area: scaled(area.reached, area.flown, flown))
+    widest = max(said, key=lambda area: -1.0 if area.predictive_high is None else area.predictive_high)
+    strongest = max(said, key=lambda area: -1.0 if (energy := _p95_or_largest(area)) is None else energy)
+    first = min(said, key=lambda area: math.inf if area.first_arrival_s is None else area.first_arrival_s)
+    return Origins(
+        reached=(most.origins or NOT_KNOWN).reached,
+        predictive=(widest.origins or NOT_KNOWN).predictive,
+        energy=(strongest.origins or NOT_KNOWN).energy,
+        first_arrival=(first.origins or NOT_KNOWN).first_arrival,
     )
 
 

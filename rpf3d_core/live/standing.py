@@ -25,8 +25,9 @@ from rpf3d_core.hazard.walks.ground import ground_after, ground_over
 from rpf3d_core.live.cells import TerrainCells, cells_after, cells_over
 from rpf3d_core.live.cluster_sets import LiveSets, live_sets
 from rpf3d_core.live.ground import Changed
+from rpf3d_core.live.outlines import outline_digest
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.areas import area_outlines, read_areas
+from rpf3d_core.setup.areas import area_outlines, plan_rings, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.prepared import scene_flight, scene_raster
 from rpf3d_core.setup.sources import rock_of
@@ -76,6 +77,7 @@ class PreparedTerrain:
     before : map cells of the ground before the patch, None if there was no patch
     uncovered : share of an area without ground, by the bytes of its outline (`live.coverage`)
     sets : parameter sets of a scene with unknowns (`flight` is that of the first); None without unknowns
+    area_digests : digest of the outline of each of the scene's own areas
     """
 
     ground: Surveyed
@@ -87,6 +89,7 @@ class PreparedTerrain:
     before: TerrainCells | None = None
     uncovered: dict[bytes, float] = field(default_factory=dict)
     sets: LiveSets | None = None
+    area_digests: Mapping[str, str] = field(default_factory=dict)
 
     def has_ground(self, places: FloatArray) -> NDArray[np.bool_]:
         """Return flags (N,), True for places (N, 2) m in plan, local frame, with ground above or below them."""
@@ -101,6 +104,10 @@ class PreparedTerrain:
         shift = np.array(self.ground.terrain.frame.origin[:2])
         live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
         return {**self.areas, **live}
+
+    def digests_with(self, live_areas: Outlines) -> dict[str, str]:
+        """Return the digest of the outline of each area in `areas_with`, which no change of the terrain changes."""
+        return {**self.area_digests, **{name: outline_digest(rings) for name, rings in live_areas.items()}}
 
     def empty_tallies(
         self, outlines: Outlines, fastest: float, highest: float, diameters: FloatArray | None
@@ -165,7 +172,8 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     """
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
     (flight, sets), raster = _flights(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
-    outlines, compiled = area_outlines(scene, terrain, read_areas(scene)), isinstance(engine, Compiled)
+    areas, compiled = read_areas(scene), isinstance(engine, Compiled)
+    outlines = area_outlines(scene, terrain, areas)
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(ground.facets)
     walked = ground_over(ground.facets, locator, raster)
     rock, zones, spins = rock_of(scene.rock), len(terrain.zones), spins_of(flight.models)
@@ -175,7 +183,10 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     )
     binning = Binning(coarse=coarse, fine=fine, limit=memory_of_bins(scene, raster, ground.facets))
     tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, binning, compiled)
-    return PreparedTerrain(ground, scene, flight, rock, outlines, replace(tallies, spins=spins), sets=sets)
+    return PreparedTerrain(
+        ground, scene, flight, rock, outlines, replace(tallies, spins=spins), sets=sets,
+        area_digests={name: outline_digest(plan_rings(polygons)) for name, polygons in areas.items()},
+    )  # fmt: skip
 
 
 def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:

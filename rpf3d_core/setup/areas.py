@@ -81,5 +81,10 @@ def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
 
 def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:
     """Return the outlines (N, 2) m of polygons, holes included, converted from plan coordinates to the local frame."""
+    return [local_plan(frame, ring) for ring in plan_rings(polygons)]
+
+
+def plan_rings(polygons: MultiPolygon) -> list[FloatArray]:
+    """Return the outlines (N, 2) m of polygons, holes included, in plan coordinates of the input."""
     rings = [ring for polygon in polygons.geoms for ring in (polygon.exterior, *polygon.interiors)]
-    return [local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]
+    return [np.asarray(ring.coords)[:, :2] for ring in rings]

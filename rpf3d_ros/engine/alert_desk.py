@@ -7,7 +7,7 @@ without an error delays the alert; after a second the delay is reported and the 
 import queue
 import threading
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -73,9 +73,10 @@ class Request:
     faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
         "" if there is no such reason
     is_error : True if the reason is an error, so the stamps of what was received before are still valid
-    acknowledged : the acknowledging person, the reason, and the time (ns)
+    acknowledged : an acknowledgement, whose name and reason are not checked yet
     reply : called with True and a sentence if the request was met, or False and the reason
     is_changed : True if the standing faults have changed
+    outlines : digest of the present outline of each area of interest, or None if no outline has changed
     """
 
     region: Hashable = None
@@ -83,9 +84,10 @@ class Request:
     topic: str = ""
     faults: str = ""
     is_error: bool = False
-    acknowledged: tuple[str, str, int] | None = None
+    acknowledged: Acknowledgement | None = None
     reply: Reply | None = None
     is_changed: bool = False
+    outlines: Mapping[str, str] | None = None
 
 
 CHANGED = Request(is_changed=True)
@@ -111,6 +113,8 @@ class AlertDesk:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected, has_sensors)
+        self._outlines: Mapping[str, str] = {}
+        self._watching = threading.Lock()
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
@@ -126,6 +130,17 @@ class AlertDesk:
         """
         self._requests.put(Request(region=region, evidence=evidence, topic=topic))
 
+    def watch(self, outlines: Callable[[], Mapping[str, str]]) -> None:
+        """Watch areas of interest at their present places; evidence for a former place is outdated.
+
+        outlines : returns the digest of the present outline of each area. Any thread may call.
+        """
+        with self._watching:  # otherwise an older state could be put after a newer one
+            present = outlines()
+            if present != self._outlines:
+                self._outlines = present
+                self._requests.put(Request(outlines=present, is_changed=True))
+
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
 
@@ -137,9 +152,13 @@ class AlertDesk:
         """Ask to forget all evidence because of an error: only later messages count, and a lost click is a fault."""
         self._requests.put(Request(faults=why, is_error=True))
 
-    def acknowledge(self, by: str, why: str, reply: Reply) -> None:
-        """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread."""
-        self._requests.put(Request(acknowledged=(by, why, self._now()), reply=reply))
+    def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
+        """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread.
+
+        client : as in `Acknowledgement`
+        """
+        given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
+        self._requests.put(Request(acknowledged=given, reply=reply))
 
     def tick(self) -> None:
         """Ask for a decision if the last one failed or is about to end; call this regularly.
@@ -184,7 +203,9 @@ class AlertDesk:
     def _serve(self, request: Request) -> None:
         now, self._failed = self._now(), False
         if request.faults:
-            self._evidence.lose() if request.is_error else self._evidence.forget()
+            self._evidence.lose() if request.is_error else self._evidence.forget(now)
+        if request.outlines is not None and not self._evidence.watch(request.outlines, now):
+            return
         if request.evidence is not None:
             self._evidence.note(request.region, request.topic, request.evidence)
         self._clock_ran = self._clock_ran or now > 0  # a clock that went back to 0 counts as running
@@ -207,13 +228,13 @@ class AlertDesk:
 
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with an acknowledgement; an acknowledgement without a name or a reason is only logged."""
-        by, why, at = request.acknowledged or ("", "", now)
+        said = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
         try:
-            given = acknowledgement(by, why, at)
+            given = acknowledgement(*said)
         except InputError as refusal:
             result = (False, str(refusal))
             if self._log is not None:
-                self._try_to_log(partial(self._log.refused, by, why, now, str(refusal)))
+                self._try_to_log(partial(self._log.refused, said._replace(at_ns=now), str(refusal)))
         else:
             alert = self._decide(now, given)
             result = (not alert.void, alert.void or f"the level is {alert.level.word}")

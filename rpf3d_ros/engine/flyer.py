@@ -11,6 +11,7 @@ from typing import Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.answers import Answer, EnsembleSize, answers
+from rpf3d_core.live.outlines import outline_digest
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
@@ -120,6 +121,18 @@ class Flyer:
             self._changed.notify()
 
     @property
+    def outlines(self) -> dict[str, str]:
+        """The digest of the present outline of each area of interest: the scene's, then the live ones."""
+        with self._changed:
+            standing, areas = self.standing, self._live_areas()
+        if standing is not None:
+            return standing.digests_with(areas)
+        return {name: outline_digest(rings) for name, rings in areas.items()}
+
+    def _live_areas(self) -> Outlines:
+        return {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
+
+    @property
     def has_trigger(self) -> bool:
         """True if any sources have been received, including a message without sources."""
         return self._schedule.has_trigger
@@ -217,10 +230,9 @@ class Flyer:
             standing, self._stages = self.standing, None
             self._schedule.begin(trigger, can_answer=standing is not None)
             self._areas_flown = self._areas
-            areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
             if standing is not None:
                 self._stages = answers(
-                    standing, trigger, self._spread, areas, self._size, self._is_overtaken, self._results
+                    standing, trigger, self._spread, self._live_areas(), self._size, self._is_overtaken, self._results
                 )
         if standing is None:
             self._listener.groundless(trigger)

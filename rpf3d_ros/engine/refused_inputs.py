@@ -9,6 +9,9 @@ old.
 from collections.abc import Callable
 from typing import NamedTuple
 
+from rpf3d_core.alerts.persons import person_of
+from rpf3d_core.alerts.site_model import AcknowledgeSpec
+
 CAUSE = "refused: {}"
 """Name of the cause of a standing fault, with the topic."""
 
@@ -26,14 +29,22 @@ class RefusedInputs:
     report : called with the cause and the sentence of each fault, an empty sentence ends the fault
     """
 
-    def __init__(self, report: Callable[[str, str], None], silence_s: float) -> None:
-        """Begin without refusals; silence_s : time (s) after which a person may end the fault of a silent speaker."""
-        self._report, self._silence = report, silence_s
+    def __init__(
+        self, report: Callable[[str, str], None], silence_s: float, terms: AcknowledgeSpec | None = None
+    ) -> None:
+        """Begin without refusals.
+
+        silence_s : time (s) after which a person may end the fault of a silent speaker
+        terms : how many persons are needed for that, whatever level is held; None for one
+        """
+        self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()
+        self._persons: dict[str, tuple[float, frozenset[str]]] = {}
         self._refused: dict[str, Refusal] = {}
 
     def refused(self, topic: str, why: str, at: float) -> None:
         """Note that a message of a topic was refused at a time (s)."""
         self._refused[topic] = Refusal(why=why, at=at)
+        self._persons = {}
         self._report(
             CAUSE.format(topic),
             f"a message on {topic} was refused ({why}): publish a message on {topic} that can be used",
@@ -44,12 +55,21 @@ class RefusedInputs:
         if topic in self._refused and speakers() <= 1:
             self._end(topic)
 
-    def acknowledged(self, now: float) -> tuple[str, ...]:
+    def acknowledged(self, by: str, now: float) -> tuple[str, ...]:
         """End the faults of speakers that have been silent since their refused message; return their topics.
 
-        now : time (s)
+        Without enough persons, end none. A person counts for the topics that were silent at the time of the call, and
+        for none if a message is refused later.
+
+        by : name of the person; now : time (s)
         """
         silent = tuple(topic for topic, refusal in self._refused.items() if now - refusal.at > self._silence)
+        recent = {each: told for each, told in self._persons.items() if now - told[0] <= self._terms.within_s}
+        self._persons = {**recent, person_of(by): (now, frozenset(silent))}
+        if len(self._persons) < self._terms.persons:
+            return ()
+        silent = tuple(topic for topic in silent if all(topic in topics for _, topics in self._persons.values()))
+        self._persons = {}
         for topic in silent:
             self._end(topic)
         return silent

@@ -1,10 +1,11 @@
 """Keep the evidence for each wall (region), and combine what is not too old into one evidence for a decision."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.live.evidence import together
+from rpf3d_core.live.outlines import WatchedOutlines
 from rpf3d_ros.engine.source_topics import BY_HAND, SourceTopics
 from rpf3d_ros.messages.stamps import SECOND
 
@@ -47,7 +48,7 @@ class RegionEvidence:
         self._max_age_ns = int(max_age_s * SECOND)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
-        self._topics = SourceTopics(expected, has_sensors)
+        self._topics, self._outlines = SourceTopics(expected, has_sensors), WatchedOutlines()
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
@@ -65,27 +66,36 @@ class RegionEvidence:
             others = {wall: kept.with_faults_of(new) for wall, kept in seen.items()}
         self._evidence = {**others, region: new}
 
+    def watch(self, outlines: Mapping[str, str], now_ns: int) -> bool:
+        """Watch the areas with the given digests of their outlines; return True if there is evidence to judge again."""
+        self._outlines.watch(outlines, now_ns)
+        return bool(self._evidence)
+
     def fresh(self, now_ns: int) -> Evidence | None:
         """Return the evidence of all regions that is not too old, combined into one for a decision.
 
         Evidence without sources counts only if no other is left. If all evidence is too old, the result is that of the
         newest. Returns None if there is no evidence. Stale evidence is omitted, because the radar may have reported
-        later that the rocks are at other places. A radar that has reported nothing later is a fault.
+        later that the rocks are at other places. A radar that has reported nothing later is a fault. Evidence of a
+        region for the former place of an area is named as outdated.
         """
         if not self._evidence:
             return None
         oldest = min(now_ns - self._max_age_ns, max(kept.stamp_ns for kept in self._evidence.values()))
         self._evidence = {wall: kept for wall, kept in self._evidence.items() if kept.stamp_ns >= oldest}
         parts = [kept.evidence for kept in self._evidence.values()]
-        known = together([part for part in parts if part.sources] or parts)
+        parts = [part for part in parts if part.sources] or parts
+        known = self._outlines.described(together(parts))
         faults = (*known.faults, *self._topics.silent(oldest, now_ns))
         # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.
-        return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)
+        at_ns, outdated = max(known.at_ns, self._newest_at_ns), self._outlines.outdated(parts)
+        return known._replace(at_ns=at_ns, faults=faults, outdated=outdated)
 
-    def forget(self) -> None:
-        """Forget all evidence and stamps; every topic must publish again."""
+    def forget(self, now_ns: int) -> None:
+        """Forget all evidence and stamps, because times from before now (ns) are invalid; topics must publish again."""
         self._clear()
         self._topics.forget()
+        self._outlines.restart(now_ns)
 
     def lose(self) -> None:
         """Forget all evidence because of an error; every topic must publish a later message, and clicks are lost."""

@@ -12,6 +12,7 @@ from rpf3d_core.alerts.levels import acknowledgement
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer, EnsembleSize
 from rpf3d_core.live.ground import LiveTerrain
+from rpf3d_core.live.standing import Outlines
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.alert_desk import AlertDesk
@@ -85,7 +86,8 @@ class Station:
         self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
         self.builder = Builder(scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store)
         self.desk: AlertDesk | None = None
-        self._refused_inputs = RefusedInputs(self.report_fault, age)
+        persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
+        self._refused_inputs = RefusedInputs(self.report_fault, age, persons)
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         if configuration.thresholds is not None:
             sensors = parameters.sensors
@@ -198,16 +200,19 @@ class Station:
             sentence = "the terrain in use is kept" if store.flush(0.0) else "the terrain in use is being written"
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or sentence)
 
-    def acknowledged(self, acknowledged_by: str) -> tuple[bool, str]:
-        """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason."""
+    def acknowledged(self, acknowledged_by: str, client: str = "") -> tuple[bool, str]:
+        """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason.
+
+        client : the nodes that may have called, for the log
+        """
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = acknowledged_by.partition(":")
         replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
         is_named = bool(by.strip() and why.strip())
-        silent = self._refused_inputs.acknowledged(time.monotonic()) if is_named else ()
+        silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
         ended = f"; no longer a fault, because silent since: {', '.join(silent)}" if silent else ""
-        self.desk.acknowledge(by, why, replies.put)
+        self.desk.acknowledge(by, why, replies.put, client)
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)
@@ -221,6 +226,7 @@ class Station:
 
     def answered(self, answer: Answer) -> None:
         """Publish an answer, and ask for an alert decision on it."""
+        self._watch_areas()
         if self.desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())
             self.desk.decide_on(self.region_of(answer.trigger), evidence, answer.trigger.topic)
@@ -272,11 +278,21 @@ class Station:
         self._outlets.health.set("terrain", OK, what, values)
         self._report_terrain()
         self.report_waiting()
+        self._watch_areas()
 
     def terrain_refused(self, why: str) -> None:
         """Report in the diagnostics why a survey is not used; the terrain is out of date, which is a fault."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
         self._report_terrain()
+
+    def set_areas(self, topic: str, outlines: Outlines) -> None:
+        """Replace the areas of interest of a topic, map frame; evidence for their former places is outdated."""
+        self.flyer.set_areas(topic, outlines)
+        self._watch_areas()
+
+    def _watch_areas(self) -> None:
+        if self.desk is not None:
+            self.desk.watch(lambda: self.flyer.outlines)
 
     def input_refused(self, topic: str, why: str) -> None:
         """Let a fault stand because a message of sources or areas was refused."""

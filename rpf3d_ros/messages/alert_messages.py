@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Bool, Header
 
 from rpf3d_core.alerts.levels import Alert, AreaAlert
+from rpf3d_ros.messages.alert_causes import causes_of_area, causes_of_site
 from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
 from rpf3d_ros.messages.health import ERROR, OK, WARN, Health
@@ -44,14 +45,27 @@ def alerts_message(
         "result": "" if result is None else str(result),
         "decided_at_ns": str(alert.at_ns),
         "valid_until_ns": str(alert.valid_until_ns),
+        **_waiting_values(alert),
         **_publication_values(alert, publication),
     }
-    values = {**_level_values(alert), "alarm": str(alert.alarm).lower(), **common, **reasons}
+    values = {
+        **_level_values(alert), "alarm": str(alert.alarm).lower(), **causes_of_site(alert), **common, **reasons,
+    }  # fmt: skip
     sentence = f"{alert.level.word}: {'; '.join(alert.reasons)}"
     site = Health(name=ALERT, level=LEVELS[alert.level.word], message=sentence, values=values)
     message = diagnostics_of(header.stamp, [site, *(_of_area(area, alert, common) for area in alert.areas)])
     message.header.frame_id = header.frame_id
     return message
+
+
+def _waiting_values(alert: Alert) -> dict[str, str]:
+    """Return the acknowledgement that waits for another person; empty values if none waits."""
+    until_ns = alert.waiting_until_ns
+    return {
+        "waiting_by": "; ".join(one.by for one in alert.waiting),
+        "waiting_why": "; ".join(one.why for one in alert.waiting),
+        "waiting_until_ns": "" if until_ns is None else str(until_ns),
+    }
 
 
 def _publication_values(alert: Alert, publication: Publication | None) -> dict[str, str]:
@@ -86,7 +100,7 @@ def _of_area(area: AreaAlert, alert: Alert, common: Mapping[str, str]) -> Health
         sentence = f"fault: {faults}; {sentence}"
     elif faults:
         sentence = f"{sentence}; {faults}"
-    values = {**_level_values(area), **common}
+    values = {**_level_values(area), **causes_of_area(area, alert), **common}
     return Health(name=f"{ALERT} {area.name}", level=LEVELS[area.level.word], message=sentence, values=values)
 
 

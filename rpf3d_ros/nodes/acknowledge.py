@@ -1,8 +1,8 @@
 """Acknowledge the alert of a running simulator, so that its level may fall; the log records the person and the reason.
 
 `rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 if the level was lowered, 1 if the
-simulator refuses and gives the reason, 2 if there is no simulator, 3 if the result is not yet known. ROS's own
-arguments (an enclave, for example) follow after --ros-args.
+simulator refuses and gives the reason, 2 if there is no simulator, 3 if the result is not yet known, 4 if the site
+demands that another person acknowledges, too. ROS's own arguments (an enclave, for example) follow after --ros-args.
 """
 
 import argparse
@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from rpf3d_core.alerts.levels import ANOTHER_PERSON
 from rpf3d_core.errors import InputError
 from rpf3d_ros.messages.refusals import TAKEN_UP
 from rpf3d_ros.nodes.leaving import unless_signalled
@@ -30,9 +31,12 @@ LOOK = 0.1
 NOT_YET = 3
 """Exit code if the result is not yet known."""
 
+NOT_ALONE = 4
+"""Exit code if the acknowledgement waits for another person."""
+
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Acknowledge; return 0, 1 if refused, 2 for bad input, 3 if not yet decided, 128 + its number after a signal."""
+    """Acknowledge; return 0 or an exit code from 1 to 4 as above, 128 + its number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _acknowledged(options, words))
@@ -84,6 +88,8 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
         print(message)
         return NOT_YET
     print(message if lowered else f"not lowered: {message}")
+    if not lowered and ANOTHER_PERSON in message:
+        return NOT_ALONE
     return 0 if lowered else 1
 
 

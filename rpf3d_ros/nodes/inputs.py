@@ -268,7 +268,7 @@ class Inputs:
     def _area(self, topic: str, header: Header, name: str, convert: Callable[[], Any]) -> None:
         def take() -> None:
             rings = convert()
-            self._station.flyer.set_areas(topic, {name: rings} if rings else {})
+            self._station.set_areas(topic, {name: rings} if rings else {})
             self._health.set("areas", OK, "received", {"topic": topic, "rings": str(len(rings))})
 
         self._take(topic, header, take)

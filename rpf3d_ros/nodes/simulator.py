@@ -32,6 +32,7 @@ from rpf3d_ros.nodes.configuring import (
 from rpf3d_ros.nodes.heap import exempt_from_collection, free_unused_objects
 from rpf3d_ros.nodes.heartbeat import ExecutorHeartbeat
 from rpf3d_ros.nodes.inputs import Inputs
+from rpf3d_ros.nodes.service_clients import clients_of
 
 if TYPE_CHECKING:
     from rpf3d_ros.engine.configuration import StationConfiguration
@@ -75,7 +76,7 @@ class SimulatorNode(LifecycleNode):
         self._clock_watch, self._clock_stands = ClockWatch(parameters.clock_patience), False
         self.add_post_set_parameters_callback(self._note_name)
         self.heartbeat = ExecutorHeartbeat(self, self.health)
-        self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
+        self._acknowledging = self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
         watch_clock(self, self._clock_went_back)
@@ -199,7 +200,8 @@ class SimulatorNode(LifecycleNode):
         if self.station is None or self.inputs is None:
             response.success, response.message = False, "the node is not active"
         else:
-            response.success, response.message = self.station.acknowledged(acknowledged_by)
+            client = clients_of(self, self._acknowledging.service_name)
+            response.success, response.message = self.station.acknowledged(acknowledged_by, client)
         return response
 
     def _named(self) -> str:

@@ -210,23 +210,59 @@ def test_a_file_that_is_no_log_is_told(tmp_path: Path) -> None:
 
 def test_a_log_from_before_areas_had_levels_is_sound_and_says_so(tmp_path: Path) -> None:
     logged_shift(tmp_path / "new")
-    head, lines = BEGINNING, []
-    for raw in (tmp_path / "new" / "decisions-000001.jsonl").read_bytes().splitlines():
-        content = content_of(raw)
-        assert content is not None
-        for key in ("alert", "previous"):
-            if content.get(key):
-                del content[key]["areas"]
-        kept = {key: value for key, value in content.items() if key not in ("kind", "n", "before", "sha256")}
-        line, head = line_of(content["n"], head, content["kind"], kept)
-        lines.append(line)
-    (tmp_path / "old").mkdir()
-    (tmp_path / "old" / "decisions-000001.jsonl").write_bytes(b"".join(lines))
+    rewritten_without(tmp_path / "new", tmp_path / "old", ("areas",))
     audit = audit_log(tmp_path / "old")
     assert audit.sound and audit.decisions == audit.reproduced == len(SHIFT), audit.findings
     assert len(audit.notes) == 1 and "tells of no areas, as logs once did" in audit.notes[0]
     with DecisionLog(tmp_path / "old", "0.1.0") as log:
         assert log.last_alert is not None and log.last_alert.areas == ()
+
+
+def rewritten_without(log: Path, folder: Path, names: tuple[str, ...], of_areas: tuple[str, ...] = ()) -> Path:
+    """Write a log again as an older version wrote it, without some values of alerts and of areas."""
+    head, lines = BEGINNING, []
+    for raw in file_of(log).read_bytes().splitlines():
+        content = content_of(raw)
+        for key in ("alert", "previous"):
+            if content.get(key):
+                told = {name: value for name, value in content[key].items() if name not in names}
+                for one in told.get("areas", ()):
+                    for name in of_areas:
+                        del one[name]
+                content[key] = told
+        kept = {key: value for key, value in content.items() if key not in ("kind", "n", "before", "sha256")}
+        line, head = line_of(content["n"], head, content["kind"], kept)
+        lines.append(line)
+    folder.mkdir()
+    file_of(folder).write_bytes(b"".join(lines))
+    return folder
+
+
+def test_a_log_from_before_levels_had_times_and_causes_is_sound_can_be_continued_and_says_so(
+    log: Path, tmp_path: Path
+) -> None:
+    names = ("since", "terrain_digest", "terrain_stamp_ns")
+    old = rewritten_without(log, tmp_path / "old", names, ("since", "origin", "judged"))
+    found = audit_log(old)
+    assert found.sound and found.reproduced == len(SHIFT), found.findings
+    assert [note.partition("tells of no ")[2].split(",")[0] for note in found.notes] == list(names)
+    with DecisionLog(old, "0.2.0") as opened:
+        previous, answer, now = opened.last_alert, later(evidence(area(3000)), 9), NOW + 9 * S
+        assert previous.since is None
+        alert = decide(previous, answer, site(), now)
+        opened.decided(Decision(previous, answer, None, now, alert), site())
+    assert alert.since.level_ns == alert.areas[0].since.level_ns == now
+    assert audit_log(old).sound, audit_log(old).findings
+
+
+@pytest.mark.parametrize("forge", [
+    lambda alert: alert["since"].update(level_ns=5), lambda alert: alert.update(terrain_digest="ab" * 32),
+    lambda alert: alert["areas"][0]["since"].update(not_normal_ns=None),
+    lambda alert: alert["areas"][0].update(since=None), lambda alert: alert["areas"].pop(),
+])  # fmt: skip
+def test_a_forged_time_or_cause_is_found(log: Path, forge: Callable[[dict], object]) -> None:
+    forged(log, lambda lines: forge(lines[4]["alert"]))
+    assert any("is not reproduced" in finding for finding in audit_log(log).findings)
 
 
 def test_an_area_whose_level_goes_another_way_than_that_of_the_site_is_told_of(

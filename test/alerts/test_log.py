@@ -13,7 +13,7 @@ from command_line import ROOT, environment
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide
-from rpf3d_core.alerts.levels import Alert, Level
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.lines import Decision, content_of
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged, files_in
@@ -49,7 +49,7 @@ def test_a_log_has_a_line_a_decision_and_the_thresholds_once(tmp_path: Path) -> 
     assert [line["n"] for line in lines] == list(range(len(lines)))
     assert [line["before"] for line in lines[1:]] == [line["sha256"] for line in lines[:-1]]
     first = lines[2]
-    assert (first["evidence"]["seed"], first["evidence"]["terrain_digest"], first["version"]) == (1, "t" * 64, "0.1.0")
+    assert (first["evidence"]["seed"], first["evidence"]["terrain_digest"], first["version"]) == (1, "7e" * 32, "0.1.0")
     assert lines[-2]["acknowledgement"]["by"] == "A. Shift"
 
 
@@ -100,8 +100,9 @@ def test_a_log_goes_on_in_the_next_file_when_one_is_large(tmp_path: Path) -> Non
 def test_refused_acknowledgements_stand_in_the_log(tmp_path: Path) -> None:
     logged_shift(tmp_path)
     with DecisionLog(tmp_path, "0.1.0") as log:
-        log.refused("", "", NOW, "acknowledged_by is empty")
-    assert contents(tmp_path)[-1]["because"] == "acknowledged_by is empty"
+        log.refused(Acknowledgement(by="", why="", at_ns=NOW, client="/desk (enclave /)"), "acknowledged_by is empty")
+    last = contents(tmp_path)[-1]
+    assert (last["because"], last["at_ns"], last["client"]) == ("acknowledged_by is empty", NOW, "/desk (enclave /)")
     assert (audit_log(tmp_path).refused, audit_log(tmp_path).sound) == (1, True)
 
 

@@ -43,6 +43,14 @@ def test_one_dangerous_source_among_forty_harmless_ones_has_the_level_that_it_ha
     assert area.pooled_flown == among.rocks
 
 
+def test_the_dangerous_source_among_forty_harmless_ones_is_the_one_that_is_named(standing):
+    answer = last_answer(standing, [*HARMLESS[:20], ON_THE_SLOPE, *HARMLESS[20:]])
+    (area,) = decided_on(answer).areas
+    assert area.origin.place == pytest.approx(ON_THE_SLOPE) and area.origin.sources == 1
+    assert area.origin.terrain_digest == standing.ground.digest
+    assert area.origin.sources_digest == answer.trigger.digest
+
+
 def test_every_cluster_flies_as_many_rocks_as_the_site_wants(standing):
     answer = last_answer(standing, [ON_THE_SLOPE, *HARMLESS])
     (area,) = answer.evidence

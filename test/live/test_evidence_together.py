@@ -1,10 +1,13 @@
 """What several walls' answers say together: never less than any of them says."""
 
+from itertools import permutations
+
 import pytest
-from alert_evidence import NOW, S, area, evidence, site
+from alert_evidence import NOW, S, area, evidence, origin, site
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.origins import Origins, all_from
 from rpf3d_core.live.evidence import together
 
 QUIET = evidence(area(100, p95_energy=1e3, largest_energy=2e3))
@@ -19,6 +22,21 @@ def test_few_strong_rocks_of_one_wall_are_not_hidden_by_many_weak_ones_of_anothe
     strong = evidence(area(10, p95_energy=None, largest_energy=2e5))
     assert shown(strong).level == Level.RESTRICT
     assert shown(*((strong, QUIET) if first else (QUIET, strong))).level == Level.RESTRICT
+
+
+def test_each_figure_is_of_the_wall_that_gave_it():
+    facts = {"sets": 9, "predictive_low": 0.0}
+    many = area(900, predictive_high=0.2, origins=all_from(origin("many")), **facts)
+    wide = area(100, predictive_high=0.6, origins=all_from(origin("wide")), **facts)
+    strong = area(
+        100, p95_energy=None, largest_energy=9e4, predictive_high=0.1, origins=all_from(origin("strong")), **facts
+    )
+    fast = area(100, first_arrival_s=3.0, predictive_high=0.1, **facts)
+    for order in permutations((many, wide, strong, fast)):
+        (ramp,) = together([evidence(one) for one in order]).areas
+        assert ramp.origins == Origins(
+            reached=origin("many"), predictive=origin("wide"), energy=origin("strong"), first_arrival=None
+        )
 
 
 def test_a_wall_without_an_answer_hides_no_other_and_is_a_fault():

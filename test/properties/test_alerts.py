@@ -8,14 +8,17 @@ from hypothesis import strategies as st
 from property_budget import examples
 
 from rpf3d_core.alerts.decide import decide
-from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
-from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, Outdated
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Judged, Level, Since
 from rpf3d_core.alerts.lines import Decision, canonical, decision_content, decision_of
+from rpf3d_core.alerts.origins import Origin, Origins
+from rpf3d_core.alerts.site_model import AcknowledgeSpec
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 SITES = [
     site(), site(reach_probability_is="share"), site({"r*": RAMP, "crusher": {"evacuate": {"p95_energy_j": 5e4}}}),
     site({"?": RAMP}), site(fewest_rocks=20_000),
+    site().model_copy(update={"acknowledge": AcknowledgeSpec(persons=2, within_s=50.0)}),
 ]  # fmt: skip
 
 floats = st.one_of(st.floats(), st.sampled_from([0.0, -0.0, 1.0, 5e4, 1e5, 10.0]))
@@ -23,24 +26,37 @@ counts = st.one_of(st.integers(), st.integers(0, 20_000), st.sampled_from([0, 1,
 stamps = st.one_of(st.integers(NOW - 100 * S, NOW + 2 * S), st.integers(NOW - 3 * S, NOW), st.integers())
 times = st.just(NOW) | stamps
 texts = st.sampled_from(["ramp", "crusher", "", "\ud800", "r"])
+places = st.floats(allow_nan=False)
+any_origin = st.builds(Origin, texts, st.tuples(places, places, places), counts, texts, texts, stamps)
+any_origins = st.builds(Origins, *[st.none() | any_origin] * len(Origins._fields))
 any_area = st.builds(
-    AreaEvidence, texts, counts, counts, floats, floats, st.none() | floats, st.none() | floats, st.none() | floats
-)
+    AreaEvidence, texts, counts, counts, floats, floats, st.none() | floats, st.none() | floats, st.none() | floats,
+    origins=st.none() | any_origins, outline=texts, outlined_ns=stamps,
+)  # fmt: skip
+any_since = st.none() | st.builds(Since, stamps, st.none() | stamps)
 any_evidence = st.builds(
     Evidence, counts, counts, stamps, stamps, stamps, texts, texts, counts, counts, texts,
     st.lists(any_area, max_size=3).map(tuple), st.lists(texts, max_size=1).map(tuple), counts,
+    st.lists(st.builds(Outdated, texts, stamps), max_size=2).map(tuple),
 )  # fmt: skip
 some_acknowledgement = st.none() | st.builds(Acknowledgement, st.sampled_from(["A. Shift", " "]), texts, stamps)
 dangers = st.sampled_from([Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.EVACUATE])
 any_areas = st.lists(
-    st.builds(AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts),
+    st.builds(
+        AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts, any_since, st.none() | any_origin,
+        st.none() | st.builds(Judged, texts, st.none() | stamps),
+    ),
     max_size=3,
     unique_by=lambda one: one.name,
 ).map(tuple)
+any_waiting = st.builds(Acknowledgement, st.sampled_from(["A. Shift", "B."]), texts, stamps)
 any_alert = st.builds(
     Alert, st.sampled_from(list(Level)), dangers, dangers, st.just(("said",)), st.sampled_from([(), ("broken",)]),
     st.just(()), stamps, stamps, stamps, stamps, st.none() | stamps, st.booleans(), areas=any_areas,
+    since=any_since, terrain_digest=texts, terrain_stamp_ns=stamps,
+    waiting=st.lists(any_waiting, max_size=1).map(tuple),
 )  # fmt: skip
+NUMBERS_OF_AREA = [name for name in AreaEvidence._fields if name not in ("name", "origins", "outline")]
 sites = st.sampled_from(SITES)
 many = examples(300)
 
@@ -75,9 +91,9 @@ def worse_pairs(draw: st.DrawFn) -> tuple[AreaEvidence, AreaEvidence]:
 def spoiled(draw: st.DrawFn) -> Evidence:
     """Sound evidence of which one number, or none, is anything."""
     one = draw(sound_areas())
-    spoilt = draw(st.sampled_from([None, *AreaEvidence._fields[1:], *Evidence._fields[2:5], "sources", "unfinished"]))
+    spoilt = draw(st.sampled_from([None, *NUMBERS_OF_AREA, *Evidence._fields[2:5], "sources", "unfinished"]))
     if spoilt in AreaEvidence._fields:
-        kind = counts if spoilt in ("flown", "reached") else floats
+        kind = counts if spoilt in ("flown", "reached") else stamps if spoilt == "outlined_ns" else floats
         return evidence(one._replace(**{spoilt: draw(kind)}))
     return evidence(one, **({} if spoilt is None else {spoilt: draw(counts if "_ns" not in spoilt else stamps)}))
 
@@ -140,6 +156,8 @@ def test_with_an_acknowledgement_it_falls_no_lower_than_the_evidence(previous, a
         assert given is not None and given.by.strip() and given.why.strip()
         assert alert.held == alert.evident and not alert.faults and not alert.void
         assert previous.worse_ns <= given.at_ns <= now and alert.evident <= previous.evident
+        others = [one.by for one in previous.waiting if one.by != given.by and 0 <= now - one.at_ns <= 50 * S]
+        assert thresholds.acknowledge.persons == 1 or others
 
 
 @many
@@ -164,6 +182,18 @@ def test_over_a_whole_shift_the_level_is_the_highest_since_the_last_step_down(ar
         stepped_down = alert.acknowledgement is not None and not alert.void
         highest = alert.evident if stepped_down else max(highest, alert.evident)
         assert (alert.level, alert.held, alert.faults) == (highest, highest, ())
+
+
+@many
+@given(st.none() | any_alert, evidences, sites, times, some_acknowledgement)
+def test_a_level_is_shown_since_a_time_that_has_passed_and_no_longer_than_it_is_not_normal(
+    previous, answer, thresholds, now, given
+) -> None:
+    alert = decide(previous, answer, thresholds, now, given)
+    for one in (alert, *alert.areas):
+        assert one.since.level_ns <= now
+        assert (one.since.not_normal_ns is None) == (one.level == Level.NORMAL)
+        assert one.since.not_normal_ns is None or one.since.not_normal_ns <= now
 
 
 @many

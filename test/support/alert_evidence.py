@@ -8,6 +8,7 @@ from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, untouched
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, acknowledgement
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.ensemble.statistics import wilson_interval
 
@@ -23,6 +24,7 @@ EVIDENCE_TERMS = {
     "clock_tolerance_s": 0.5,
     "fewest_rocks": 1000,
     "most_unfinished": 0.1,
+    "moved_area_s": 1,
 }
 RAMP = {
     "watch": {"reach_probability": 0.01},
@@ -61,7 +63,17 @@ def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
     """Return an answer that is one second old; the default area is the ramp, which none of 10,000 rocks reaches."""
     made = Evidence(
         result=7, stage=3, at_ns=now - S, trigger_stamp_ns=now - 2 * S, terrain_stamp_ns=now - 60 * S,
-        terrain_digest="t" * 64, sources_digest="s" * 64, sources=20, seed=1, version="0.1.0", areas=areas or (area(),),
+        terrain_digest="7e" * 32, sources_digest="5c" * 32, sources=20, seed=1, version="0.1.0",
+        areas=areas or (area(),),
+    )  # fmt: skip
+    return made._replace(**facts)
+
+
+def origin(topic: str = "radar", **facts: Any) -> Origin:
+    """Return a cluster of sources over the terrain of `evidence`."""
+    made = Origin(
+        topic=topic, place=(1.5, -2.25, 30.0), sources=3, sources_digest="5c" * 32, terrain_digest="7e" * 32,
+        terrain_stamp_ns=NOW - 60 * S,
     )  # fmt: skip
     return made._replace(**facts)
 

@@ -130,6 +130,37 @@ def test_nothing_seen_clears_what_was_seen_before_and_nothing_newer(desk):
     assert reports.alerts[-1].evident == Level.NORMAL
 
 
+def test_evidence_for_the_former_place_of_an_area_is_a_fault_until_it_is_answered_again(desk):
+    desk, reports, clock = desk
+    here, there = ({"ramp": 64 * name} for name in "ab")
+    desk.watch(lambda: here)
+    desk.decide_on("wall", evidence(area(0, outline=here["ramp"])), RADAR)
+    assert decided(reports, 1).level == Level.NORMAL
+    desk.watch(lambda: here)
+    desk.watch(lambda: there)
+    alert = decided(reports, 2)
+    assert (alert.level, alert.valid_until_ns) == (Level.NORMAL, NOW + S), "the same place is nothing new"
+    clock.now = NOW + S
+    desk.tick()
+    assert "ramp: the area was moved 1.000 s ago" in decided(reports, 3).faults[0]
+    desk.decide_on("wall", evidence(area(5000, outline=there["ramp"]), now=clock.now), RADAR)
+    alert = decided(reports, 4)
+    assert (alert.level, alert.faults) == (Level.EVACUATE, ())
+
+
+def test_a_clock_that_goes_back_makes_no_area_move_in_the_future(desk):
+    desk, reports, clock = desk
+    here = {"ramp": 64 * "a"}
+    desk.watch(lambda: here)
+    clock.now = NOW - 50 * S
+    desk.forget("the clock went back")
+    desk.decide_on("wall", evidence(area(0), now=clock.now), RADAR)
+    assert decided(reports, 2).level == Level.NORMAL
+    clock.now += S
+    desk.decide_on("wall", evidence(area(0), now=clock.now), RADAR)
+    assert "not all sources are answered for its new place" in decided(reports, 3).faults[0]
+
+
 def test_nothing_seen_by_one_radar_clears_nothing_that_another_sees(desk):
     desk, reports, _ = desk
     desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)

@@ -12,6 +12,7 @@ from alert_evidence import EVACUATE, NORMAL, NOW, S, evidence, site
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.site_model import AcknowledgeSpec
 from rpf3d_ros.engine.alert_desk import AlertDesk
 from rpf3d_ros.engine.refused_inputs import RefusedInputs
 from rpf3d_ros.engine.standing_faults import StandingFaults
@@ -64,11 +65,26 @@ def test_a_person_ends_the_refusal_of_a_speaker_that_is_silent_since_and_of_no_o
     inputs, faults = refused
     inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
     inputs.refused(OTHER, "frame_id is ''", at=20.0)
-    assert inputs.acknowledged(now=SILENCE) == ()
-    assert inputs.acknowledged(now=SILENCE + 1.0) == (RADAR,)
+    assert inputs.acknowledged("A. Shift", now=SILENCE) == ()
+    assert inputs.acknowledged("A. Shift", now=SILENCE + 1.0) == (RADAR,)
     assert len(faults.sentences) == 1 and OTHER in faults.sentences[0]
     inputs.clear()
     assert faults.sentences == ()
+
+
+def test_where_the_site_demands_two_persons_two_end_the_refusal_of_what_both_saw_silent():
+    faults, late = StandingFaults(lambda: None), SILENCE + 1.0
+    inputs = RefusedInputs(faults.report, SILENCE, AcknowledgeSpec(persons=2, within_s=100.0))
+    inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
+    inputs.refused(OTHER, "frame_id is ''", at=10.0)
+    assert inputs.acknowledged("A. Shift", now=late) == inputs.acknowledged("a shift", now=late + 1.0) == ()
+    assert inputs.acknowledged("B. Survey", now=late + 102.0) == (), "too late"
+    assert inputs.acknowledged("A. Shift", now=late + 103.0) == (RADAR, OTHER)
+    inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
+    assert inputs.acknowledged("A. Shift", now=late) == ()
+    inputs.refused(OTHER, "frame_id is ''", at=5.0)
+    assert inputs.acknowledged("B. Survey", now=late) == (), "a later message is refused"
+    assert inputs.acknowledged("A. Shift", now=late + 5.0) == (RADAR,), "B has not seen the other topic silent"
 
 
 def test_standing_faults_change_only_when_a_sentence_does():

@@ -65,6 +65,9 @@ def upside_down():
     return cdr_of_mesh(MeshSurvey(mesh.vertices, mesh.triangles[:, ::-1]))
 
 
+WALLS = [(10.0, 5.0 + 7.0 * number, 32.0) for number in range(6)]
+"""Sources on six walls of the slope, of which the first lies above the first metres of the toe."""
+
 MESSAGES = {
     "sources in a foreign frame": (
         lambda peer: peer.send("sources", poses([ON_THE_SLOPE], peer.now(), "radar")), "frame_id is 'radar'"),
@@ -164,16 +167,45 @@ def test_nothing_seen_by_one_sensor_clears_nothing_that_another_saw_and_harmless
     mine.send(RADAR_B, poses([*harmless, ON_THE_SLOPE], stamp))
     told = mine.wait_for_alert("evacuate").message
     assert "the worst of" in told and "clusters of sources" in told
+    mine.wait(lambda: value(mine, "cause") == "sources", "the cause")
+    place = [float(number) for number in value(mine, "cause_place").split()]
+    assert value(mine, "cause_topic") == RADAR_B and np.hypot(*np.subtract(place, ON_THE_SLOPE)[:2]) <= 15.0
+    since = value(mine, "not_normal_since_ns")
     mine.wait_for_answer(stamp)
     mine.answered([])
     assert evident(mine) == "evacuate"
     mine.send(RADAR_B, poses([], mine.now()))
     mine.wait(lambda: evident(mine) == "normal", "radar B to see nothing")
+    assert (value(mine, "cause_topic"), value(mine, "not_normal_since_ns")) == (RADAR_B, since), "the level is held"
 
 
 def evident(peer):
     """What the newest evidence of the area says by itself."""
-    return next(pair.value for pair in peer.alerts[-1].status[1].values if pair.key == "evident")
+    return value(peer, "evident")
+
+
+def value(peer, key):
+    """A value of the area in the newest alert."""
+    return next(pair.value for pair in peer.alerts[-1].status[1].values if pair.key == key)
+
+
+def test_an_area_that_was_moved_is_a_fault_until_every_wall_is_answered_for_its_new_place(stage):
+    """The node keeps the sources of four walls: after the move it answers the last of the six, not the first."""
+    stage.node("simulator_node", waiting_sources=1, region_size=5.0, **with_alerts(stage.folder))
+    peer = stage.live_peer()
+    peer.wait_for_simulator()
+    peer.stand_on_ramp()
+    peer.send("areas/polygon", polygon(((42.0, 50.0), (52.0, 50.0), (52.0, 58.0), (42.0, 58.0)), peer.now()))
+    for wall in WALLS:
+        peer.answered([wall])
+    peer.wait(lambda: peer.alerts[-1].status[0].message.startswith("normal: "), "the level normal")
+    before = len(peer.alerts)
+    peer.send("areas/polygon", polygon(((42.0, 2.0), (52.0, 2.0), (52.0, 8.0), (42.0, 8.0)), peer.now()))
+    peer.wait_for_alert("fault", before, "live_area: the area was moved")
+    for wall in WALLS:
+        peer.answered([wall])
+    newest = lambda: peer.alerts[-1].status[0].message  # noqa: E731
+    peer.wait(lambda: newest().startswith("evacuate: ") and "moved" not in newest(), "evacuate without a fault")
 
 
 def test_a_clock_that_stands_still_is_a_fault_until_it_runs_again(stage):

@@ -7,11 +7,12 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import NOW, area, decided, evidence
+from alert_evidence import NOW, area, decided, evidence, origin
 from jsonschema import Draft202012Validator
 from std_msgs.msg import Header
 
 from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.origins import all_from
 from rpf3d_ros.messages.alert_messages import Publication, alerts_message
 from rpf3d_ros.messages.diagnostic_messages import of_unit
 
@@ -21,7 +22,7 @@ VALIDATOR = Draft202012Validator(SCHEMA)
 ANSWERS = {
     "normal": evidence(),
     "restrict": evidence(area(150)),
-    "evacuate": evidence(area(900)),
+    "evacuate": evidence(area(900, origins=all_from(origin("radar_b/sources")))),
     "no evidence": None,
 }
 
@@ -74,7 +75,8 @@ def test_an_alert_that_lacks_any_value_does_not_agree(status):
 
 @pytest.mark.parametrize(("key", "value"), [
     ("level", "green"), ("level_number", "5"), ("held", "fault"), ("evident", ""), ("valid_until_ns", "soon"),
-    ("sequence", "0"), ("stamp", "12"),
+    ("sequence", "0"), ("stamp", "12"), ("cause", "radar"), ("cause_place", "1.5 2.5"), ("terrain_digest", "t" * 64),
+    ("level_since_ns", "yesterday"),
 ])  # fmt: skip
 def test_a_value_that_none_has_does_not_agree(key, value):
     content = as_json(decided(ANSWERS["restrict"]))
@@ -82,6 +84,12 @@ def test_a_value_that_none_has_does_not_agree(key, value):
         if pair["key"] == key:
             pair["value"] = value
     assert not is_valid(content)
+
+
+def test_the_causes_of_the_answers_differ():
+    told = [pair["value"] for answer in ANSWERS.values() for pair in as_json(decided(answer))["status"][1]["values"]
+            if pair["key"] == "cause"]  # fmt: skip
+    assert told == ["nothing", "unknown", "sources", "fault"]
 
 
 def test_a_message_without_the_site_does_not_agree():

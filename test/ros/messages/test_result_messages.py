@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from alert_evidence import NOW, S, origin
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
@@ -12,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
-from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.levels import AreaAlert, Level, Since, acknowledgement
 from rpf3d_ros.messages.alert_messages import LEVELS, alarm_message, alerts_message
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.health import OK, WARN, healths_of
@@ -62,13 +63,14 @@ def alert(word, alarm=False):
     faults = ("there is no answer",) if word == "fault" else ()
     return SimpleNamespace(
         level=level, held=level, evident=level, reasons=reasons, faults=faults, areas=(), alarm=alarm, at_ns=5,
-        valid_until_ns=2**62,
+        valid_until_ns=2**62, since=Since(level_ns=3, not_normal_ns=None), terrain_digest="7e" * 32, terrain_stamp_ns=2,
+        waiting=(), waiting_until_ns=None,
     )  # fmt: skip
 
 
 def area(name, *words, why):
     level, held, evident = (Level[word.upper()] for word in words)
-    return SimpleNamespace(name=name, level=level, held=held, evident=evident, why=why)
+    return AreaAlert(name=name, level=level, held=held, evident=evident, why=why, since=Since(3, 1), origin=origin())
 
 
 @pytest.mark.parametrize("word", LEVEL_WORDS)
@@ -96,6 +98,10 @@ def test_each_area_has_a_status_of_its_own_behind_that_of_the_site():
     assert ramp.health.values == {
         "level": "restrict", "level_number": "2", "held": "restrict", "evident": "normal",
         "result": "7", "decided_at_ns": "5", "valid_until_ns": str(2**62),
+        "cause": "sources", "cause_area": "ramp", "cause_fault": "", "cause_topic": "radar",
+        "cause_place": "1.500 -2.250 30.000", "cause_sources": "3", "cause_sources_digest": "5c" * 32,
+        "terrain_digest": "7e" * 32, "terrain_stamp_ns": str(NOW - 60 * S), "level_since_ns": "3",
+        "not_normal_since_ns": "1", "waiting_by": "", "waiting_why": "", "waiting_until_ns": "",
     }  # fmt: skip
     assert set(ramp.health.values) <= set(site.health.values), "a machine reads the site and an area alike"
     assert crusher.health.message == "watch, for 12 of 900 rocks came"
@@ -110,6 +116,48 @@ def test_an_area_tells_of_the_fault_as_well():
     decided.areas = (area("ramp", "evacuate", "evacuate", "evacuate", why="evacuate, for 7 of 9 rocks came"),)
     _, ramp = alerts_of(sent(alerts_message(HEADER, decided, None)))
     assert ramp.health.message == "evacuate, for 7 of 9 rocks came; there is no answer"
+
+
+CAUSES = {
+    "normal": (
+        area("ramp", "normal", "normal", "normal", why="no limit")._replace(origin=None),
+        "nothing",
+        "",
+        "",
+        "2",
+    ),
+    "watch": (area("ramp", "watch", "watch", "normal", why="no limit"), "sources", "ramp", "", str(NOW - 60 * S)),
+    "evacuate": (area("ramp", *["evacuate"] * 3, why="rocks")._replace(origin=None), "unknown", "ramp", "", ""),
+    "fault": (area("ramp", "fault", "watch", "normal", why="no limit"), "fault", "", "there is no answer", "2"),
+}
+
+
+@pytest.mark.parametrize("word", CAUSES)
+def test_the_site_and_its_area_say_what_gave_their_level_and_on_which_survey(word):
+    ramp, *expected = CAUSES[word]
+    decided = alert(word)
+    decided.held, decided.areas = ramp.held, (ramp,)
+    for one in alerts_of(sent(alerts_message(HEADER, decided, 7))):
+        assert [
+            one.health.values[key] for key in ("cause", "cause_area", "cause_fault", "terrain_stamp_ns")
+        ] == expected
+
+
+def test_an_acknowledgement_that_waits_for_another_person_is_shown_of_the_site_and_its_areas():
+    decided = alert("evacuate")
+    decided.areas, decided.waiting_until_ns = (area("ramp", *["evacuate"] * 3, why="rocks"),), 9
+    decided.waiting = (acknowledgement("A. Shift", "looked", 5),)
+    for one in alerts_of(sent(alerts_message(HEADER, decided, 7))):
+        told = [one.health.values[key] for key in ("waiting_by", "waiting_why", "waiting_until_ns")]
+        assert told == ["A. Shift", "looked", "9"]
+
+
+def test_an_area_names_the_fault_that_names_it_and_the_site_the_first():
+    decided = alert("fault")
+    decided.faults = ("the sources are stale", "ramp: 9 % of the area have no terrain")
+    decided.areas = tuple(area(name, "fault", "normal", "normal", why="no limit") for name in ("ramp", "crusher"))
+    told = [one.health.values["cause_fault"] for one in alerts_of(sent(alerts_message(HEADER, decided, 7)))]
+    assert told == [decided.faults[0], decided.faults[1], decided.faults[0]]
 
 
 def test_a_fault_is_above_every_error_and_the_levels_rise():

@@ -12,7 +12,7 @@ from never_green.messages import SECOND, TERRAIN, bytes_of, message_of
 from never_green.narrow import NARROW
 from never_green.oracle import LEVELS, LIMITS, SCENE, SPREAD, Oracle
 from never_green.plan import END, TICK, ClockRule, Plan, Send, Speaker, TrueSource
-from never_green.stories import MAX_AGE, RESURVEYED, SENSORS, TERRAIN_MAX_AGE, plan_of
+from never_green.stories import MAX_AGE, MOVED_AREA, RESURVEYED, SENSORS, TERRAIN_MAX_AGE, plan_of
 from never_green.watcher import Watcher
 from rclpy.qos import qos_profile_sensor_data
 
@@ -110,7 +110,8 @@ def site_values(limits: str, has_machines: bool) -> dict[str, Any]:
     words = LEVELS[1 : LEVELS.index(limits) + 1]
     names = ("live_area", *(("equipment",) if has_machines else ()))
     terms = {"sources_max_age_s": MAX_AGE, "terrain_max_age_s": TERRAIN_MAX_AGE, "clock_tolerance_s": 0.5,
-             "fewest_rocks": 80, "most_unfinished": 0.1, "cluster_m": 0.0}  # fmt: skip
+             "fewest_rocks": 80, "most_unfinished": 0.1, "cluster_m": 0.0,
+             "moved_area_s": MOVED_AREA}  # fmt: skip
     areas = {name: {word: {"reach_probability": LIMITS[word]} for word in words} for name in names}
     return {"site": "pit", "valid_s": 2.0, "alarm_from": limits, "evidence": terms, "areas": areas}
 
@@ -235,11 +236,12 @@ def required(oracle: Oracle, plan: Plan, at: float, decided: float = DECIDED) ->
     if any(since <= at < since + grace + decided for since, grace in plan.graces):
         return 0
     sources_before, terrain_before = at - MAX_AGE - decided, at - TERRAIN_MAX_AGE - decided
+    area_before = at - MOVED_AREA - decided
     return min(
         oracle.range_at(sources_at, terrain_at, area_at)[0]
         for sources_at in (sources_before, at)
         for terrain_at in (terrain_before, at)
-        for area_at in (sources_before, at)
+        for area_at in (area_before, at)
     )
 
 

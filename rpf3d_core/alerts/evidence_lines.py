@@ -1,0 +1,72 @@
+"""Evidence and origins as plain values in the lines of the decision log, and back bit for bit."""
+
+import math
+from typing import Any
+
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, Outdated
+from rpf3d_core.alerts.origins import Origin, Origins
+
+TEXTS = ("name", "outline")
+"""Fields of the evidence of an area that hold text; text in any other field is a number that JSON does not have."""
+
+
+def evidence_content(evidence: Evidence) -> dict[str, Any]:
+    """Return evidence as plain values for the log."""
+    return {
+        **evidence._asdict(),
+        "areas": [_area_evidence_content(area) for area in evidence.areas],
+        "outdated": [outdated._asdict() for outdated in evidence.outdated],
+    }
+
+
+def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
+    content = {key: _written(value) for key, value in area._asdict().items() if key != "origins"}
+    return content if area.origins is None else {**content, "origins": _origins_content(area.origins)}
+
+
+def _origins_content(origins: Origins) -> dict[str, Any]:
+    """Return the origins of an area's figures; figures with the same origin as `reached` are left out."""
+    others = {name: origin for name, origin in origins._asdict().items() if origin != origins.reached}
+    return {name: origin_content(origin) for name, origin in {"reached": origins.reached, **others}.items()}
+
+
+def origin_content(origin: Origin | None) -> dict[str, Any] | None:
+    """Return an origin as plain values for the log."""
+    if origin is None:
+        return None
+    return {**origin._asdict(), "place": [_written(value) for value in origin.place]}
+
+
+def evidence_of(content: dict[str, Any]) -> Evidence:
+    """Return the evidence in a line of the log, from the values that `evidence_content` wrote."""
+    areas = tuple(_area_evidence(area) for area in content["areas"])
+    outdated = tuple(Outdated(**each) for each in content.get("outdated", ()))
+    return Evidence(**{**content, "areas": areas, "faults": tuple(content["faults"]), "outdated": outdated})
+
+
+def _area_evidence(content: dict[str, Any]) -> AreaEvidence:
+    values = {key: value if key in TEXTS else _read(value) for key, value in content.items() if key != "origins"}
+    return AreaEvidence(**values, origins=_origins(content.get("origins")))
+
+
+def _origins(content: dict[str, Any] | None) -> Origins | None:
+    if content is None:
+        return None
+    return Origins(**{name: origin_of(content.get(name, content["reached"])) for name in Origins._fields})
+
+
+def origin_of(content: dict[str, Any] | None) -> Origin | None:
+    """Return the origin that `origin_content` wrote."""
+    if content is None:
+        return None
+    x, y, z = (_read(value) for value in content["place"])
+    return Origin(**{**content, "place": (x, y, z)})
+
+
+def _written(value: Any) -> Any:
+    """Return a value in a form that JSON can hold: NaN and infinity as text."""
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _read(value: Any) -> Any:
+    return float(value) if isinstance(value, str) else value

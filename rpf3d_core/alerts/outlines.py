@@ -1,0 +1,71 @@
+"""Compare the place for which an area was judged with its present place: a moved area is judged again."""
+
+from collections.abc import Iterator, Mapping
+
+from rpf3d_core.alerts.evidence import Evidence, Outdated
+from rpf3d_core.alerts.levels import Alert, AreaAlert, Judged
+from rpf3d_core.alerts.limits import LimitFinding, limits_of
+from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.time_units import ns_of, span
+
+
+def judged_of(before: AreaAlert | None, finding: LimitFinding | None, is_small: bool) -> Judged | None:
+    """Return for which outline an area is judged after a decision.
+
+    A small answer lowers nothing, so the area is still judged for the outline before.
+
+    before : the previous decision on the area; finding : what the answer says of it, None if it says nothing
+    """
+    judged = None if before is None else before.judged
+    if finding is None:
+        return judged
+    if judged is None or not is_small or judged.outline == finding.outline:
+        return Judged(outline=finding.outline, moved_ns=None)
+    return judged if judged.moved_ns is not None else judged._replace(moved_ns=finding.outlined_ns)
+
+
+def is_moved(before: AreaAlert, finding: LimitFinding) -> bool:
+    """True if the previous decision judged the area for another outline than the answer."""
+    return before.judged is not None and before.judged.outline != finding.outline
+
+
+def places_end_ns(
+    previous: Alert | None,
+    worst: Mapping[str, LimitFinding],
+    evidence: Evidence,
+    thresholds: Thresholds,
+    is_small: bool,
+) -> list[int]:
+    """Return the times (ns) at which areas can no longer be judged for their former place; afterwards that is a fault.
+
+    Parameters as in `decide`; is_small : True if too few rocks flew to judge an area
+    """
+    longest = ns_of(thresholds.evidence.moved_area_s)
+    moved = [outdated.since_ns for outdated in _watched(evidence, thresholds)]
+    if is_small and previous is not None:
+        judged = [judged_of(area, worst[area.name], is_small) for area in previous.areas if area.name in worst]
+        moved += [one.moved_ns for one in judged if one is not None and one.moved_ns is not None]
+    return [since_ns + longest for since_ns in moved]
+
+
+def place_is_over(before: AreaAlert, finding: LimitFinding, thresholds: Thresholds, now_ns: int) -> bool:
+    """True if the place for which the previous decision judged an area was replaced too long ago (a small answer)."""
+    judged = judged_of(before, finding, is_small=True)
+    moved_ns = None if judged is None else judged.moved_ns
+    return moved_ns is not None and now_ns - moved_ns >= ns_of(thresholds.evidence.moved_area_s)
+
+
+def outdated_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
+    """Yield a fault for each watched area whose new place has not been answered for all sources within the time."""
+    longest = thresholds.evidence.moved_area_s
+    for outdated in _watched(evidence, thresholds):
+        age = now_ns - outdated.since_ns
+        if age >= ns_of(longest):
+            yield (
+                f"{outdated.name}: the area was moved {span(age)} ago, and not all sources are answered for its new "
+                f"place (at most {longest:g} s are allowed)"
+            )
+
+
+def _watched(evidence: Evidence, thresholds: Thresholds) -> list[Outdated]:
+    return [outdated for outdated in evidence.outdated if limits_of(thresholds, outdated.name) is not None]

@@ -1,0 +1,77 @@
+"""The values of `alerts` that say what raised the site or an area, on which survey it was judged, and since when."""
+
+from collections.abc import Mapping, Sequence
+
+from rpf3d_core.alerts.levels import Alert, AreaAlert, Level, Since
+from rpf3d_core.alerts.origins import Origin
+
+NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
+"""Causes of a level: no limit is reached, a cluster of sources, a fault, or a cluster that no answer names."""
+
+
+def causes_of_site(alert: Alert) -> dict[str, str]:
+    """Return the values of the site: its cause is that of the first area for which the level of the site is held."""
+    raised = next((area for area in alert.areas if area.held == alert.held), None)
+    return _values(alert, raised, alert)
+
+
+def causes_of_area(area: AreaAlert, alert: Alert) -> dict[str, str]:
+    """Return the values of an area."""
+    return _values(area, area, alert)
+
+
+def _values(one: Alert | AreaAlert, raised: AreaAlert | None, alert: Alert) -> dict[str, str]:
+    """Return the values of the site or an area; raised : the area whose limits gave the level held."""
+    cause = _cause_of(one.level, raised)
+    origin = raised.origin if raised is not None and cause == SOURCES else None
+    return {
+        "cause": cause,
+        "cause_area": raised.name if raised is not None and cause in (SOURCES, NOT_KNOWN) else "",
+        "cause_fault": _fault_of(one, alert.faults) if cause == FAULT else "",
+        **_origin_values(origin),
+        **_terrain_values(alert, cause, origin),
+        **_since_values(one.since),
+    }
+
+
+def _cause_of(level: Level, raised: AreaAlert | None) -> str:
+    if level in (Level.FAULT, Level.NORMAL):
+        return FAULT if level == Level.FAULT else NOTHING
+    return NOT_KNOWN if raised is None or raised.origin is None else SOURCES
+
+
+def _fault_of(one: Alert | AreaAlert, faults: Sequence[str]) -> str:
+    """Return the first fault that names the area; the first of all for the site, or if none names the area."""
+    named = (fault for fault in faults if isinstance(one, AreaAlert) and fault.startswith(f"{one.name}: "))
+    return next(named, next(iter(faults), ""))
+
+
+def _origin_values(origin: Origin | None) -> Mapping[str, str]:
+    if origin is None:
+        return {"cause_topic": "", "cause_place": "", "cause_sources": "", "cause_sources_digest": ""}
+    return {
+        "cause_topic": origin.topic,
+        "cause_place": " ".join(f"{value:.3f}" for value in origin.place),
+        "cause_sources": str(origin.sources),
+        "cause_sources_digest": origin.sources_digest,
+    }
+
+
+def _terrain_values(alert: Alert, cause: str, origin: Origin | None) -> Mapping[str, str]:
+    """Return the terrain that the level was judged on: that of the cluster, or that of the newest answer."""
+    digest, stamp_ns = alert.terrain_digest, alert.terrain_stamp_ns
+    if origin is not None:
+        digest, stamp_ns = origin.terrain_digest, origin.terrain_stamp_ns
+    elif cause == NOT_KNOWN:
+        digest = ""
+    return {"terrain_digest": digest, "terrain_stamp_ns": str(stamp_ns) if digest else ""}
+
+
+def _since_values(since: Since | None) -> Mapping[str, str]:
+    if since is None:
+        return {"level_since_ns": "", "not_normal_since_ns": ""}
+    not_normal_ns = since.not_normal_ns
+    return {
+        "level_since_ns": str(since.level_ns),
+        "not_normal_since_ns": "" if not_normal_ns is None else str(not_normal_ns),
+    }

@@ -1,0 +1,83 @@
+"""The outlines of areas: what identifies them, and which evidence was made for a former one."""
+
+import numpy as np
+from alert_evidence import NOW, S, area, evidence
+from watched_road import ON_THE_SLOPE, ROAD, last_answer, slope, standing_over
+
+from rpf3d_core.alerts.evidence import Outdated
+from rpf3d_core.live.ground import Workshop
+from rpf3d_core.live.outlines import REMEMBERED, WatchedOutlines, outline_digest
+from rpf3d_core.live.scene import live_scene
+from rpf3d_core.live.standing import stand_on
+from rpf3d_core.live.survey import GridSurvey
+from rpf3d_core.scene.model import AreaSpec
+
+A, B, C = "aa" * 32, "bb" * 32, "cc" * 32
+
+
+def of_ramp(outline):
+    """Evidence of the ramp with an outline; of no area if there is none."""
+    return evidence(area(outline=outline)) if outline else evidence()._replace(areas=(area(name="road"),))
+
+
+def test_equal_rings_have_equal_digests_and_others_have_not():
+    rings = [ROAD, ROAD[:3] + 1.0]
+    assert outline_digest(rings) == outline_digest([ring.copy() for ring in rings])
+    others = [rings[:1], rings[::-1], [ROAD + 1e-6, rings[1]], [np.concatenate(rings)], []]
+    assert len({outline_digest(each) for each in [rings, *others]}) == len(others) + 1
+
+
+def test_evidence_for_the_present_outline_is_not_outdated_and_for_a_former_one_since_it_was_replaced():
+    watched = WatchedOutlines()
+    for second, outline in enumerate((A, B, B, C)):
+        watched.watch({"ramp": outline}, NOW + second * S)
+    assert watched.outdated([of_ramp(C)]) == ()
+    assert watched.outdated([of_ramp(B)]) == (Outdated("ramp", NOW + 3 * S),)
+    assert watched.outdated([of_ramp(C), of_ramp(A), of_ramp(B)]) == (Outdated("ramp", NOW + S),)
+    watched.watch({"ramp": A}, NOW + 4 * S)
+    assert watched.outdated([of_ramp(A)]) == (), "the area came back"
+    watched.watch({"ramp": B}, NOW + 5 * S)
+    assert watched.outdated([of_ramp(A)]) == (Outdated("ramp", NOW + 5 * S),), "the last time counts"
+
+
+def test_evidence_without_a_new_area_is_outdated_since_the_area_is_watched():
+    watched = WatchedOutlines()
+    watched.watch({}, NOW)
+    watched.watch({"ramp": A}, NOW + S)
+    assert watched.outdated([of_ramp("")]) == (Outdated("ramp", NOW + S),)
+    assert watched.outdated([evidence()._replace(areas=())]) == (), "that has a fault of its own"
+    watched.watch({}, NOW + 2 * S)
+    assert watched.outdated([of_ramp(A)]) == ()
+
+
+def test_an_outline_that_is_forgotten_was_replaced_long_ago_and_a_new_clock_begins_again():
+    watched = WatchedOutlines()
+    for second in range(2 * REMEMBERED):
+        watched.watch({"ramp": f"{second:064x}"}, NOW + second * S)
+    assert watched.outdated([of_ramp("0" * 64)]) == (Outdated("ramp", NOW + REMEMBERED * S),)
+    watched.restart(5)
+    assert watched.outdated([of_ramp(A)]) == (Outdated("ramp", 5),)
+    assert watched.described(of_ramp(A)).areas[0].outlined_ns == 5
+
+
+def test_an_answer_names_the_outline_of_each_area_whatever_the_terrain():
+    whole = standing_over(slope())
+    cut = standing_over(slope()[10:])  # with another local frame
+    assert whole.ground.terrain.frame.origin != cut.ground.terrain.frame.origin
+    moved = ROAD + np.array([1.0, 0.0])
+    digests = [
+        last_answer(standing, [ON_THE_SLOPE], road=road).evidence[0].outline
+        for standing, road in ((whole, ROAD), (cut, ROAD), (whole, moved))
+    ]
+    assert digests == [outline_digest([ROAD]), outline_digest([ROAD]), outline_digest([moved])]
+
+
+def test_an_outline_of_the_scene_is_named_by_its_own_coordinates():
+    square = [[44.0, 10.0], [52.0, 10.0], [52.0, 20.0], [44.0, 20.0]]
+    scene = live_scene({"ground": "sliding"})
+    found = []
+    for points, shift in ((slope(), 0.0), (slope()[5:], 0.0), (slope(), 1.0)):
+        corners = [[x + shift, y] for x, y in square]
+        watched = scene.model_copy(update={"areas_of_interest": (AreaSpec(name="ramp", polygons=corners),)})
+        found.append(stand_on(Workshop().whole(GridSurvey(points)), watched).area_digests["ramp"])
+    assert found[0] == found[1] != found[2]

@@ -1,0 +1,102 @@
+"""An area that moves is a fault until every wall is answered for its new place: on a node without a network."""
+
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+import numpy as np
+from never_green import combination, pit
+from never_green.combination import Run, configuration_of
+from never_green.plan import Plan, Send, Speaker, Truth
+from never_green.stories import RADAR_A, survey
+
+from rpf3d_core.live.outlines import WatchedOutlines
+
+TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.SHELTERED_ROAD),) * 2, area_since=0.0)
+TOPICS = (RADAR_A, "terrain/points", "areas/polygon")
+PLAN = Plan(
+    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(RADAR_A,),
+    limits="restrict", expects=True,
+)  # fmt: skip
+BELOW_THE_FIRST = ((44.0, 2.0), (52.0, 2.0), (52.0, 8.0), (44.0, 8.0))
+"""Corners (m) of the part of the road below the first wall only."""
+
+WALLS = 6
+"""Number of walls that the radar reports, one after the other; more than the node answers again after a change."""
+
+MOVED = 1.5
+"""Time (s) at which the area is moved."""
+
+
+@pytest.fixture
+def run(monkeypatch):
+    """A node that keeps the sources of four walls, over the pit, with the road behind the bank as its area."""
+
+    def configured(plan):
+        before = configuration_of(plan)
+        return replace(before, parameters=replace(before.parameters, waiting_sources=1, region_size=5.0))
+
+    monkeypatch.setattr(combination, "configuration_of", configured)
+    started = Run(PLAN)
+    started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
+    move_area(started, 0.2, pit.SHELTERED_ROAD)
+    yield started
+    started.node.close()
+
+
+def move_area(run, at, corners):
+    run.deliver(Send(sent=at, at=at, topic="areas/polygon", kind="polygon", places=pit.outline(corners)))
+
+
+def report_walls(run, at):
+    """Let the radar report a source on each wall, the first of them above the first part of the road."""
+    for number in range(WALLS):
+        place = pit.placed(10.0, 5.0 + 5.0 * number, 31.0)[None]
+        sent = at + 0.05 * number
+        run.deliver(Send(sent=sent, at=sent, topic=RADAR_A, kind="poses", places=place))
+
+
+def shown_at(run, at):
+    """What is shown at a time (s), after the node's timer has gone on until then."""
+    for tick in np.arange(run.at + 0.25, at + 0.01, 0.25).tolist():
+        run.at = tick
+        run.node.tick()
+    return run.watcher.shown(run.at)
+
+
+def test_a_moved_area_is_a_fault_until_all_walls_are_answered_for_its_new_place(run):
+    report_walls(run, 0.5)
+    assert shown_at(run, MOVED) == "normal"
+    move_area(run, MOVED, BELOW_THE_FIRST)
+    assert shown_at(run, MOVED + 0.5) == "normal", "the time for the answers"
+    assert shown_at(run, MOVED + 1.25) == "fault"
+    (fault,) = run.node.station.desk.alert.faults
+    assert fault.startswith("live_area: the area was moved")
+    report_walls(run, run.at + 0.1)
+    assert shown_at(run, run.at + 0.5) == "restrict"
+    assert run.node.station.desk.alert.faults == ()
+
+
+def test_without_the_guard_the_first_wall_would_be_answered_for_the_former_place(run, monkeypatch):
+    monkeypatch.setattr(WatchedOutlines, "outdated", lambda self, parts: ())
+    report_walls(run, 0.5)
+    move_area(run, MOVED, BELOW_THE_FIRST)
+    assert shown_at(run, MOVED + 1.5) == "normal"
+
+
+def test_where_every_wall_is_answered_again_a_moved_area_is_no_fault(run):
+    place = pit.placed(10.0, 5.0, 31.0)[None]
+    run.deliver(Send(sent=0.5, at=0.5, topic=RADAR_A, kind="poses", places=place))
+    assert shown_at(run, MOVED) == "normal"
+    move_area(run, MOVED, BELOW_THE_FIRST)
+    assert run.watcher.shown(run.at) == "restrict"
+    assert shown_at(run, MOVED + 2.0) == "restrict" and run.node.station.desk.alert.faults == ()
+
+
+def test_a_new_area_is_a_fault_until_all_walls_are_answered_for_it(run):
+    report_walls(run, 0.5)
+    run.deliver(Send(sent=MOVED, at=MOVED, topic="areas/polygon", kind="polygon", places=np.empty((0, 2))))
+    move_area(run, MOVED + 0.1, BELOW_THE_FIRST)
+    assert shown_at(run, MOVED + 1.5) == "fault"

@@ -1,0 +1,53 @@
+"""A site that demands two persons: what each of them sees at a terminal, on `alerts`, and in the decision log."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_peer import with_alerts
+
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.alerts.levels import ANOTHER_PERSON
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def acknowledge(by):
+    """What a person does at a terminal: the exit code, and what was printed."""
+    command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", by, "the slope was inspected"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=60.0)
+    return done.returncode, done.stdout + done.stderr
+
+
+def value(peer, key, status=0):
+    return next(pair.value for pair in peer.alerts[-1].status[status].values if pair.key == key)
+
+
+def test_evacuate_falls_only_when_two_persons_have_acknowledged(stage, tmp_path):
+    parameters = with_alerts(tmp_path)
+    with parameters["site_file"].open("a") as site:
+        site.write("acknowledge: {persons: 2, held_from: evacuate, within_s: 600}\n")
+    stage.node("simulator_node", **parameters)
+    peer = stage.live_peer()
+    peer.wait_for_simulator()
+    peer.see_rocks_reach_the_toe()
+    peer.answered([])
+    peer.wait(lambda: value(peer, "evident") == "normal", "nothing to be seen")
+    code, told = acknowledge("A. Shift")
+    assert code == 4 and ANOTHER_PERSON in told, told
+    peer.wait(lambda: value(peer, "waiting_by") == "A. Shift", "the acknowledgement that waits")
+    assert value(peer, "waiting_by", status=1) == "A. Shift" and value(peer, "level") == "evacuate"
+    code, told = acknowledge("a shift")
+    assert code == 4 and ANOTHER_PERSON in told, told
+    assert acknowledge("B. Survey") == (0, "B. Survey: the level is normal\n")
+    peer.wait(lambda: value(peer, "level") == "normal", "normal")
+    assert value(peer, "waiting_by") == value(peer, "waiting_until_ns") == ""
+    assert stage.clear() == [0]
+    audit = audit_log(parameters["decision_log"])
+    given = [change.alert.acknowledgement for change in audit.changes if change.alert.acknowledgement is not None]
+    assert audit.sound and [one.by for one in given] == ["A. Shift", "a shift", "B. Survey"]
+    assert {one.client for one in given} == {"/rpf3d_acknowledge (enclave /)"}
