@@ -5,6 +5,8 @@ from field_cases.prose_ranges import BOOKS, CALIBRATED, ELSEWHERE, HEAD, TOO_SUR
 
 STOPS = {"Authume": 41, "Tschamut": 18}
 """Number of observed stops of each site."""
+OPEN = 0.05
+"""Share of rocks that did not stop (-), from which a 90 % interval has no far end."""
 
 
 def section(results: Results) -> str:
@@ -17,9 +19,10 @@ def section(results: Results) -> str:
 
 def _predicted(lines: list[Results]) -> str:
     """Return the table of predictions: how many of the observed stops their 90 % intervals hold."""
-    head = ("site", "rocks", "ground", "held along the slope", "held across", "rocks that left (%)")
+    head = ("site", "rocks", "ground", "held along the slope", "held across", "did not stop (%)", "far end")
     return table(head, ((line["site"], line["rocks"], line["ground"], _held(line, "along"), _held(line, "across"),
-                         f"{100.0 * line['left']:.0f}") for line in lines))  # fmt: skip
+                         f"{100.0 * line['moving']:.0f}", "open" if line["moving"] >= OPEN else "closed")
+                        for line in lines))  # fmt: skip
 
 
 def _kept_out(lines: list[Results]) -> str:

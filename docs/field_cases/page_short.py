@@ -57,9 +57,16 @@ def _carried(results: Results) -> dict[str, str]:
 def _held(books: Iterable[Results]) -> dict[str, str]:
     """Return how many stops the intervals of library ranges hold at each site, under the names that the text uses."""
     lines = [line for line in books if line["ground"] == ranges.LIBRARY]
+    stops = {ranges.AUTHUME: 41, ranges.TSCHAMUT: 18}
+    across = min(lines, key=lambda line: float(line["across"]))
     return {
-        name: listed([f"{held}" for held in sorted({round(x["along"] * stops) for x in lines if x["site"] == site})])
-        for name, site, stops in (("held_quarry", ranges.AUTHUME, 41), ("held_meadow", ranges.TSCHAMUT, 18))
+        "held_across": f"{round(across['across'] * stops[across['site']])} of {stops[across['site']]}",
+        **{
+            name: listed(
+                [f"{held}" for held in sorted({round(x["along"] * stops[site]) for x in lines if x["site"] == site})]
+            )
+            for name, site in (("held_quarry", ranges.AUTHUME), ("held_meadow", ranges.TSCHAMUT))
+        },
     }
 
 

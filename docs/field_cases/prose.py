@@ -32,10 +32,11 @@ question, or use the result only to compare variants.
 - **Values from one slope are not valid on another.** Values from Authume are wrong by {at_meadow} m at Tschamut
   (constant, Coulomb-limited, rigid sphere). Values from Tschamut are wrong by {at_quarry} m at Authume. Values from
   single impacts are wrong by {impacts_quarry} m at Authume and by {impacts_meadow} m at Tschamut.
-- **Ranges are honest where values are not.** With ranges of the library in place of values, and before any
-  calibration, 90 % intervals hold {held_quarry} of 41 stops along the slope at Authume and {held_meadow} of 18 at
-  Tschamut, for points, spheres and rocks with a shape. They are wide. A calibration on another slope holds as few as
-  none ([predictive intervals](#do-predictive-intervals-hold-the-observed-stops)).
+- **Ranges say what values hide.** With ranges of the library in place of values, and before any calibration, 90 %
+  intervals hold {held_quarry} of 41 stops along the slope at Authume and {held_meadow} of 18 at Tschamut. Many of these
+  intervals have no far end. Across the slope they hold as few as {held_across}: points and spheres spread too little. A
+  calibration on another slope holds as few as none
+  ([predictive intervals](#do-predictive-intervals-hold-the-observed-stops)).
 - **Small changes matter.** At Authume the mean moves by more than five metres if R_n (constant) or rolling friction
   (sphere) changes by 0.04, and by more than eight metres if the friction angle changes by four degrees
   (Coulomb-limited).

@@ -2,7 +2,7 @@
 
 The ground is a range from books, chosen by its description alone, or the sample of a calibration at another site. Each
 case flies 64 parameter sets, all sets with the same number of rocks. The prediction is the distribution of all these
-rocks; rocks that left the terrain count as beyond every observed stop.
+rocks; rocks that did not stop count as beyond every observed stop.
 """
 
 import json
@@ -28,7 +28,7 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.values import Outcome
 
 AUTHUME, TSCHAMUT = "Authume", "Tschamut"
-LIBRARY, MIDDLES = "library", "library, assumed ranges replaced by their middle"
+LIBRARY, SINGLE = "library", "library, one value for each assumed range"
 """Where the ground of a case comes from, in words of the page."""
 POINTS, SPHERES, BLOCKS = "points", "spheres", "blocks"
 ROCKS = {POINTS: 6400, SPHERES: 3200, BLOCKS: 1920}
@@ -45,9 +45,9 @@ GROUND = {
     (TSCHAMUT, BLOCKS): {"default": "ramms_medium_soft"},
 }
 """Entries of the library by zone, by the description of the ground: talus, an outcrop of bedrock, an alpine meadow."""
-MIDDLE = {"friction_angle_deg": 30.0, "rolling_friction": 0.575, "rolling_resistance": 0.2}
-"""The middle of each range that a scene assumes if the source of an entry has none."""
-MIDDLE_OF = {POINTS: ("friction_angle_deg",), SPHERES: ("friction_angle_deg", "rolling_friction"),
+ONE_VALUE = {"friction_angle_deg": 30.0, "rolling_friction": 0.575, "rolling_resistance": 0.2}
+"""One value for each range that a scene assumes: the default angle, and the middle of the others."""
+ASSUMED_FOR = {POINTS: ("friction_angle_deg",), SPHERES: ("friction_angle_deg", "rolling_friction"),
              BLOCKS: ("rolling_resistance",)}  # fmt: skip
 BUDGET = 1800.0
 """Time (s) that a calibration may take at most."""
@@ -69,8 +69,8 @@ def cases_of_books() -> Iterator[Case]:
     for site in (AUTHUME, TSCHAMUT):
         for rocks in (POINTS, SPHERES, BLOCKS):
             zones = GROUND[site, BLOCKS if rocks == BLOCKS else POINTS]
-            single = {key: MIDDLE[key] for key in MIDDLE_OF[rocks]}
-            for ground, more in ((LIBRARY, {}), (MIDDLES, single)):
+            single = {key: ONE_VALUE[key] for key in ASSUMED_FOR[rocks]}
+            for ground, more in ((LIBRARY, {}), (SINGLE, single)):
                 materials = {zone: {"library": entry, **more} for zone, entry in zones.items()}
                 yield Case(site, rocks, ground, {**MODELS[rocks], "materials": materials})
 
@@ -110,14 +110,14 @@ def _kept_out(file: Path) -> dict[str, Any]:
 
 
 def covered(case: Case) -> dict[str, Any]:
-    """Fly a case; return the share of the observed stops within its 90 % intervals, and of the rocks that left."""
+    """Fly a case; return the shares of the observed stops within its 90 % intervals, and of the rocks still moving."""
     scene = with_keys(_scene(case.site, case.rocks), {**case.keys, "observed": None, "calibration": None})
     run = rpf3d_core.simulate(scene, rocks=ROCKS[case.rocks])
     deposits = run.flights.deposits
     stopped = deposits.outcome == Outcome.STOPPED
     ends = run.terrain.frame.points_to_input(deposits.x)
     found = _authume(ends, stopped) if case.site == AUTHUME else _tschamut(deposits.source, ends, stopped)
-    return {**dict(zip(("along", "across"), found, strict=True)), "left": float(1.0 - stopped.mean())}
+    return {**dict(zip(("along", "across"), found, strict=True)), "moving": float(1.0 - stopped.mean())}
 
 
 def measured(cases: Iterator[Case], say: Callable[[str], None]) -> list[dict[str, Any]]:
@@ -148,7 +148,8 @@ def _tschamut(source: IntArray, ends: FloatArray, stopped: FloatArray) -> tuple[
 def _places(rocks: EndPoints, stopped: FloatArray, along: float, across: float) -> tuple[float, float]:
     """Return the share of the rocks before a stop, and the share of the stopped rocks on one side of it."""
     beyond = np.where(stopped, rocks.along, np.inf)
-    return float((beyond < along).mean()), float((rocks.across[stopped] < across).mean())
+    beside = rocks.across[stopped] < across
+    return float((beyond < along).mean()), float(beside.sum() / max(len(beside), 1))
 
 
 def _within(places: list[tuple[float, float]]) -> tuple[float, float]:

@@ -20,7 +20,7 @@ SHORT = {
 NOTE = (
     "A range is unknown: each parameter set of a run has another value from it. R_n is normal_restitution, R_t "
     "tangential_restitution. `rpf3d materials NAME` shows the source.\n"
-    "-: the source has no value. A scene then assumes a range: {}."
+    "-: the entry has no value. A scene then assumes a range: {}."
 )
 NEEDED_BY = {"rolling_friction": " of spheres", "rolling_resistance": " of rocks with a shape"}
 """The rocks for which a range is assumed, for the list; the friction angle of all but rocks with a shape."""
@@ -44,10 +44,20 @@ def materials(
         _print_one(name, listed[name])
 
 
+def assumed_beside(entry: "LibraryMaterial") -> "dict[str, Range]":
+    """Return the ranges that a scene assumes for coefficients that an entry does not have, by key."""
+    from rpf3d_core.scene.library_entries import BODIES, UNSTATED
+
+    body = entry.kind == BODIES
+    return {key: span for key, span in UNSTATED.items()
+            if key not in entry.ranges and body == (key == "rolling_resistance")}  # fmt: skip
+
+
 def _facts(entry: "LibraryMaterial") -> dict[str, Any]:
-    """Return an entry of the library as plain values for JSON."""
+    """Return an entry of the library as plain values for JSON; `assumed` : ranges that a scene assumes in addition."""
     ranges = {key: span if isinstance(span, float) else span._asdict() for key, span in entry.ranges.items()}
-    return {**entry._asdict(), "ranges": ranges}
+    assumed = {key: span._asdict() for key, span in assumed_beside(entry).items()}
+    return {**entry._asdict(), "ranges": ranges, "assumed": assumed}
 
 
 def _print_list(listed: "dict[str, LibraryMaterial]") -> None:
@@ -84,8 +94,10 @@ def _print_one(name: str, entry: "LibraryMaterial") -> None:
     screen.print(f"Source: {entry.source} ({entry.confirmed})", soft_wrap=True)
     if entry.note:
         screen.print(f"Note: {entry.note}", soft_wrap=True)
-    table = Table("coefficient", "from", "to", "mean", "sd", box=None, padding=GAP, pad_edge=False)
+    table = Table("coefficient", "from", "to", "mean", "sd", "", box=None, padding=GAP, pad_edge=False)
     for key, span in entry.ranges.items():
         ends = span if isinstance(span, Range) else Range(span, span)
         table.add_row(key, *("" if number is None else f"{number:g}" for number in ends))
+    for key, span in assumed_beside(entry).items():
+        table.add_row(key, f"{span.low:g}", f"{span.high:g}", "", "", f"assumed{NEEDED_BY.get(key, '')}")
     screen.print(table)

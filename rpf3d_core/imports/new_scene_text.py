@@ -87,7 +87,7 @@ def _materials(found: NewScene) -> Iterator[str]:
         "over all its sources, so intervals of the results are wide (predictive). `rpf3d materials` lists other "
         "ground. A calibration on observed rocks makes them narrower: `rpf3d calibrate`.")  # fmt: skip
     yield "materials:"
-    yield f"  default: {{library: {LIBRARY}}}   # CHECK: friction angle assumed, 15 to 45 degrees"
+    yield f"  default: {{library: {LIBRARY}}}   # CHECK: friction angle assumed, 10 to 45 degrees"
     yield from comment("Zones of the file; remove the # and name the ground of a zone:")
     for zone in found.zones:
         area = f"{zone.area:,.0f} m2, mean slope {zone.slope:.0f} degrees"

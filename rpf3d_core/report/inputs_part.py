@@ -15,8 +15,8 @@ GROUND = {
     RANGES: "NOT calibrated. Coefficients are ranges from books or estimates, marked below.",
     PARTLY: "PARTLY calibrated. Some coefficients marked below are a sample that a calibration on observed rocks left, "
     "others are ranges from books or estimates.",
-    ELSEWHERE: "NOT calibrated on this slope. Coefficients marked below are a sample that a calibration on another "
-    "slope left.",
+    ELSEWHERE: "NOT calibrated for all sources. Coefficients marked below are a sample of a calibration, and rocks "
+    "start away from the place of that calibration.",
     CALIBRATED: "Calibrated: coefficients marked below are a sample that a calibration on observed rocks left.",
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
@@ -164,7 +164,7 @@ def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any 
         return f"calibration sample {run.summary['unknowns']['sample']}"
     prior = run.inputs["scene"]["unknowns"]["priors"][unknown]
     if coefficient in entry.get("assumed", {}) and prior == entry["assumed"][coefficient]:
-        return f"range assumed by rpf3d, because the source of library {library} has none"
+        return f"range assumed by rpf3d, because the entry {library} has none"
     of_entry = coefficient in entry.get("ranges", {}) and prior == entry["ranges"][coefficient]
     return _published(library, entry) if of_entry else "range stated in the scene"
 

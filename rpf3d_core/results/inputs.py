@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rpf3d_core.results.certainty import is_calibrated_elsewhere, surer_than_it_may_be
+from rpf3d_core.results.certainty import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.key_paths import given_keys
@@ -35,12 +35,17 @@ def inputs_section(run: Run) -> dict[str, Any]:
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
         "given": sorted(given_keys(run.scene)),
-        "ground": ELSEWHERE if is_calibrated_elsewhere(run) else ground_known_by(run.scene),
+        "ground": _ground(run),
         "sampled": _sampled(run.scene),
         "library": _library(run.scene),
         "warnings": warnings_of_run(run),
         "surer_than_it_may_be": surer_than_it_may_be(run),
     }
+
+
+def _ground(run: Run) -> str:
+    elsewhere = share_calibrated_elsewhere(run) >= SOME_ELSEWHERE
+    return ELSEWHERE if elsewhere else ground_known_by(run.scene)
 
 
 def ground_known_by(scene: Scene) -> str:

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.yaml import Document
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, nearest_key
-from rpf3d_core.scene.library import LIBRARY, keys_of_entry, ranges_of
+from rpf3d_core.scene.library import LIBRARY, keys_of_entry, models_of, ranges_of
 from rpf3d_core.scene.material import POINT_KEYS, Material
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.values import StrictModel
@@ -61,15 +61,15 @@ def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     of_materials = changes.get("materials", {})
     if isinstance(of_materials, _Value):
         return scene
-    materials = dict(scene.materials)
+    materials, models = dict(scene.materials), models_of(scene)
     priors = {} if scene.unknowns is None else dict(scene.unknowns.priors)
     for name, inner in of_materials.items():
         if isinstance(inner, _Value) or LIBRARY not in inner or materials[name].library is None:
             continue
-        keys = keys_of_entry(materials[name], name, priors)
+        keys = keys_of_entry(materials[name], name, priors, models)
         materials[name] = materials[name].model_copy()
         materials[name].model_fields_set.difference_update(keys)
-        for key in keys.difference(ranges_of(inner[LIBRARY].value)):
+        for key in keys.difference(ranges_of(inner[LIBRARY].value, models)):
             priors.pop(f"materials.{name}.{key}", None)
     unknowns = scene.unknowns and scene.unknowns.model_copy(update={"priors": priors})
     return scene.model_copy(update={"materials": materials, "unknowns": unknowns})

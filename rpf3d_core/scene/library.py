@@ -1,7 +1,8 @@
 """The library of ground materials in a scene: `{library: hoek_bedrock}` gives a material the ranges of an entry.
 
 Each range of the entry becomes an unknown of the scene (`scene.unknowns`), unless the material gives the coefficient.
-A coefficient that is not in the entry's source has an assumed range.
+A coefficient that the entry does not have has an assumed range. A prior that the file gives in `unknowns.priors`, also
+one with `*`, replaces the range of the entry.
 """
 
 from collections.abc import Mapping
@@ -13,6 +14,8 @@ from rpf3d_core.scene.shapes import SPHERE
 from rpf3d_core.scene.unknowns import PRIOR, PriorSpec
 from rpf3d_core.scene.values import refuse
 
+LIMITED = "coulomb_limited"
+"""The rebound model that uses the friction angle; the default."""
 LIBRARY = "library"
 """Key of a material that names an entry of the library."""
 
@@ -28,30 +31,58 @@ def with_libraries(values: Mapping[str, Any]) -> Mapping[str, Any]:
     materials = values.get("materials")
     if not isinstance(materials, Mapping) or not any(map(_names_an_entry, materials.values())):
         return values
-    rocks = values.get("rock")
     return {
         **values,
         "materials": {
-            name: _with_entry(material, rocks, str(name)) if _names_an_entry(material) else material
+            name: _with_entry(material, values, str(name)) if _names_an_entry(material) else material
             for name, material in materials.items()
         },
     }
 
 
-def _with_entry(material: Mapping[str, Any], rocks: Any, name: str) -> dict[str, Any]:
-    """Return a material with the ranges of its entry, without those of coefficients that it gives itself."""
-    ranges = _ranges(material[LIBRARY], rocks, name)
+def _with_entry(material: Mapping[str, Any], scene: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Return a material of a scene's values with the ranges of its entry, without those that the scene replaces."""
+    own = _own_priors(scene)
+    ranges = _ranges(material[LIBRARY], scene, name)
     if "slip_friction" in material:
         ranges.pop("friction", None)
-    return {**ranges, **material}
+    replaced = [key for key in ranges if not own.isdisjoint({f"materials.{name}.{key}", f"materials.*.{key}"})]
+    return {**ranges, **{key: _middle(ranges[key]) for key in replaced}, **material}
 
 
-def ranges_of(name: Any) -> Mapping[str, Any]:
-    """Return the published and assumed ranges of an entry by the keys of a material; {} if there is no such entry."""
+def _own_priors(scene: Mapping[str, Any]) -> set[str]:
+    """Return the key paths of the priors that a scene file gives in `unknowns.priors`.
+
+    The priors of a scene that has been read before hold those of its entries, and its materials have a number for each
+    of its own.
+    """
+    unknowns = scene.get("unknowns")
+    priors = unknowns.get("priors") if isinstance(unknowns, Mapping) else None
+    return {str(path) for path in priors} if isinstance(priors, Mapping) else set()
+
+
+def _middle(coefficient: Any) -> Any:
+    """Return the number that stands for a coefficient while a prior of the scene gives its values."""
+    if not isinstance(coefficient, Mapping):
+        return coefficient
+    prior = coefficient[PRIOR]
+    return prior.get("mean", 0.5 * (prior["min"] + prior["max"]))
+
+
+def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the published and assumed ranges of an entry by the keys of a material; {} if there is no such entry.
+
+    scene : `rock`, `rebound` and `ground` of a scene
+    """
     from rpf3d_core.scene.library_entries import UNSTATED  # imported only if a scene names an entry
 
     published = published_ranges(name)
-    return {**UNSTATED, **published} if published else {}
+    return {**{key: UNSTATED[key] for key in _assumed_for(scene)}, **published} if published else {}
+
+
+def models_of(scene: Any) -> Mapping[str, Any]:
+    """Return what decides which coefficients a scene that has been read uses: rocks, rebound and ground."""
+    return {"rock": scene.rock, "rebound": scene.rebound, "ground": scene.ground}
 
 
 def published_ranges(name: Any) -> Mapping[str, Any]:
@@ -61,16 +92,17 @@ def published_ranges(name: Any) -> Mapping[str, Any]:
     return ENTRIES[name].ranges if isinstance(name, str) and name in ENTRIES else {}
 
 
-def keys_of_entry(material: Any, name: str, priors: Mapping[str, PriorSpec]) -> set[str]:
+def keys_of_entry(material: Any, name: str, priors: Mapping[str, PriorSpec], scene: Mapping[str, Any]) -> set[str]:
     """Return the coefficients of a checked material that are those of its entry of the library, by their keys.
 
     A coefficient that the scene states itself, with another number or range than the entry, is not among them.
 
     material : with the name of an entry; name : of the material; priors : those of the scene, by key path
+    scene : as in `ranges_of`
     """
     return {
         key
-        for key, span in ranges_of(material.library).items()
+        for key, span in ranges_of(material.library, scene).items()
         if _is_of_entry(span, getattr(material, key), priors.get(f"materials.{name}.{key}"))
     }
 
@@ -94,11 +126,11 @@ def _has_shape(rock: Any) -> bool:
     return shape not in (None, "point", SPHERE, {SPHERE: True})
 
 
-def _ranges(name: Any, rocks: Any, material: str) -> dict[str, Any]:
-    """Return the coefficients of an entry of the library, as a scene has them; rocks : the scene's value of `rock`."""
+def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any]:
+    """Return the coefficients of an entry of the library, as a scene with some values has them."""
     from rpf3d_core.scene.library_entries import BODIES, ENTRIES, POINTS, UNSTATED  # imported only if one is named
 
-    kind = BODIES if _has_shape(rocks) else POINTS
+    kind = BODIES if _has_shape(scene.get("rock")) else POINTS
     at = ("materials", material, LIBRARY)
     if not isinstance(name, str) or name not in ENTRIES:
         near = get_close_matches(str(name), ENTRIES, n=1)
@@ -107,15 +139,28 @@ def _ranges(name: Any, rocks: Any, material: str) -> dict[str, Any]:
     entry = ENTRIES[name]
     if entry.kind != kind:
         raise refuse(f"is {name}, which is for {entry.kind}, but the rocks of this scene are {kind}", *at)
-    assumed = {key: UNSTATED[key] for key in _assumed_for(rocks)}
+    assumed = {key: UNSTATED[key] for key in _assumed_for(scene)}
     return {key: _as_prior(span) for key, span in {**assumed, **entry.ranges}.items()}
 
 
-def _assumed_for(rocks: Any) -> tuple[str, ...]:
-    """Return the coefficients that have an assumed range if the source of an entry has none, for a scene's rocks."""
+def _assumed_for(scene: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the coefficients that have an assumed range in a scene if an entry has none: those that its models use."""
+    rocks = scene.get("rock")
     if _has_shape(rocks):
         return ("rolling_resistance",)
-    return ("friction_angle_deg", "rolling_friction") if _is_sphere(rocks) else ("friction_angle_deg",)
+    if _is_sphere(rocks):
+        return ("friction_angle_deg", "rolling_friction")
+    slides = _name_of(scene.get("ground"), "sliding") != "none"
+    return ("friction_angle_deg",) if slides or _name_of(scene.get("rebound"), LIMITED) == LIMITED else ()
+
+
+def _name_of(model: Any, default: str) -> str:
+    """Return the name of a rebound or ground model from its value in a scene; of a model class, its text."""
+    if model is None:
+        return default
+    if isinstance(model, Mapping):
+        return str(next(iter(model), default))
+    return str(getattr(model, "name", model))
 
 
 def _is_sphere(rock: Any) -> bool:

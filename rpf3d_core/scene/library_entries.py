@@ -112,17 +112,18 @@ def _books(ground: str, normal: tuple[float, float], tangential: tuple[float, fl
 
 
 UNSTATED: Mapping[str, Range] = {
-    # From smooth rock to talus: the angles of the pit_ entries without coal and weathered mudstone, in round numbers.
-    "friction_angle_deg": Range(15.0, 45.0),
+    # The angles of all pit_ entries but weathered mudstone and coal.
+    "friction_angle_deg": Range(10.0, 45.0),
     # Of spheres; the values of STONE for all grounds.
     "rolling_friction": Range(0.27, 0.88),
-    # Of rocks with a shape. 0 is RAMMS, whose ground takes the energy of rolling in other ways.
+    # Of rocks with a shape. 0 is RAMMS, whose ground takes the energy of rolling in other ways; the upper end is the
+    # prior of the calibrations at Authume, where the posterior is 0.14 to 0.27. At Tschamut it is 0.10 to 0.54.
     "rolling_resistance": Range(0.0, 0.4),
 }
-"""The range of a coefficient in a scene if the source of an entry has none: an assumption of rpf3d, no published value.
+"""The range of a coefficient in a scene if an entry has none: an assumption of rpf3d, no published value.
 
-A coefficient that is left out of the sources is still not known. On the slope of Authume the friction angle alone
-decides where a point stops (docs/explanation/validation.md), so one number would make every interval too narrow.
+A coefficient that is left out of the sources is still not known, and one number in its place makes intervals too narrow
+(docs/explanation/validation.md).
 """
 
 ENTRIES: Mapping[str, LibraryMaterial] = {

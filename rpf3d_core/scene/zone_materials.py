@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.scene.material import BODY_KEYS, POINT_KEYS, Material
+from rpf3d_core.scene.material import POINT_KEYS, Material
 from rpf3d_core.scene.model import Scene
 
 MOST_NAMED = 12
@@ -61,10 +61,16 @@ def _asks_friction(scene: Scene) -> bool:
 
 
 def used_coefficients(scene: Scene, material: Material) -> tuple[str, ...]:
-    """Return the keys of the coefficients of a material that have a value and that the models of the scene may use."""
-    keys = BODY_KEYS if material.is_of_a_body else POINT_KEYS
-    given = (key for key in keys if getattr(material, key) is not None)
-    return tuple(key for key in given if key != "friction_angle_deg" or _asks_friction(scene))
+    """Return the keys of the coefficients of a material that the models of the scene use.
+
+    A rolling friction or resistance that the material leaves out is 0, and used.
+    """
+    if material.is_of_a_body:
+        return ("restitution", "friction" if material.slip_friction is None else "slip_friction", "rolling_resistance")
+    rolls = scene.rock.is_sphere or "rolling_friction" in scene.ground_model.model_spec.MATERIAL_KEYS
+    idle = {*scene.impact_model.model_spec.idle_keys, *(() if _asks_friction(scene) else ("friction_angle_deg",)),
+            *(() if rolls else ("rolling_friction",))}  # fmt: skip
+    return tuple(key for key in POINT_KEYS if key not in idle)
 
 
 def words_on_friction(materials: Sequence[str]) -> str:

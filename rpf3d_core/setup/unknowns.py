@@ -12,7 +12,7 @@ from rpf3d_core.scene.unknowns import PriorSpec
 from rpf3d_core.scene.zone_materials import name_of_material, used_coefficients
 from rpf3d_core.unknowns.displacements import displacements
 from rpf3d_core.unknowns.parameter_sets import FloatArray, ParameterSets, parameter_sets, read_parameter_sets
-from rpf3d_core.unknowns.places import is_near
+from rpf3d_core.unknowns.places import share_away
 from rpf3d_core.unknowns.points import spread_points
 
 
@@ -60,8 +60,10 @@ def sampled(scene: Scene) -> tuple[str, ...]:
     return () if spec is None or spec.sample is None else read_parameter_sets(spec.sample).names
 
 
-def is_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> bool:
-    """Return True if a scene has the sample of a calibration, and all its rocks start far from where that was.
+def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
+    """Return the share (-) of the rocks that start far from where the sample of the scene was calibrated.
+
+    It is 0 for a scene without a sample, and for a sample that does not know its place.
 
     releases : (N, 2) m, in plan, in the input's coordinates with z upwards
 
@@ -71,9 +73,9 @@ def is_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> bool:
         The file of the sample is refused.
     """
     if scene.unknowns is None or scene.unknowns.sample is None or not len(releases):
-        return False
+        return 0.0
     place = read_parameter_sets(scene.unknowns.sample).place
-    return place is not None and not is_near(place, releases)
+    return 0.0 if place is None else share_away(place, releases)
 
 
 def outside_sample(scene: Scene) -> tuple[str, ...]:

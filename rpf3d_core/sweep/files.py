@@ -95,7 +95,10 @@ def _most_held(records: Sequence[CellRecord], place: Place) -> float:
 
 
 def _curves(
-    varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], what: tuple[str, Place],
+    varied: Sequence[Varied],
+    cells: Sequence[Cell],
+    records: Sequence[CellRecord],
+    what: tuple[str, Place],
     scale: float,
 ) -> list[Curve]:
     """Return the curves of a figure over the values of the first key: one for each combination of the other values."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.key_paths import Steps, steps_to
-from rpf3d_core.scene.library import LIBRARY, keys_of_entry, published_ranges
+from rpf3d_core.scene.library import LIBRARY, keys_of_entry, models_of, published_ranges
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.unknowns import sampled
 
@@ -46,7 +46,7 @@ def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
             names = [str(steps[1]) for steps in steps_to(scene, key)]
             materials = {name: scene.materials[name] for name in names if scene.materials[name].library is not None}
             if materials and not any(
-                keys_of_entry(each, name, priors).intersection(published_ranges(each.library))
+                keys_of_entry(each, name, priors, models_of(scene)).intersection(published_ranges(each.library))
                 for name, each in materials.items()
             ):
                 raise InputError(f"{scene.path}: `{key}` is varied, but the material gives all coefficients of the "

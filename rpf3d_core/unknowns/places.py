@@ -24,10 +24,10 @@ def place_around(points: ArrayLike) -> Place:
     return Place(west=float(low[0]), south=float(low[1]), east=float(high[0]), north=float(high[1]))
 
 
-def is_near(place: Place, points: ArrayLike) -> bool:
-    """Return True if one of points (N, 2) m lies in a place or at most the place's diagonal away from it."""
+def share_away(place: Place, points: ArrayLike) -> float:
+    """Return the share (-) of points (N, 2) m, N > 0, that lie farther from a place than its diagonal."""
     x, y = np.asarray(points, dtype=float).T
     away_x = np.maximum(np.maximum(place.west - x, x - place.east), 0.0)
     away_y = np.maximum(np.maximum(place.south - y, y - place.north), 0.0)
     diagonal = np.hypot(place.east - place.west, place.north - place.south)
-    return bool((np.hypot(away_x, away_y) <= diagonal).any())
+    return float((np.hypot(away_x, away_y) > diagonal).mean())

@@ -22,13 +22,23 @@ def test_every_entry_has_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.
 
 
 def test_the_list_says_what_is_assumed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    assumed = "15-45, rolling_friction of spheres 0.27-0.88, rolling_resistance of rocks with a shape 0-0.4."
+    assumed = "10-45, rolling_friction of spheres 0.27-0.88, rolling_resistance of rocks with a shape 0-0.4."
     assert f"A scene then assumes a range: friction_angle_deg {assumed}" in printed(monkeypatch, capsys)
 
 
 def test_one_entry_has_its_source(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     text = printed(monkeypatch, capsys, "pit_coal")
     assert "pyrockfall 0.1.2" in text and "friction_angle_deg" in text and "0.41" in text
+    assert "assumed of spheres" in text
+
+
+def test_one_entry_has_the_ranges_that_a_scene_assumes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (line,) = [x for x in printed(monkeypatch, capsys, "bedrock").splitlines() if x.startswith("friction_angle_deg")]
+    assert line.split()[1:] == ["10", "45", "assumed"]
+    facts = json.loads(printed(monkeypatch, capsys, "ramms_hard", "--json"))["ramms_hard"]
+    assert set(facts["assumed"]) == {"rolling_resistance"}
 
 
 def test_json_has_the_ranges(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

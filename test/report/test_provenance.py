@@ -67,7 +67,7 @@ def test_only_what_a_sample_holds_is_called_calibrated(tmp_path: Path, sample, t
 def test_a_calibration_of_another_slope_is_named(tmp_path: Path, place: Place | None, ground: str) -> None:
     run = flown(tmp_path, "{normal_restitution: 0.5, tangential_restitution: 0.8}", sample=BOTH, place=place)
     assert run.inputs["ground"] == ground
-    named = [words for words in run.inputs["surer_than_it_may_be"] if "calibrated on another slope" in words]
+    named = [words for words in run.inputs["surer_than_it_may_be"] if "place where the sample was calibrated" in words]
     assert len(named) == (ground == ELSEWHERE)
 
 
@@ -81,7 +81,7 @@ def test_a_range_that_replaces_one_of_the_library_is_not_called_published(tmp_pa
 def test_a_range_that_no_source_states_is_not_called_published(tmp_path: Path) -> None:
     found = sources(flown(tmp_path, "{library: bedrock}"), 1)
     assert found["tangential restitution"].startswith("library bedrock: ")
-    assert found["friction angle deg"] == "range assumed by rpf3d, because the source of library bedrock has none"
+    assert found["friction angle deg"] == "range assumed by rpf3d, because the entry bedrock has none"
 
 
 def test_a_default_is_not_called_stated(tmp_path: Path) -> None:

@@ -76,6 +76,15 @@ def test_coefficients_with_one_value_next_to_ranges_are_named(tmp_path: Path) ->
     assert not has(sentences(tmp_path, SPREAD), words), "without unknowns, another sentence says it of all coefficients"
 
 
+SPHERE = ("sources:", "rock: {shape: sphere}\nsources:")
+
+
+def test_only_coefficients_that_the_models_use_are_named_and_one_that_is_left_out_is_0(tmp_path: Path) -> None:
+    changes = (SPHERE, ("rebound: constant\nground: sliding\n", ""))
+    (found,) = [each for each in sentences(tmp_path, SPREAD, UNKNOWN, *changes) if "one value in all" in each]
+    assert found.startswith("materials.rock.friction_angle_deg, materials.rock.rolling_friction: ")
+
+
 def test_a_range_that_the_sample_does_not_hold_is_named(tmp_path: Path) -> None:
     sets = parameter_sets(["materials.rock.tangential_restitution"], [[0.75], [0.8], [0.85]])
     write_parameter_sets(tmp_path / "posterior.parquet", sets)

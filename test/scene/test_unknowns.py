@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rpf3d_core.errors import SceneError
@@ -11,6 +12,8 @@ from rpf3d_core.scene.library_entries import ENTRIES, POINTS, Range
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_digest
 from rpf3d_core.scene.unknowns import PriorSpec
+from rpf3d_core.setup.unknowns import sets_of_scene
+from rpf3d_core.unknowns.parameter_sets import ParameterSets
 
 KNOWN = """\
 terrain: {pit: {triangles: 6000}}
@@ -166,10 +169,10 @@ def test_spheres_have_the_entries_of_points(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rock", "entry", "ranges"),
     [
-        ("diameter: 1", "hoek_bedrock", {"friction_angle_deg": (15, 45)}),
+        ("diameter: 1", "hoek_bedrock", {"friction_angle_deg": (10, 45)}),
         ("diameter: 1", "pit_talus", {"friction_angle_deg": (25, 45)}),  # of the entry's source
-        ("shape: sphere", "hoek_bedrock", {"friction_angle_deg": (15, 45), "rolling_friction": (0.27, 0.88)}),
-        ("shape: sphere", "stone_schist", {"friction_angle_deg": (15, 45), "rolling_friction": (0.315, 0.385)}),
+        ("shape: sphere", "hoek_bedrock", {"friction_angle_deg": (10, 45), "rolling_friction": (0.27, 0.88)}),
+        ("shape: sphere", "stone_schist", {"friction_angle_deg": (10, 45), "rolling_friction": (0.315, 0.385)}),
         ("shape: {box: [1, 1, 0.5]}", "ramms_hard", {"rolling_resistance": (0, 0.4)}),
     ],
 )
@@ -187,6 +190,55 @@ sources: [{{name: top, zone: bench_1, above_ground: 8, rocks: 75}}]
     priors = {path.rpartition(".")[2]: (prior.min, prior.max) for path, prior in scene.unknowns.priors.items()}
     beyond = ("friction_angle_deg", "rolling_friction", "rolling_resistance")
     assert {key: ends for key, ends in priors.items() if key in beyond} == ranges
+
+
+LIBRARY_SCENE = """\
+terrain: {{pit: {{triangles: 6000}}}}
+rock: {{diameter: 1}}
+materials: {{default: {{library: {entry}}}}}
+sources: [{{name: top, zone: bench_1, above_ground: 8, rocks: 75}}]
+{more}
+"""
+
+
+@pytest.mark.parametrize("path", ["materials.default", "materials.*"])
+@pytest.mark.parametrize("key", ["friction_angle_deg", "normal_restitution"])
+def test_a_prior_of_the_scene_replaces_the_range_of_an_entry(tmp_path: Path, path: str, key: str) -> None:
+    more = f"unknowns: {{priors: {{{path}.{key}: {{min: 0.4, max: 0.42}}}}}}"
+    scene = scene_of(tmp_path, LIBRARY_SCENE.format(entry="bedrock", more=more))
+    assert scene.unknowns is not None
+    of_key = {name: prior for name, prior in scene.unknowns.priors.items() if name.endswith(key)}
+    assert of_key == {f"{path}.{key}": PriorSpec(min=0.4, max=0.42)}
+    assert len(scene.unknowns.priors) == 3
+    sets = sets_of_scene(scene)
+    drawn = np.array([values_of(sets, number, key) for number in range(len(sets))])
+    assert (drawn >= 0.4).all() and (drawn <= 0.42).all()
+
+
+def values_of(sets: ParameterSets, number: int, key: str) -> float:
+    (value,) = [value for name, value in sets.at(number).items() if name.endswith(key)]
+    return value
+
+
+@pytest.mark.parametrize(("rebound", "ground", "asked"), [("constant", "none", False), ("constant", "sliding", True),
+                                                         ("coulomb_limited", "none", True)])  # fmt: skip
+def test_a_friction_angle_that_no_model_uses_is_no_unknown(
+    tmp_path: Path, rebound: str, ground: str, asked: bool
+) -> None:
+    more = f"rebound: {rebound}\nground: {ground}"
+    scene = scene_of(tmp_path, LIBRARY_SCENE.format(entry="bedrock", more=more))
+    assert scene.unknowns is not None
+    assert ("materials.default.friction_angle_deg" in scene.unknowns.priors) is asked
+
+
+@pytest.mark.parametrize("old", ["stone_schist", "hoek_bedrock", "pit_talus"])
+@pytest.mark.parametrize("new", ["stone_schist", "hoek_bedrock", "pit_talus"])
+@pytest.mark.parametrize("rock", ["diameter: 1", "shape: sphere"])
+def test_another_entry_gives_the_scene_of_a_file_with_that_entry(tmp_path: Path, old: str, new: str, rock: str) -> None:
+    text = LIBRARY_SCENE.replace("diameter: 1", rock)
+    changed = with_values(scene_of(tmp_path, text.format(entry=old, more="")), {"materials.default.library": new})
+    written = scene_of(tmp_path, text.format(entry=new, more=""))
+    assert changed.unknowns == written.unknowns and changed.materials == written.materials
 
 
 def test_every_entry_is_a_range_that_a_scene_may_have() -> None:

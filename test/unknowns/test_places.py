@@ -2,7 +2,7 @@
 
 import pytest
 
-from rpf3d_core.unknowns.places import is_near, place_around
+from rpf3d_core.unknowns.places import place_around, share_away
 
 PLACE = place_around([[100.0, 200.0], [130.0, 220.0], [110.0, 240.0]])
 """30 m by 40 m, so the diagonal is 50 m."""
@@ -18,5 +18,5 @@ def test_a_place_is_the_rectangle_around_points() -> None:
      ((130 + 31, 240 + 41), False), ((110, 151), True), ((110, 149), False), ((51, 220), True), ((49, 220), False)],
 )  # fmt: skip
 def test_near_is_a_diagonal_away_at_most(point: tuple[float, float], near: bool) -> None:
-    assert is_near(PLACE, [point]) is near
-    assert is_near(PLACE, [(9e6, 9e6), point]) is near, "one rock that starts there is enough"
+    assert share_away(PLACE, [point]) == (0.0 if near else 1.0)
+    assert share_away(PLACE, [(110, 210), (110, 210), (9e6, 9e6), point]) == (0.25 if near else 0.5)

@@ -122,6 +122,11 @@ class VHalfSpec(ModelSpec):
         "PlatRock 2", "CC", gt=0, le=50,
     )  # fmt: skip
 
+    @property
+    def idle_keys(self) -> tuple[str, ...]:
+        """The speed at which R_n is 0.5 replaces the material's."""
+        return ("normal_restitution",)
+
 
 def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple[tuple[float, float, float], ...]:
     limits = (STEEPEST, MOST_R_N, 1.0)
@@ -159,6 +164,11 @@ class AngleTableSpec(ModelSpec):
     def _one_of_both(self) -> Self:
         exactly_one(self, "rows", "law")
         return self
+
+    @property
+    def idle_keys(self) -> tuple[str, ...]:
+        """A table replaces both restitutions, the law only R_n."""
+        return ("normal_restitution",) if self.rows is None else ("normal_restitution", "tangential_restitution")
 
 
 def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
@@ -199,3 +209,8 @@ class StochasticMatrixSpec(ModelSpec):
         ..., "nine rows of nine numbers, the covariances of the coefficients of mean, row by row; symmetric, with no "
         "negative eigenvalue", "-", "the user's", "D",
     )  # fmt: skip
+
+    @property
+    def idle_keys(self) -> tuple[str, ...]:
+        """The matrix replaces both restitutions."""
+        return ("normal_restitution", "tangential_restitution")

@@ -53,6 +53,11 @@ class ModelSpec(StrictModel):
         """True if the model uses the friction angle of the materials, so that a missing angle is worth a warning."""
         return False
 
+    @property
+    def idle_keys(self) -> tuple[str, ...]:
+        """The coefficients of a material that every rebound may use and this one does not."""
+        return ()
+
     def physics(self) -> type:
         """Import and return the class with the physics of the model; the import registers its rules."""
         return loaded(self.PHYSICS)  # type: ignore[no-any-return]

@@ -46,6 +46,11 @@ class CoulombSphereSpec(ModelSpec):
         return values
 
     @property
+    def idle_keys(self) -> tuple[str, ...]:
+        """The contact model has a tangential restitution of its own."""
+        return ("tangential_restitution",)
+
+    @property
     def asks_friction(self) -> bool:
         """True unless the scene states `impact_friction`, which replaces the friction angle at impacts."""
         return self.impact_friction is None
