@@ -63,6 +63,11 @@ class Recording:
         self._log("/", self._rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._style()
 
+    def about(self, text: str) -> None:
+        """Add the text about the recording: what it leaves out; Markdown."""
+        document = self._rerun.TextDocument(text, media_type=self._rerun.MediaType.MARKDOWN)
+        self._log("about", document, static=True)
+
     def at(self, stamp_ns: int, event: int) -> None:
         """Set the time (ns since the epoch) and the number of the event for all following rows."""
         self._stamp_ns, self._event = stamp_ns, event

@@ -25,6 +25,7 @@ from rpf3d_ros.nodes.play_bag import inputs_of, with_times
 from rpf3d_ros.recording.bag_writer import BagWriter, typestore
 from rpf3d_ros.recording.from_bag import Raw, convert, messages_of, topics_of
 from rpf3d_ros.recording.incident_bag import IncidentBag
+from rpf3d_ros.recording.thinning import Thinning
 
 ROOT = Path(__file__).resolve().parents[3]
 NODE = "rpf3d_recorder"
@@ -146,7 +147,7 @@ def test_the_live_recorder_and_its_own_bag_give_the_same_recording(stage):
             f"{counts[topic]} of {topic} recorded",
         )  # fmt: skip
     assert stage.clear() == [0]
-    done = convert(stage.folder / "incident_live", stage.folder / "again.rrd", MapFrame(), "map")
+    done = convert(stage.folder / "incident_live", stage.folder / "again.rrd", MapFrame(), "map", thinning=Thinning())
     live, again = rows_by_entity(file), rows_by_entity(stage.folder / "again.rrd")
     assert not done.refused
     same = set(live) - {"/diagnostics"}
