@@ -18,7 +18,7 @@ from rpf3d_ros.demo.stand_in import StandIn
 SIMULATOR, RECORDER = "simulator_node", "recorder_node"
 PERIOD = 2.0
 """Time (s) between two messages of sources."""
-START, WARM, MEASURED = 300.0, 20.0, 60.0
+START, WARM, MEASURED = 300.0, 60.0, 60.0
 """Times (s): longest start of the nodes, time before the measurement, time of the measurement."""
 MOVED = 0.2
 """Half-width (m) in plan of the square in which a source moves between two messages."""

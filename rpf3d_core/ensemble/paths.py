@@ -186,7 +186,7 @@ def run_starts(values: NDArray[np.integer]) -> IntArray:
 
 
 def evenly(count: int, most: int) -> IntArray:
-    """Return at most `most` (>= 2) of the indices 0 .. count - 1, evenly spread, with the first and the last."""
+    """Return at most `most` (>= 2) of the indices 0 .. count - 1, (N,), evenly spread, with the first and the last."""
     if count <= most:
         return np.arange(count)
     return np.linspace(0, count - 1, most).round().astype(np.int64)
