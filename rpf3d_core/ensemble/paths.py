@@ -185,6 +185,13 @@ def run_starts(values: NDArray[np.integer]) -> IntArray:
     return np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
 
 
+def evenly(count: int, most: int) -> IntArray:
+    """Return at most `most` (>= 2) of the indices 0 .. count - 1, (N,), evenly spread, with the first and the last."""
+    if count <= most:
+        return np.arange(count)
+    return np.linspace(0, count - 1, most).round().astype(np.int64)
+
+
 def _durations(paths: Paths) -> FloatArray:
     """Return the duration (S,) s of the path segment that begins at each event; 0 for the end of a path."""
     duration = np.zeros(len(paths.t))

@@ -1,6 +1,6 @@
 """Areas of interest that arrive in messages while the simulator runs: outlines, and circles around vehicles."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,7 @@ import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.formats.polygons import polygon_of
+from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
 
 CORNERS_A_QUARTER = 8
@@ -39,6 +40,10 @@ def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
 def _rings(area: shapely.Geometry) -> list[FloatArray]:
     rings = [ring for polygon in shapely.get_parts(area) for ring in (polygon.exterior, *polygon.interiors)]
     return [shapely.get_coordinates(ring) for ring in rings]
+
+
+FEWEST_CORNERS = 3
+"""Least number of corners of a ring that encloses an area."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +79,24 @@ def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaO
         AreaOutline(rings=[shapely.Polygon(ring) for ring in rings], hull=_hull(np.concatenate(list(rings))))
         for rings in areas.values()
     ]
+
+
+def reached_by(areas: Iterable[Sequence[FloatArray]], points: FloatArray, begins: IntArray) -> NDArray[np.bool_]:
+    """Return flags (R,), True for paths that cross or touch an area of interest in plan.
+
+    areas : rings (P, 2) or (P, 3) m of each area; a hole of an area counts as the area
+    points : (N, 2) or (N, 3) m, path after path, straight in plan between two points
+    begins : (R,) index of the first point of each path
+    """
+    rings = [ring[:, :2] for rings in areas for ring in rings if len(ring) >= FEWEST_CORNERS]
+    if not rings or not len(begins):
+        return np.zeros(len(begins), dtype=bool)
+    # The first point of each path is repeated, because a line needs two points.
+    plan = np.insert(points[:, :2], begins, points[begins, :2], axis=0)
+    path = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(points))) + 1)
+    area = shapely.union_all(shapely.make_valid([shapely.Polygon(ring) for ring in rings]))
+    shapely.prepare(area)
+    return np.asarray(shapely.intersects(shapely.linestrings(plan, indices=path), area))
 
 
 def _hull(corners: FloatArray) -> FloatArray:

@@ -48,6 +48,14 @@ def rows_by_entity(recording: Path) -> dict[str, int]:
     return content_of(recording).rows
 
 
+def bytes_by_entity(recording: Path) -> dict[str, int]:
+    """Return the bytes of each entity's rows, not compressed; InputError for a file that is not a recording."""
+    sizes: Counter[str] = Counter()
+    for chunk in _chunks(recording):
+        sizes[str(chunk.entity_path)] += chunk.to_record_batch().nbytes
+    return dict(sizes)
+
+
 def content_of(recording: Path) -> RecordingContent:
     """Return the rows of each entity and the last moment of a recording; InputError for other files."""
     rows: Counter[str] = Counter()

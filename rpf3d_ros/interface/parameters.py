@@ -155,6 +155,12 @@ class RecorderParameters(InputParameters):
     rotate_mb: float = parameter(0.0, "megabytes after which the next file is begun; 0: never", 0.0, 1.0e6)
     rotate_minutes: float = parameter(0.0, "minutes after which the next file is begun; 0: never", 0.0, 1.0e6)
     keep_files: int = parameter(0, "files kept with rotation, the newest, and their bags; 0: all", 0, LARGEST_COUNT)
+    rocks_per_answer: int = parameter(
+        50, "rocks of each answer that are recorded, more if more reach an area; 0: all", 0, LARGEST_COUNT
+    )
+    maps_every: float = parameter(
+        10.0, "least time (s) between two records of hazard maps, unless a level changes; 0: none", 0.0, 86_400.0
+    )
     bag: str = parameter("", "prefix of the MCAP bags to write next to the recording; empty: none")
     viewer: str = parameter(
         "none", "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy"

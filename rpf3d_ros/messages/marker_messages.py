@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from rpf3d_core.ensemble.colours import speed_colours
-from rpf3d_core.ensemble.paths import run_starts
+from rpf3d_core.ensemble.paths import evenly, run_starts
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.answer_content import Columns
@@ -143,13 +143,6 @@ def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np
     first = run_starts(rock)
     last = np.append(first[1:], len(rock))
     return [first[k] + evenly(last[k] - first[k], points_each) for k in evenly(len(first), most)]
-
-
-def evenly(count: int, most: int) -> NDArray[np.int64]:
-    """Return at most `most` (>= 2) of the indices 0 .. count - 1, evenly spread, with the first and the last."""
-    if count <= most:
-        return np.arange(count)
-    return np.linspace(0, count - 1, most).round().astype(np.int64)
 
 
 def _colours(speed: FloatArray, fastest: float) -> NDArray[np.float32]:

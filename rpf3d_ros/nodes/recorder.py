@@ -15,12 +15,15 @@ from rpf3d_ros.interface.parameters import RecorderParameters, declare
 from rpf3d_ros.interface.qos import OVERRIDABLE, recorded_qos
 from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.recording import file_writer
 from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 from rpf3d_ros.recording.files import FAULTS, RecordingFiles, Rotation
 from rpf3d_ros.recording.incident_bag import IncidentBag
-from rpf3d_ros.recording.message_log import MessageLog
+from rpf3d_ros.recording.message_log import MessageLog, Reading
+from rpf3d_ros.recording.thinning import Thinning
 from rpf3d_ros.recording.viewer_feed import NONE, Viewer, ViewerFeed
+from rpf3d_ros.recording.waiting import Read
 
 NAME = "rpf3d_recorder"
 
@@ -45,7 +48,9 @@ class RecorderNode(Node):
     def __init__(self) -> None:
         super().__init__(NAME)
         parameters = declare(self, RecorderParameters)
-        self.log = MessageLog(parameters.frame, parameters.mesh_frame, self._now_ns)
+        self.now_ns = self._now_ns()
+        thinning = Thinning(rocks=parameters.rocks_per_answer, maps_every=parameters.maps_every)
+        self.log = MessageLog(parameters.frame, parameters.mesh_frame, lambda: self.now_ns, thinning)
         self.bag = IncidentBag(parameters.bag)
         viewer = Viewer(kind=parameters.viewer, bind=parameters.viewer_bind, port=parameters.viewer_port)
         viewer.check()
@@ -54,6 +59,7 @@ class RecorderNode(Node):
         self.health = HealthReport(self)
         self.feed = ViewerFeed(viewer, self.files.head) if viewer.kind != NONE else None
         self.abandoned = False
+        self._record(Reading(topic=FILE, entries=self.log.begin))
         self._report_recorded()
         self.get_logger().info(f"recording into {self.files.path}")
         for topic, recorded in TOPICS.items():
@@ -70,33 +76,39 @@ class RecorderNode(Node):
         self.create_subscription(kind, topic, receive, qos, qos_overriding_options=OVERRIDABLE, raw=True)
 
     def _receive(self, topic: str, kind: Any, data: bytes) -> None:
-        self.bag.write(topic, self.resolve_topic_name(topic), self._now_ns(), data)
-        try:
-            message = data if topic == MESH else deserialize_message(data, kind)
-        except Exception as error:  # rclpy raises various exceptions of its C++ code
-            self.health.set(topic, WARN, f"message refused: it is no {kind.__name__}: {error}")
-            return
-        self._record(topic, message)
+        self.now_ns = self._now_ns()
+        self.bag.write(topic, self.resolve_topic_name(topic), self.now_ns, data)
+        self._take(topic, (lambda: data) if topic == MESH else partial(_read, kind, data))
 
-    def _record(self, topic: str, message: Any) -> None:
+    def _take(self, topic: str, read: Read) -> None:
+        """Record what is due now that a message has been received, and count the message unless it is refused."""
+        written = [self._record(reading) or reading.topic != topic for reading in self.log.received(topic, read)]
+        if all(written):
+            self._count(topic)
+
+    def _record(self, reading: Reading) -> bool:
+        """Write the entries of a message; return True if the message was not refused, and its entries are written."""
         try:
-            entries = self.log.entries(topic, message)
+            entries = reading.entries()
         except InputError as refusal:
-            self.health.set(topic, WARN, f"message refused: {refusal}")
-            return
+            self.health.set(reading.topic, WARN, f"message refused: {refusal}")
+            return False
         except Exception as error:  # no message may end the node
-            self.health.set(topic, ERROR, f"message refused: {type(error).__name__}: {error}")
-            return
-        if self.feed is not None:
+            self.health.set(reading.topic, ERROR, f"message refused: {type(error).__name__}: {error}")
+            return False
+        if self.feed is not None and entries:
             self.feed.offer(entries)
         try:
             self.files.write(entries)
         except FAULTS as error:
             self._report_fault(error)
-        else:
-            self._count(topic)
+            return False
+        return True
 
     def _look_after(self) -> None:
+        self.now_ns = self._now_ns()
+        for reading in self.log.due():
+            self._record(reading)
         try:
             self.files.check()
         except FAULTS as error:
@@ -134,6 +146,8 @@ class RecorderNode(Node):
 
     def destroy_node(self) -> None:
         """Close the recording: a file without its footer must be repaired before it can be verified."""
+        for reading in self.log.rest():
+            self._record(reading)
         self.health.closed = True
         for close in (self.files.close, self.bag.close):
             try:
@@ -142,6 +156,14 @@ class RecorderNode(Node):
                 self.get_logger().error(f"{self.files.path} could not be closed and may not verify: {error}")
         self.abandoned = (self.feed is not None and not self.feed.close(LEAVING)) or file_writer.any_left()
         super().destroy_node()
+
+
+def _read(kind: Any, data: bytes) -> Any:
+    """Return the message in received bytes. Raises MessageRefused if they are not a message of this class."""
+    try:
+        return deserialize_message(data, kind)
+    except Exception as error:  # rclpy raises various exceptions of its C++ code
+        raise MessageRefused(f"it is no {kind.__name__}: {error}") from error
 
 
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:

@@ -20,9 +20,11 @@ class AlertEntries:
     """Converts messages of alerts, the alarm and diagnostics to entries of a recording."""
 
     def __init__(self, times: EntryTimes) -> None:
-        """Begin without alerts."""
+        """Begin without alerts; `changes` counts the messages in which a level of the site or an area changes."""
         self._times, self._logged = times, LoggedStates()
         self._areas_with_alerts: set[str] = set()
+        self._levels: object = None
+        self.changes = 0
 
     def makers(self) -> Mapping[str, EntryMaker]:
         """Return for each topic the method that converts its messages."""
@@ -42,6 +44,9 @@ class AlertEntries:
         """
         alerts = alerts_of(array)
         stamp_ns = decided_at_ns(alerts) or nanoseconds(array.header.stamp)
+        levels = [(alert.area, alert.level, _levels_of(alert)) for alert in alerts]
+        if levels != self._levels:
+            self._levels, self.changes = levels, self.changes + 1
         for alert in alerts:
             if alert.area is None and self._logged.is_new("alert/level", (stamp_ns, alert.level)):
                 yield self._times.at(stamp_ns, lambda r, a=alert: r.alert(a.level), "alert/level")
@@ -75,6 +80,10 @@ def _shown_content(alert: ReceivedLevel) -> object:
     """Return what is compared to notice a change of an alert: the site's sentence, or the area's levels."""
     if alert.area is None:
         return alert.health.message
+    return _levels_of(alert)
+
+
+def _levels_of(alert: ReceivedLevel) -> list[str | None]:
     return [alert.health.values.get(name) for name in LEVELS_OF_AREA]
 
 

@@ -1,26 +1,40 @@
 """Convert the messages of answers to recording entries: trajectories, impacts, deposits, hazard and results."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
+import numpy as np
+
+from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.grid_reading import percent_of_grid
 from rpf3d_ros.messages.health import healths_of
 from rpf3d_ros.messages.map_frame import MapFrame
-from rpf3d_ros.messages.marker_reading import HAZARD, facets_of_markers, outlines_of_markers, strips_of_markers
+from rpf3d_ros.messages.marker_reading import HAZARD, Colour, facets_of_markers, outlines_of_markers, strips_of_markers
 from rpf3d_ros.messages.moving_rocks import motion_of
-from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, by_name, column_of, finite_positions
+from rpf3d_ros.recording.entries import (
+    EntryMaker,
+    EntryTimes,
+    LastContents,
+    RecordingEntry,
+    by_name,
+    column_of,
+    finite_positions,
+)
 
 REACH_COLUMNS = ("p95_energy", "first_arrival", "rocks", "result")
 """Optional fields of hazard/points that are recorded as well."""
+
+NOTHING = np.empty(0)
+"""Content of a map without cells."""
 
 
 class AnswerEntries:
     """Converts the messages of an answer to entries of a recording, in the same event as the answer's sources."""
 
-    def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
-        """Begin without hazard zones."""
-        self._frame, self._times = frame, times
+    def __init__(self, frame: MapFrame, times: EntryTimes, last: LastContents | None = None) -> None:
+        """Begin without hazard zones; last : contents of the recorded maps, None to record equal maps again, too."""
+        self._frame, self._times, self._last = frame, times, last
         self._levels: set[str] = set()
 
     def makers(self) -> Mapping[str, EntryMaker]:
@@ -62,31 +76,56 @@ class AnswerEntries:
         """Yield the hazard zones: entries that delete the last zones, then facets and outline of each zone."""
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
+        if not self._is_new("hazard/zones", *_contents(levels, outlines)):
+            return
         for level in sorted(self._levels):
-            yield self._times.of_markers(array, lambda r, level=level: r.clear_hazard(level))
+            yield self._of_zone(array, level, lambda r, level=level: r.clear_hazard(level))
         self._levels = {*levels, *outlines}
         for level, (corners, colour) in levels.items():
-            yield self._times.of_markers(array, lambda r, n=level, k=corners, c=colour: r.hazard(n, k, c))
+            yield self._of_zone(array, level, lambda r, n=level, k=corners, c=colour: r.hazard(n, k, c))
         for level, (lines, colour) in outlines.items():
-            yield self._times.of_markers(array, lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
+            yield self._of_zone(array, f"{level}/outline", lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
     def reach(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the map cells that rocks reached; a cloud without points deletes the cells of the last event."""
         self._frame.check(cloud.header.frame_id)
+        keeps = self._keeps("hazard/points")
         if cloud.width == 0:
-            yield self._times.of_message(cloud, lambda r: r.clear("hazard/points"))
+            if self._is_new("hazard/points", NOTHING):
+                yield self._times.of_message(cloud, lambda r: r.clear("hazard/points"), keeps)
             return
         points, reach = finite_positions(cloud, self._frame), column_of(cloud, "reach_probability")
         given = {field.name for field in cloud.fields}
         columns = {name: column_of(cloud, name) for name in REACH_COLUMNS if name in given}
-        yield self._times.of_message(cloud, lambda r: r.reach(points, reach, columns))
+        if self._is_new("hazard/points", points, reach, *(columns[name] for name in ("rocks",) if name in columns)):
+            yield self._times.of_message(cloud, lambda r: r.reach(points, reach, columns), keeps)
 
     def reach_grid(self, grid: Any) -> Iterator[RecordingEntry]:
         """Yield the map of reach probability, drawn in plan."""
         percent = percent_of_grid(grid, self._frame)
-        yield self._times.of_message(grid, lambda r: r.grid(percent))
+        if self._is_new("hazard/grid", percent):
+            yield self._times.of_message(grid, lambda r: r.grid(percent), self._keeps("hazard/grid"))
+
+    def _is_new(self, topic: str, *arrays: "np.ndarray") -> bool:
+        return self._last is None or self._last.is_new(topic, *arrays)
+
+    def _keeps(self, name: str) -> str:
+        """Return the name of a map as a state: a map that is not recorded again must be in every new file."""
+        return f"answer/{name}" if self._last is not None else ""
+
+    def _of_zone(self, array: Any, name: str, draw: Callable[..., None]) -> RecordingEntry:
+        return self._times.of_markers(array, draw, self._keeps(f"hazard/zones/{name}"))
 
     def results(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the figures of an answer as text."""
         for health in healths_of(array):
             yield self._times.of_message(array, lambda r, health=health: r.text("results", health))
+
+
+def _contents(
+    levels: Mapping[str, tuple[FloatArray, Colour]], outlines: Mapping[str, tuple[list[FloatArray], Colour]]
+) -> "list[np.ndarray]":
+    """Return names, facets, lines and colours of hazard zones as arrays, to compare them."""
+    named = [np.array([*levels, "", *outlines])]
+    facets = [part for corners, colour in levels.values() for part in (corners, np.array(colour))]
+    return [*named, *facets, *(part for lines, colour in outlines.values() for part in (*lines, np.array(colour)))]

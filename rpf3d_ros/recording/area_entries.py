@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import AREAS, outlines_of_markers
 from rpf3d_ros.messages.source_reading import placed
@@ -23,10 +24,11 @@ class AreaEntries:
     """Converts messages of areas of interest to entries of a recording."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
-        """Begin without areas."""
+        """Begin without areas; `rings` has the outlines (T, 3) m of each area, map frame."""
         self._frame, self._times = frame, times
         self._logged = LoggedStates()
         self._outlined: set[str] = set()
+        self.rings: Mapping[str, list[FloatArray]] = {}
 
     def makers(self) -> Mapping[str, EntryMaker]:
         """Return for each topic the method that converts its messages."""
@@ -55,6 +57,7 @@ class AreaEntries:
             self._logged.forget(name)
             yield self._times.at(self._times.now(), lambda r, n=name: r.clear_area(n), f"outline/{name}")
         self._outlined = set(areas)
+        self.rings = {name: lines for name, (lines, _) in areas.items()}
         for name, (lines, _) in areas.items():
             if self._logged.is_new(name, [line.tobytes() for line in lines]):
                 now_ns = self._times.now()

@@ -78,9 +78,9 @@ class EntryTimes:
         stamp_ns = nanoseconds(message.header.stamp)
         return RecordingEntry(stamp_ns=stamp_ns, event=self._events.of(stamp_ns), draw=draw, keeps=keeps)
 
-    def of_markers(self, array: Any, draw: Callable[..., None]) -> RecordingEntry:
+    def of_markers(self, array: Any, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
         """Return an entry at the stamp of a MarkerArray; an empty array has the current time."""
-        return self.of_message(array.markers[0], draw) if array.markers else self.at(self.now(), draw)
+        return self.of_message(array.markers[0], draw, keeps) if array.markers else self.at(self.now(), draw, keeps)
 
     def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
         """Return an entry with a time (ns) and the number of the last event."""
@@ -103,6 +103,28 @@ class LoggedStates:
     def forget(self, name: str) -> None:
         """Forget the state of a name."""
         self._states.pop(name, None)
+
+
+class LastContents:
+    """The last recorded arrays of each name, so that equal content is recorded once."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, tuple[np.ndarray, ...]] = {}
+
+    def differs(self, name: str, *arrays: np.ndarray) -> bool:
+        """Return True if an array differs from the last ones of the same name."""
+        last = self._arrays.get(name, ())
+        return len(last) != len(arrays) or not all(map(np.array_equal, last, arrays))
+
+    def note(self, name: str, *arrays: np.ndarray) -> None:
+        """Note arrays as the last ones of a name."""
+        self._arrays[name] = arrays
+
+    def is_new(self, name: str, *arrays: np.ndarray) -> bool:
+        """Note arrays; return True if one differs from the last ones of the same name."""
+        is_new = self.differs(name, *arrays)
+        self.note(name, *arrays)
+        return is_new
 
 
 def finite_points(points: FloatArray, frame_id: str, frame: MapFrame) -> FloatArray:

@@ -102,6 +102,8 @@ class RecordingFiles:
         entries that are not written. Entries of a state stay in `head` and are in the next file.
         """
         self.head.note(entries)
+        if not entries and self._recording is not None:
+            return
         if self._recording is None:
             self._begin_again(len(entries))
             entries = [entry for entry in entries if not entry.keeps]  # the new file already has the states

@@ -4,6 +4,7 @@ import struct
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from os import SEEK_END
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +15,8 @@ from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.recording.bag_writer import import_rosbags, typestore
 from rpf3d_ros.recording.files import RecordingFiles, Rotation
-from rpf3d_ros.recording.message_log import MessageLog
+from rpf3d_ros.recording.message_log import MessageLog, Reading
+from rpf3d_ros.recording.thinning import WHOLE, Thinning
 
 MESH = "terrain/mesh"
 """Topic whose messages are read from CDR bytes, as in the node."""
@@ -121,29 +123,41 @@ def _begins_only(file: Path) -> bool:
         return opened.tell() == 0 or opened.read() != MAGIC
 
 
-def convert(bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "") -> Converted:
+def convert(
+    bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "", thinning: Thinning = WHOLE
+) -> Converted:
     """Convert a bag into a recording file, and return the numbers of recorded and refused messages.
 
     Raises InputError if the bag is not a bag or has none of the topics, OSError if the recording cannot be written.
     """
     types, now = typestore(), [0]
-    log = MessageLog(frame, mesh_frame, lambda: now[0])
+    log = MessageLog(frame, mesh_frame, lambda: now[0], thinning)
     done = Converted(Counter(), [])
     files = None
     for raw in messages_of(bag, namespace):
         now[0] = raw.stamp_ns
-        files = files or RecordingFiles(out, Rotation())
-        try:
-            entries = log.entries(raw.topic, _message(types, raw))
-        except (MessageRefused, *UNREADABLE) as refusal:
-            done.refused.append(f"{raw.name} at {raw.stamp_ns / 1e9:.3f} s: {refusal}")
-        else:
-            _write(files, entries, out)
-            done.messages[raw.topic] += 1
+        if files is None:
+            files = RecordingFiles(out, Rotation())
+            _write(files, log.begin(), out)
+        done.messages[raw.topic] += 1
+        _record(log.received(raw.topic, partial(_message, types, raw)), files, out, now, done)
     if files is None:
         raise InputError(f"{bag}: holds none of the topics {', '.join(TOPICS)}; is there a namespace to give?")
+    _record(log.rest(), files, out, now, done)
     files.close()
     return done
+
+
+def _record(readings: Iterator[Reading], files: RecordingFiles, out: Path, now: list[int], done: Converted) -> None:
+    """Write messages into a recording; `done` notes those that are refused."""
+    for reading in readings:
+        try:
+            entries = reading.entries()
+        except (MessageRefused, *UNREADABLE) as refusal:
+            done.messages[reading.topic] -= 1
+            done.refused.append(f"{reading.topic} at {now[0] / 1e9:.3f} s: {refusal}")
+        else:
+            _write(files, entries, out)
 
 
 def _write(files: RecordingFiles, entries: list[Any], out: Path) -> None:

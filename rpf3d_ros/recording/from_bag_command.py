@@ -25,13 +25,14 @@ def from_bag(
         tuple[float, float, float], typer.Option(help="Survey coordinates E, N, H of the map's origin (m).")
     ] = (0.0, 0.0, 0.0),
     mesh_frame: Annotated[str, typer.Option(help="Frame of terrain/mesh.")] = "map",
+    whole: Annotated[bool, typer.Option("--whole", help="Leave out no rock and no hazard map.")] = False,
 ) -> None:
     """Write the recording that the live recorder would have written from a bag's messages."""
-    from rpf3d_ros.recording.from_bag import MapFrame, convert
+    from rpf3d_ros.recording.from_bag import WHOLE, MapFrame, Thinning, convert
 
     frame = MapFrame(name=map_frame, survey=survey_frame, origin=map_origin)
     try:
-        done = convert(bag, out, frame, mesh_frame, namespace)
+        done = convert(bag, out, frame, mesh_frame, namespace, WHOLE if whole else Thinning())
     except OSError as error:
         raise InputError(str(error)) from error
     for sentence in done.refused[:SHOWN]:

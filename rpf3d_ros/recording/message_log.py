@@ -3,16 +3,33 @@
 No message class is imported: messages are read by the names of their fields, from rclpy or from a bag.
 """
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, NamedTuple
 
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.recording.alert_entries import AlertEntries
 from rpf3d_ros.recording.answer_entries import AnswerEntries
 from rpf3d_ros.recording.area_entries import AreaEntries
-from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry
+from rpf3d_ros.recording.entries import SECOND, EntryMaker, EntryTimes, LastContents, RecordingEntry
+from rpf3d_ros.recording.rock_entries import LINES, RockEntries
 from rpf3d_ros.recording.source_entries import SourceEntries
 from rpf3d_ros.recording.terrain_entries import TerrainEntries
+from rpf3d_ros.recording.thinning import WHOLE, Thinning
+from rpf3d_ros.recording.waiting import HeldLines, PacedMessages, Read
+
+MAPS = ("hazard/grid", "hazard/zones", "hazard/points")
+"""Topics of the hazard maps."""
+
+
+class Reading(NamedTuple):
+    """A message that is to be recorded: its topic, and a function that returns its entries.
+
+    entries : deserializes and converts the message. Raises MessageRefused
+    """
+
+    topic: str
+    entries: Callable[[], list[RecordingEntry]]
 
 
 class MessageLog:
@@ -21,24 +38,64 @@ class MessageLog:
     All messages with the stamp of the same sources belong to one event. A refused message gives no entry.
     """
 
-    def __init__(self, frame: MapFrame, mesh_frame: str, now: Callable[[], int]) -> None:
+    def __init__(self, frame: MapFrame, mesh_frame: str, now: Callable[[], int], thinning: Thinning = WHOLE) -> None:
         """Begin without terrain, areas or alerts.
 
         mesh_frame : frame of terrain/mesh
-        now : returns the time (ns since the epoch) for messages without a stamp
+        now : returns the time (ns since the epoch) at which the current message was received
         """
-        times = EntryTimes(now)
+        self._now, self._thinning, times = now, thinning, EntryTimes(now)
+        self._times, areas, self._alerts = times, AreaEntries(frame, times), AlertEntries(times)
+        answers = AnswerEntries(frame, times, None if thinning.is_whole else LastContents())
         self._makers: dict[str, EntryMaker] = {
             **TerrainEntries(frame, mesh_frame, times).makers(),
             **SourceEntries(frame, times).makers(),
-            **AreaEntries(frame, times).makers(),
-            **AnswerEntries(frame, times).makers(),
-            **AlertEntries(times).makers(),
+            **areas.makers(),
+            **answers.makers(),
+            **self._alerts.makers(),
         }
+        self._maps: dict[str, PacedMessages] = {}
+        self._waiting: dict[str, PacedMessages | HeldLines] = {}
+        if not thinning.is_whole:
+            rocks = RockEntries(frame, times, lambda: areas.rings, thinning.rocks)
+            self._makers.update(rocks.makers())
+            self._maps = {topic: PacedMessages(round(SECOND * thinning.maps_every)) for topic in MAPS}
+            self._waiting = {**self._maps, LINES: rocks.held}
+
+    def begin(self) -> list[RecordingEntry]:
+        """Return the entries that a recording begins with: the text that states what is left out."""
+        return [self._times.at(self._now(), lambda r: r.about(self._thinning.text), "about")]
+
+    def received(self, topic: str, read: Read) -> Iterator[Reading]:
+        """Yield what is to be recorded now that a message has been received; use each before the next is yielded.
+
+        topic : a key of TOPICS; read : deserializes the message. A message of terrain/mesh is read as CDR bytes.
+        """
+        yield from self.due()
+        waiting, changes = self._waiting.get(topic), self._alerts.changes
+        for each in waiting.take(self._now(), read) if waiting is not None else [read]:
+            yield self._reading(topic, each)
+        if self._alerts.changes != changes:
+            yield from (self._reading(name, each) for name, maps in self._maps.items() for each in maps.open())
+
+    def due(self) -> Iterator[Reading]:
+        """Yield the messages that have waited long enough; call it every second, also if no message is received."""
+        now_ns = self._now()
+        yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.due(now_ns))
+
+    def rest(self) -> Iterator[Reading]:
+        """Yield all messages that wait, before the recording ends."""
+        yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.rest())
 
     def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
-        """Return the entries of one message; topic : a key of TOPICS. A message of terrain/mesh is given as CDR bytes.
+        """Return the entries of what is to be recorded now that a message has been received.
 
         Raises MessageRefused.
         """
-        return list(self._makers[topic](message))
+        return [entry for reading in self.received(topic, lambda: message) for entry in reading.entries()]
+
+    def _reading(self, topic: str, read: Read) -> Reading:
+        return Reading(topic=topic, entries=partial(self._entries, topic, read))
+
+    def _entries(self, topic: str, read: Read) -> list[RecordingEntry]:
+        return list(self._makers[topic](read()))

@@ -31,8 +31,8 @@ Rerun interprets negative radii as radii on the screen.
 ARROW_LENGTH, LIFT = 3.0, 0.15
 """Length of a source's arrow (m); height of hazard facets above the ground, which would hide them (m)."""
 
-UNKNOWN = (0, 0, 0, 0)
-"""Colour of grid cells with unknown values."""
+UNKNOWN, PERCENT = 255, 100
+"""Number that stands for unknown values in the cells of a grid, which has one byte a cell; largest percentage."""
 
 FARTHER = 1.5
 """Factor by which trajectories must extend farther than before until the viewer's eye moves."""
@@ -62,6 +62,11 @@ class Recording:
         self._frames, self._lanes = 0, set[str]()
         self._log("/", self._rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._style()
+
+    def about(self, text: str) -> None:
+        """Add the text about the recording: what it leaves out; Markdown."""
+        document = self._rerun.TextDocument(text, media_type=self._rerun.MediaType.MARKDOWN)
+        self._log("about", document, static=True)
 
     def at(self, stamp_ns: int, event: int) -> None:
         """Set the time (ns since the epoch) and the number of the event for all following rows."""
@@ -167,11 +172,8 @@ class Recording:
 
     def grid(self, percent: NDArray[np.int8]) -> None:
         """Add the map of reach probability (H, W) in percent, southernmost row first, -1 for unknown values."""
-        colours = np.zeros((*percent.shape, 4), dtype=np.uint8)
-        colours[..., :3] = speed_colours(percent.ravel().clip(0).astype(float), 100.0).reshape(*percent.shape, 3)
-        colours[..., 3] = 255
-        colours[percent < 0] = UNKNOWN
-        self._log("plan/reach_probability", self._rerun.Image(colours[::-1]))
+        classes = np.where(percent < 0, UNKNOWN, percent).astype(np.uint8)
+        self._log("plan/reach_probability", self._rerun.SegmentationImage(classes[::-1], opacity=1.0))
 
     def hazard(self, level: str, corners: FloatArray, colour: Colour) -> None:
         """Add the facets of a hazard zone, corners (F, 3, 3) m, lifted so that the ground does not hide them."""
@@ -234,6 +236,7 @@ class Recording:
         rr = self._rerun
         rocks = rr.Points3D.from_fields(colors=[ROCK_COLOUR], radii=[-ROCK_PIXELS])
         self._log("trajectories/rocks", rocks, static=True)
+        self._log("plan", _colours_of_percentages(rr), static=True)
         step = rr.components.InterpolationMode.StepAfter
         self._log("alert_level", rr.SeriesLines(names=["level"], widths=[2.0], interpolation_mode=step), static=True)
         for name in ("largest", "p95"):
@@ -268,6 +271,13 @@ def file_recording(path: Path) -> Recording:
     except RuntimeError as error:
         raise OSError(str(error)) from error
     return Recording(stream, in_file=True)
+
+
+def _colours_of_percentages(rr: Any) -> Any:
+    """Return the colour and the label of each percentage and of unknown values, which are transparent."""
+    colours = speed_colours(np.arange(PERCENT + 1.0), float(PERCENT)).tolist()
+    known = [(percent, f"{percent} %", (*colour, 255)) for percent, colour in enumerate(colours)]
+    return rr.AnnotationContext([*known, (UNKNOWN, "unknown", (0, 0, 0, 0))])
 
 
 def _under(root: str, name: str) -> str:

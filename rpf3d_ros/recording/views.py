@@ -56,7 +56,8 @@ def blueprint(strips: Sequence[Strip] = ()) -> Any:
         *(
             rrb.TextLogView(origin=name.lower(), name=name, columns=columns)
             for name in ("Alerts", "Diagnostics", "Results")
-        )
+        ),
+        rrb.TextDocumentView(origin="about", name="About"),
     )
     panels = (
         rrb.BlueprintPanel(state="collapsed"),

@@ -11,9 +11,10 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rpf3d_core.ensemble.colours import speed_colours
+from rpf3d_core.ensemble.paths import evenly
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_ros.messages.map_frame import MapFrame
-from rpf3d_ros.messages.marker_messages import area_markers, evenly, trajectory_markers, zone_markers
+from rpf3d_ros.messages.marker_messages import area_markers, trajectory_markers, zone_markers
 from rpf3d_ros.messages.marker_reading import facets_of_markers, outlines_of_markers, strips_of_markers
 from rpf3d_ros.messages.refusals import MessageRefused
 

@@ -17,6 +17,7 @@ from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.nodes.recorder import FILE, RECORDING, RecorderNode, _opened
 from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 from rpf3d_ros.recording.incident_bag import IncidentBag
+from rpf3d_ros.recording.message_log import Reading
 
 
 class Stub(RecorderNode):
@@ -30,7 +31,16 @@ class Stub(RecorderNode):
     def set(self, part, level, message, values=None):
         self.states[part] = (level, message)
 
-    def entries(self, topic, message):
+    def received(self, topic, read):
+        yield Reading(topic, self.entries)
+
+    def due(self):
+        yield Reading("hazard/zones", self.entries)
+
+    def check(self):
+        pass
+
+    def entries(self):
         if self.unreadable:
             raise self.unreadable
         return []
@@ -44,11 +54,11 @@ class Stub(RecorderNode):
 @pytest.mark.parametrize("topic", ["impacts", "/diagnostics"])
 def test_a_file_that_cannot_be_written_is_a_diagnostic_and_the_node_lives_on(error, topic):
     node = Stub(error)
-    node._record(topic, None)
+    node._take(topic, None)
     assert node.states[FILE] == (ERROR, "live.rrd could not be written: no room")
     assert node.states[RECORDING][0] == ERROR
     node.fault = None
-    node._record("impacts", None)
+    node._take("impacts", None)
     assert node.states[RECORDING][0] == OK
     assert node.recorded == {"impacts": 1}
 
@@ -56,7 +66,7 @@ def test_a_file_that_cannot_be_written_is_a_diagnostic_and_the_node_lives_on(err
 def test_rows_that_were_lost_are_told_after_the_fault():
     node = Stub()
     node.lost = 3
-    node._record("impacts", None)
+    node._take("impacts", None)
     assert node.states[FILE] == (WARN, "writing again; rows that were lost before: 3")
 
 
@@ -64,15 +74,24 @@ def test_rows_that_were_lost_are_told_after_the_fault():
 def test_a_message_that_cannot_be_taken_apart_is_refused_and_the_node_lives_on(error, level):
     node = Stub()
     node.unreadable = error
-    node._record("impacts", None)
+    node._take("impacts", None)
     assert node.states["impacts"][0] == level
     assert "refused" in node.states["impacts"][1]
     assert not node.recorded
 
 
+def test_a_map_that_has_waited_and_is_refused_is_reported_under_its_own_topic(monkeypatch):
+    node = Stub()
+    monkeypatch.setattr(Stub, "_now_ns", lambda self: 1)
+    node.bag, node.unreadable = IncidentBag(""), InputError("bad")
+    node._look_after()
+    assert node.states["hazard/zones"] == (WARN, "message refused: bad")
+    assert node.states[RECORDING][0] == OK
+
+
 def test_diagnostics_are_recorded_as_all_else_and_not_counted():
     node = Stub()
-    node._record("/diagnostics", DiagnosticArray())
+    node._take("/diagnostics", DiagnosticArray)
     assert not node.recorded and not node.states
     assert COUNT_OF_RECORDED.endswith(RECORDING)
 

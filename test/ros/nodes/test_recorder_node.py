@@ -52,15 +52,16 @@ def pose(z):
 
 
 def event(second):
-    """Every message of an event, by topic, in the order in which they are sent."""
-    cloud = cloud_of_columns(header(second), columns())
+    """Every message of an event, by topic, in the order in which they are sent; no two events are equal."""
+    cloud = cloud_of_columns(header(second), columns() | {"energy": np.full(8, float(second))})
+    corners = np.full((1, 3, 3), float(second))
     return {
         "sources": PoseArray(header=header(second), poses=[pose(5.0)]),
         "trajectories/points": cloud,
         "impacts": cloud,
         "deposits": cloud,
         "trajectories": trajectory_markers(header(second), columns(), 200, 50),
-        "hazard/zones": zone_markers(header(second), [zone(n, np.zeros((1, 3, 3))) for n in ("passed", "stopped")]),
+        "hazard/zones": zone_markers(header(second), [zone(name, corners) for name in ("passed", "stopped")]),
     }
 
 

@@ -25,6 +25,7 @@ from rpf3d_ros.nodes.play_bag import inputs_of, with_times
 from rpf3d_ros.recording.bag_writer import BagWriter, typestore
 from rpf3d_ros.recording.from_bag import Raw, convert, messages_of, topics_of
 from rpf3d_ros.recording.incident_bag import IncidentBag
+from rpf3d_ros.recording.thinning import WHOLE, Thinning
 
 ROOT = Path(__file__).resolve().parents[3]
 NODE = "rpf3d_recorder"
@@ -106,7 +107,8 @@ def test_a_sqlite_bag_is_read_too(tmp_path):
     assert [raw.topic for raw in messages_of(tmp_path / "old")] == ["sources"]
 
 
-def test_damaged_messages_of_a_bag_are_refused_one_by_one(tmp_path):
+@pytest.mark.parametrize("thinning", [WHOLE, Thinning(rocks=3, maps_every=0.0)])
+def test_damaged_messages_of_a_bag_are_refused_one_by_one(tmp_path, thinning):
     rng = np.random.default_rng(6)
     bag, tried = BagWriter(tmp_path / "damaged"), 0
     for stamp_ns, topic, message in made.shift():
@@ -117,7 +119,7 @@ def test_damaged_messages_of_a_bag_are_refused_one_by_one(tmp_path):
             bag.write(topic, topic if topic.startswith("/") else f"/{topic}", stamp_ns, data.tobytes())
             tried += 1
     bag.close()
-    done = convert(tmp_path / "damaged", tmp_path / "out.rrd", MapFrame(), "map")
+    done = convert(tmp_path / "damaged", tmp_path / "out.rrd", MapFrame(), "map", thinning=thinning)
     assert sum(done.messages.values()) + len(done.refused) == tried
     assert len(done.refused) > tried // 20, "damage must reach the readers and be noticed there"
     verify(tmp_path / "out.rrd")
@@ -146,7 +148,7 @@ def test_the_live_recorder_and_its_own_bag_give_the_same_recording(stage):
             f"{counts[topic]} of {topic} recorded",
         )  # fmt: skip
     assert stage.clear() == [0]
-    done = convert(stage.folder / "incident_live", stage.folder / "again.rrd", MapFrame(), "map")
+    done = convert(stage.folder / "incident_live", stage.folder / "again.rrd", MapFrame(), "map", thinning=Thinning())
     live, again = rows_by_entity(file), rows_by_entity(stage.folder / "again.rrd")
     assert not done.refused
     same = set(live) - {"/diagnostics"}

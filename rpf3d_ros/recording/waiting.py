@@ -1,0 +1,75 @@
+"""Received messages that wait before they are recorded, so that most of them are never deserialized."""
+
+from collections.abc import Callable
+from typing import Any
+
+Read = Callable[[], Any]
+"""A function that deserializes a received message. Raises MessageRefused."""
+
+SETTLED = 1_000_000_000
+"""Time (ns) after which drawn lines no longer wait for the points of the same answer."""
+
+
+class PacedMessages:
+    """Lets the messages of a topic pass at a limited rate: the first at once, then the newest of each interval.
+
+    The intervals follow one another, so that it does not matter how often `due` is called.
+    """
+
+    def __init__(self, interval_ns: int) -> None:
+        self._interval, self._next = interval_ns, 0
+        self._waiting: Read | None = None
+        self._open = True
+
+    def take(self, now_ns: int, read: Read) -> list[Read]:
+        """Return what is recorded now that a message has been received: this message, or nothing."""
+        went_back = now_ns < self._next - self._interval
+        if self._open or went_back or now_ns >= self._next:
+            self._waiting, self._open, self._next = None, False, now_ns + self._interval
+            return [read]
+        self._waiting = read
+        return []
+
+    def due(self, now_ns: int) -> list[Read]:
+        """Return the waiting message if its interval is over."""
+        if self._waiting is None or now_ns < self._next:
+            return []
+        self._next += self._interval
+        return self.rest()
+
+    def open(self) -> list[Read]:
+        """Return the waiting message at once, and let the next message pass at once."""
+        self._open = True
+        return self.rest()
+
+    def rest(self) -> list[Read]:
+        """Return the waiting message, because nothing follows."""
+        waiting, self._waiting = self._waiting, None
+        return [waiting] if waiting is not None else []
+
+
+class HeldLines:
+    """Holds the drawn lines of an answer back until it is clear whether its points follow, which hold more."""
+
+    def __init__(self) -> None:
+        self._waiting: Read | None = None
+        self._since = 0
+
+    def take(self, now_ns: int, read: Read) -> list[Read]:
+        """Hold a message back, and return the one before it, whose points have not followed."""
+        before = self.rest()
+        self._waiting, self._since = read, now_ns
+        return before
+
+    def due(self, now_ns: int) -> list[Read]:
+        """Return the held message if its points have not followed in time, or if the clock went back."""
+        return self.rest() if not 0 <= now_ns - self._since < SETTLED else []
+
+    def drop(self) -> None:
+        """Forget the held message, because its points have been drawn."""
+        self._waiting = None
+
+    def rest(self) -> list[Read]:
+        """Return the held message, because nothing follows."""
+        waiting, self._waiting = self._waiting, None
+        return [waiting] if waiting is not None else []
