@@ -46,15 +46,43 @@ def parted_mesh(
 
     A vertex shared by several kinds is duplicated for each kind. A vertex without facets is left out.
     """
-    corner = triangles.astype(np.int64) * len(colours) + kind[:, None]
-    key, numbers = np.unique(corner, return_inverse=True)
-    parted, own = numbers.reshape(-1, 3), vertices[key // len(colours)]
+    vertex, own_kind, parted = _parted(triangles, kind, len(vertices))
+    own = vertices[vertex]
     return ColouredMesh(
         vertices=own.astype(np.float32),
         triangles=parted.astype(np.uint32),
         normals=_vertex_normals(own, parted).astype(np.float32),
-        colours=colours[key % len(colours)],
+        colours=colours[own_kind],
     )
+
+
+def _parted(
+    triangles: NDArray[np.integer], kind: NDArray[np.integer], count: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the pairs of vertex and kind that occur in facets, in order: vertices (N,), kinds (N,), and facets (F, 3).
+
+    The facets are indices into the pairs. Nearly all vertices have one kind, so only the few others are sorted: sorting
+    all corners of a large mesh would take most of the time of a recording.
+    """
+    last, used, mixed = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, dtype=bool)
+    for column in triangles.T:
+        last[column], used[column] = kind, 1
+    for column in triangles.T:
+        mixed[column[last[column] != kind]] = True
+    several = mixed[triangles]
+    kinds = int(kind.max(initial=0)) + 1
+    keys, place = np.unique((triangles * np.int64(kinds) + kind[:, None])[several], return_inverse=True)
+    np.add.at(used, keys // kinds, 1)
+    used[mixed] -= 1
+    begin = np.cumsum(used) - used
+    vertex = np.repeat(np.arange(count), used)
+    own_kind = last[vertex]
+    first = np.searchsorted(keys // kinds, keys // kinds)
+    at = begin[keys // kinds] + np.arange(len(keys)) - first
+    own_kind[at] = keys % kinds
+    parted = begin[triangles]
+    parted[several] = at[place]
+    return vertex, own_kind, parted
 
 
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:

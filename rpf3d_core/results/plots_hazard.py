@@ -26,7 +26,6 @@ from rpf3d_core.hazard.scales import (
     scale_of_height,
     scale_of_passages,
 )
-from rpf3d_core.results.findings import MapContent
 from rpf3d_core.results.hazard_words import words_on_empty
 from rpf3d_core.results.plots_profiles import save
 from rpf3d_core.results.plots_sheet import (
@@ -47,6 +46,7 @@ from rpf3d_core.results.plots_sheet import (
     window_with_areas,
 )
 from rpf3d_core.results.shading import hillshade
+from rpf3d_core.results.shown import MapContent
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.plan_view import Window, seen_from_above

@@ -13,7 +13,6 @@ from matplotlib.patches import Patch
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_groups
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
-from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.plots_profiles import hex_colour, save
 from rpf3d_core.results.plots_sheet import (
     OVERVIEW_PIXELS,
@@ -32,6 +31,7 @@ from rpf3d_core.results.plots_sheet import (
     window_with_areas,
 )
 from rpf3d_core.results.shading import shaded
+from rpf3d_core.results.shown import MapContent, RunCounts
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.terrain.plan_view import Window, seen_from_above

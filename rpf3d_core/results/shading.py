@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.colours import zone_colours
-from rpf3d_core.terrain.facets import Terrain, unit_normals
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.plan_view import PlanView
 
 LIGHT = np.array([-0.5, 0.5, 0.7071])
@@ -43,10 +44,20 @@ def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8], ambie
     """
     shown = view.facet >= 0
     facets, place = np.unique(view.facet[shown], return_inverse=True)
-    normals = unit_normals(terrain.vertices, terrain.triangles[facets])
-    upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
-    brightness = ambient + (1.0 - ambient) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
+    towards = np.clip(upward_normals(terrain.vertices, terrain.triangles[facets]) @ LIGHT, 0.0, 1.0)
+    brightness = ambient + (1.0 - ambient) * towards / LIGHT[2]
     colour = np.clip(zone_colour[terrain.zone[facets]] * brightness[:, None], 0, 255)
     picture = np.zeros((*view.facet.shape, 4), dtype=np.uint8)
     picture[shown, :3], picture[shown, 3] = colour[place], 255
     return picture
+
+
+def upward_normals(vertices: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
+    """Return the unit normals (F, 3) of facets on their upper side; zero for a facet without area.
+
+    Not the compiled loop of the engines: a process that only draws pictures loads no compiled code.
+    """
+    corners = vertices[triangles]
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(area, axis=1) * np.where(area[:, 2] < 0.0, -1.0, 1.0)
+    return np.asarray(np.divide(area, length[:, None], out=np.zeros_like(area), where=length[:, None] != 0.0))

@@ -10,12 +10,12 @@ from matplotlib.image import imread
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours
 from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.results import plots_hazard, plots_map, plots_profiles
-from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.plots_map import rocks_window, write_map
 from rpf3d_core.results.plots_profiles import RESOLUTION, write_profile_plots
 from rpf3d_core.results.plots_sheet import MOST_RELEASES, round_length, starts_of, whole_window
 from rpf3d_core.results.profiles import profile_of, terrain_below, typical_rows
 from rpf3d_core.results.shading import shaded
+from rpf3d_core.results.shown import MapContent, RunCounts
 from rpf3d_core.results.tables import runout
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.plan_view import Window, seen_from_above

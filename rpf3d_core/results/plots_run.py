@@ -1,0 +1,38 @@
+"""Draw all pictures of a run: the hazard maps, the profiles, the map of the rocks, and the convergence."""
+
+from pathlib import Path
+
+from rpf3d_core.results.plots_convergence import write_convergence
+from rpf3d_core.results.plots_hazard import write_hazard_pictures
+from rpf3d_core.results.plots_map import write_map
+from rpf3d_core.results.plots_profiles import write_profile_plots
+from rpf3d_core.results.shown import MapContent, RunPictures
+from rpf3d_core.terrain.facets import Terrain
+
+
+class Painter:
+    """Draws the pictures of one run: first `begin` with the terrain, then `draw` when the rocks have flown.
+
+    A second process makes this object while the main process reads the scene; see `painting.Painting`.
+    """
+
+    def begin(self, terrain: Terrain) -> None:
+        """Take the terrain of the run."""
+        self._terrain = terrain
+
+    def draw(self, folder: Path, shown: RunPictures) -> None:
+        """Write all pictures into a result folder, with the points of the profiles in `profiles/`.
+
+        The folder `hazard/` exists already.
+        """
+        content = MapContent(name=shown.name, terrain=self._terrain, areas=shown.areas, flown=shown.flown)
+        flights, samples, flown = shown.flights, shown.samples, shown.flown
+        write_hazard_pictures(folder / "hazard", content, shown.maps, flights.deposits.release)
+        if len(samples.starts):
+            profiles = folder / "profiles"
+            profiles.mkdir()
+            write_profile_plots(profiles, shown.sources, self._terrain, flights, samples, shown.gravity, flown)
+        write_map(folder / "map.png", content, flights.deposits, samples, shown.obstacles)
+        if shown.target is not None:
+            name = f"{shown.name}, {flown.describe()}"
+            write_convergence(folder / "convergence.png", name, shown.steps, shown.target)
