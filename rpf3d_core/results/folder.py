@@ -157,7 +157,6 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
         A file that the scene names for the summary is damaged.
     """
     start = time.perf_counter()
-    facts = summary(findings)
     paths, scene = findings.flights.paths, findings.scene
     rows, deposits = displayed_rows(paths, scene.outputs.trajectories), findings.flights.deposits
     moments = moments_of(blocks_of(scene, deposits), deposits)
@@ -166,6 +165,7 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
     (folder / "hazard").mkdir()
     if scene.outputs.pictures:
         _write_pictures(folder, findings, samples, painting)
+    facts = summary(findings)
     _write_paths(folder, findings, samples)
     write_hazard(folder / "hazard", findings.terrain, findings.maps, scene.hazard, scene.terrain.crs)
     if findings.maps.sets is not None:

@@ -47,15 +47,15 @@ class Painting:
         if self._second is not None and self._second.has_begun():
             self._second.ask("draw", folder, shown)
             return
-        self.leave_out()
+        self.end()
         from rpf3d_core.results.plots_run import Painter  # only a run with pictures needs matplotlib
 
         painter = Painter()
         painter.begin(terrain)
         painter.draw(folder, shown)
 
-    def leave_out(self) -> None:
-        """End the second process, because the run has no pictures or draws them in this process."""
+    def end(self) -> None:
+        """End the second process; pictures that are not complete are lost."""
         if self._second is not None:
             self._second.end()
             self._second = None
@@ -96,4 +96,6 @@ def painting(threads: int | None = None) -> Iterator[Painting]:
         yield Painting()
         return
     with second_process(*PAINTER) as second:
+        if second is not None:
+            second.ask("warm_up")
         yield Painting(second)

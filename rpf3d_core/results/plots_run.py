@@ -6,6 +6,8 @@ from rpf3d_core.results.plots_convergence import write_convergence
 from rpf3d_core.results.plots_hazard import write_hazard_pictures
 from rpf3d_core.results.plots_map import write_map
 from rpf3d_core.results.plots_profiles import write_profile_plots
+from rpf3d_core.results.plots_sheet import OVERVIEW_PIXELS, warm_up, whole_window
+from rpf3d_core.results.shading import GroundPictures
 from rpf3d_core.results.shown import MapContent, RunPictures
 from rpf3d_core.terrain.facets import Terrain
 
@@ -16,9 +18,14 @@ class Painter:
     A second process makes this object while the main process reads the scene; see `painting.Painting`.
     """
 
+    def warm_up(self) -> None:
+        """Draw a map that is not kept, because the first picture of a process takes a tenth of a second longer."""
+        warm_up()
+
     def begin(self, terrain: Terrain) -> None:
-        """Take the terrain of the run."""
-        self._terrain = terrain
+        """Take the terrain of the run, and prepare the small overview of it that most maps have."""
+        self._terrain, self._ground = terrain, GroundPictures(terrain)
+        self._ground.shaded(whole_window(terrain), OVERVIEW_PIXELS)
 
     def draw(self, folder: Path, shown: RunPictures) -> None:
         """Write all pictures into a result folder, with the points of the profiles in `profiles/`.
@@ -27,12 +34,12 @@ class Painter:
         """
         content = MapContent(name=shown.name, terrain=self._terrain, areas=shown.areas, flown=shown.flown)
         flights, samples, flown = shown.flights, shown.samples, shown.flown
-        write_hazard_pictures(folder / "hazard", content, shown.maps, flights.deposits.release)
+        write_hazard_pictures(folder / "hazard", content, shown.maps, flights.deposits.release, self._ground)
         if len(samples.starts):
             profiles = folder / "profiles"
             profiles.mkdir()
             write_profile_plots(profiles, shown.sources, self._terrain, flights, samples, shown.gravity, flown)
-        write_map(folder / "map.png", content, flights.deposits, samples, shown.obstacles)
+        write_map(folder / "map.png", content, flights.deposits, samples, shown.obstacles, self._ground)
         if shown.target is not None:
             name = f"{shown.name}, {flown.describe()}"
             write_convergence(folder / "convergence.png", name, shown.steps, shown.target)

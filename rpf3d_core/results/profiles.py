@@ -94,10 +94,14 @@ def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    plan = terrain.vertices[:, :2]
-    below, above = (plan < low)[terrain.triangles], (plan > high)[terrain.triangles]
-    outside = below.all(axis=1) | above.all(axis=1)
-    return np.flatnonzero(~outside.any(axis=1))
+    # One bit for each side of the box (Cohen and Sutherland): a facet with all corners beyond one side is outside.
+    side = np.zeros(len(terrain.vertices), dtype=np.uint8)
+    for axis in range(2):
+        place = terrain.vertices[:, axis]
+        side |= (place < low[axis]).astype(np.uint8) << (2 * axis)
+        side |= (place > high[axis]).astype(np.uint8) << (2 * axis + 1)
+    a, b, c = terrain.triangles.T
+    return np.flatnonzero((side[a] & side[b] & side[c]) == 0)
 
 
 def _mesh(terrain: Terrain, facets: IntArray) -> vtkPolyData:

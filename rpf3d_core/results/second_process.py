@@ -15,15 +15,17 @@ import struct
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any, BinaryIO
 
 from rpf3d_core.jit.child_python import command_of, environment_of_child
 
-SIZE = struct.Struct("<Q")
-"""Form of the size (bytes) before each message between the processes."""
+NUMBER = struct.Struct("<Q")
+"""Form of a number between the processes: how many parts a message has, and the size (bytes) of each part."""
+Message = Sequence[bytes | bytearray | memoryview]
+"""A value as bytes: the pickle, and the large arrays that it refers to."""
 READY = b"rpf3d: ready\n"
 """First bytes that the second process writes; another program in place of Python writes something else."""
 PATIENCE = 20.0
@@ -42,7 +44,7 @@ class SecondProcess:
         self._process = process
         self._open = 0
         self._began: bool | None = None
-        self._requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._requests: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
         self._answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
         threading.Thread(target=_send, args=(process.stdin, self._requests), daemon=True).start()
         threading.Thread(target=_listen, args=(process.stdout, self._answers), daemon=True).start()
@@ -57,9 +59,12 @@ class SecondProcess:
         return self._began
 
     def ask(self, method: str, *arguments: Any) -> None:
-        """Request the call of a method; returns at once. The arguments are values that can be pickled."""
+        """Request the call of a method; returns at once. The arguments are values that can be pickled.
+
+        Arrays are not copied, so they must not change until `wait` returns.
+        """
         self._open += 1
-        self._requests.put(pickle.dumps((method, arguments), protocol=pickle.HIGHEST_PROTOCOL))
+        self._requests.put(_packed((method, arguments)))
 
     def wait(self) -> None:
         """Wait until all requests are done.
@@ -131,7 +136,7 @@ def _how(code: int) -> str:
     return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
 
 
-def _send(pipe: BinaryIO, requests: "queue.SimpleQueue[bytes | None]") -> None:
+def _send(pipe: BinaryIO, requests: "queue.SimpleQueue[Message | None]") -> None:
     """Write requests to the second process until None; a process that does not read them must not hold up a run."""
     with suppress(OSError), pipe:  # OSError: the process has ended
         while (request := requests.get()) is not None:
@@ -140,29 +145,48 @@ def _send(pipe: BinaryIO, requests: "queue.SimpleQueue[bytes | None]") -> None:
 
 def _listen(pipe: BinaryIO, answers: "queue.SimpleQueue[Any]") -> None:
     """Pass the messages of the second process to a queue: BEGUN, the answers to requests, and ENDED after the last."""
-    with suppress(OSError, EOFError), pipe:
-        if pipe.read(len(READY)) == READY:
-            answers.put(BEGUN)
-            while True:
-                answers.put(pickle.loads(_read(pipe)))
-    answers.put(ENDED)
+    try:
+        with suppress(OSError, EOFError), pipe:
+            if pipe.read(len(READY)) == READY:
+                answers.put(BEGUN)
+                while True:
+                    answers.put(_unpacked(_read(pipe)))
+    finally:
+        answers.put(ENDED)
 
 
-def _write(pipe: BinaryIO, message: bytes) -> None:
-    pipe.write(SIZE.pack(len(message)))
-    pipe.write(message)
+def _packed(value: Any) -> Message:
+    """Return a value as a message; large arrays are parts of their own, which need not be copied."""
+    buffers: list[pickle.PickleBuffer] = []
+    head = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
+    return [head, *(buffer.raw() for buffer in buffers)]
+
+
+def _unpacked(message: Message) -> Any:
+    return pickle.loads(message[0], buffers=message[1:])
+
+
+def _write(pipe: BinaryIO, message: Message) -> None:
+    pipe.write(NUMBER.pack(len(message)))
+    for part in message:
+        pipe.write(NUMBER.pack(len(part)))
+        pipe.write(part)
     pipe.flush()
 
 
-def _read(pipe: BinaryIO) -> bytes:
+def _read(pipe: BinaryIO) -> Message:
     """Return the next message; EOFError at the end of the pipe."""
-    (size,) = SIZE.unpack(_bytes(pipe, SIZE.size))
-    return _bytes(pipe, size)
+    return [_bytes(pipe, _number(pipe)) for _ in range(_number(pipe))]
 
 
-def _bytes(pipe: BinaryIO, size: int) -> bytes:
-    content = pipe.read(size)
-    if len(content) < size:
+def _number(pipe: BinaryIO) -> int:
+    (number,) = NUMBER.unpack(_bytes(pipe, NUMBER.size))
+    return int(number)
+
+
+def _bytes(pipe: BinaryIO, size: int) -> bytearray:
+    content = bytearray(size)
+    if pipe.readinto(content) < size:  # type: ignore[attr-defined]
         raise EOFError
     return content
 
@@ -174,21 +198,21 @@ def main(module: str, name: str) -> None:
     sys.modules["numba"] = None  # type: ignore[assignment]  # not imported: its import takes longer than it gains here
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not count as an answer
-    requests: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    requests: queue.SimpleQueue[Message] = queue.SimpleQueue()
     threading.Thread(target=_take, args=(requests,), daemon=True).start()
     answers.write(READY)
     answers.flush()
     try:
         worker = getattr(import_module(module), name)()
         while True:
-            method, arguments = pickle.loads(requests.get())
+            method, arguments = _unpacked(requests.get())
             getattr(worker, method)(*arguments)
-            _write(answers, pickle.dumps(None))
+            _write(answers, _packed(None))
     except Exception as fault:
         _write(answers, _pickled(fault))
 
 
-def _take(requests: "queue.SimpleQueue[bytes]") -> None:
+def _take(requests: "queue.SimpleQueue[Message]") -> None:
     """Put each request that arrives into a queue; end the process when the main process has ended."""
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
@@ -199,13 +223,13 @@ def _take(requests: "queue.SimpleQueue[bytes]") -> None:
         os._exit(1)
 
 
-def _pickled(fault: Exception) -> bytes:
+def _pickled(fault: Exception) -> Message:
     """Return an exception for the main process; one that cannot be pickled as a RuntimeError with its words."""
     with suppress(Exception):
-        content = pickle.dumps(fault)
-        pickle.loads(content)
-        return content
-    return pickle.dumps(RuntimeError(f"{type(fault).__name__}: {fault}"))
+        message = _packed(fault)
+        _unpacked(message)
+        return message
+    return _packed(RuntimeError(f"{type(fault).__name__}: {fault}"))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Run a scene: read it, fly its rocks, count them, and write the result; `rpf3d run` does the same."""
 
 import time
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ from rpf3d_core.setup.prepared import (
 )
 from rpf3d_core.setup.rounds import AnyRound, Round, growing_rounds, rounds_of
 from rpf3d_core.simulation.engines import spins_of
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
 SHOWN = 10_000
@@ -127,8 +128,12 @@ def run_scene(
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with result_folder(folder) as part, _painting(chosen, control) as drawn, precompiler_of(chosen) as precompiler:
-        prepared = prepare(chosen, precompiler.before_index)
-        drawn.begin(prepared.terrain)
+
+        def before_index(terrain: Terrain) -> None:
+            drawn.begin(terrain)
+            precompiler.before_index()
+
+        prepared = prepare(chosen, before_index)
         with _tables(part, prepared) as sink:
             run = _fly(prepared, precompiler, SHOWN, sink, control)
         if control.writing:
@@ -137,14 +142,19 @@ def run_scene(
     return run
 
 
-def _painting(scene: Scene, control: RunControl) -> AbstractContextManager[Painting]:
-    """Return the painting of a run: the caller's, or a new one; without a second process if there are no pictures."""
-    given = control.painting
-    if not scene.outputs.pictures:
-        if given is not None:
-            given.leave_out()
-        return nullcontext(Painting())
-    return painting(control.threads) if given is None else nullcontext(given)
+@contextmanager
+def _painting(scene: Scene, control: RunControl) -> Iterator[Painting]:
+    """Yield the painting of a run, the caller's or a new one; its second process ends with the `with` block.
+
+    So after an error no process writes into a folder that is being deleted.
+    """
+    with painting(control.threads) if control.painting is None else nullcontext(control.painting) as drawn:
+        try:
+            if not scene.outputs.pictures:
+                drawn.end()
+            yield drawn
+        finally:
+            drawn.end()
 
 
 def fly_into(folder: Path, prepared: Prepared, control: RunControl = UNCONTROLLED) -> Run:

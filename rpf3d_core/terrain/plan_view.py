@@ -66,10 +66,10 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
     scale = np.array([shape[1] / window.width, shape[0] / window.height])
     in_pixels = terrain.vertices * (*scale, 1.0) - (*(np.array([window.left, window.bottom]) * scale + 0.5), 0.0)
     for chunk, pixel, height in _candidates(in_pixels, terrain.triangles, shape):
-        above = height > highest[pixel]
-        order = np.flatnonzero(above)[np.argsort(height[above], kind="stable")]
-        # Of several candidates for one pixel the last one assigned stays, which is the highest.
-        highest[pixel[order]], facet[pixel[order]] = height[order], chunk[order]
+        before = highest[pixel]
+        np.maximum.at(highest, pixel, height)
+        top = (height > before) & (height == highest[pixel])
+        facet[pixel[top]] = chunk[top]  # of several candidates with the same height, the last one assigned stays
     return PlanView(facet.reshape(shape), window)
 
 

@@ -126,7 +126,7 @@ def test_pictures_that_the_scene_leaves_out_need_no_process(tmp_path: Path, two_
     with painting() as drawn:
         assert drawn._second is not None
         number = drawn._second._process.pid
-        drawn.leave_out()
+        drawn.end()
         assert not is_there(number)
         drawn.wait()
     assert drawn.waited_s == 0.0
