@@ -11,6 +11,7 @@ from rpf3d_core.ensemble.flights import Deposits, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.formats.vtk_mesh import triangle_mesh
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.plan_view import Window, facets_near
 from rpf3d_core.values import DEPOSITED
 
 ABOVE_CONTACT = 0.05
@@ -93,15 +94,8 @@ def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
     """Return the facets (F,) that may lie below points (N, 3) m: their boxes in plan meet the box of the points."""
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    # One bit for each side of the box (Cohen and Sutherland): a facet with all corners beyond one side is outside.
-    side = np.zeros(len(terrain.vertices), dtype=np.uint8)
-    for axis in range(2):
-        place = terrain.vertices[:, axis]
-        side |= (place < low[axis]).astype(np.uint8) << (2 * axis)
-        side |= (place > high[axis]).astype(np.uint8) << (2 * axis + 1)
-    a, b, c = terrain.triangles.T
-    return np.flatnonzero((side[a] & side[b] & side[c]) == 0)
+    (left, bottom), (right, top) = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    return facets_near(terrain, Window(left=left, right=right, bottom=bottom, top=top))
 
 
 def _mesh(terrain: Terrain, facets: IntArray) -> vtkPolyData:

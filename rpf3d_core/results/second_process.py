@@ -21,6 +21,7 @@ from importlib import import_module
 from typing import Any, BinaryIO
 
 from rpf3d_core.jit.child_python import command_of, environment_of_child
+from rpf3d_core.jit.garbage import collect_less_often
 
 NUMBER = struct.Struct("<Q")
 """Form of a number between the processes: how many parts a message has, and the size (bytes) of each part."""
@@ -195,6 +196,7 @@ def main(module: str, name: str) -> None:
     """Make the object that works, and do what the main process requests; the first failure ends the work."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
+    collect_less_often()
     sys.modules["numba"] = None  # type: ignore[assignment]  # not imported: its import takes longer than it gains here
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not count as an answer

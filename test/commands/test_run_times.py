@@ -14,8 +14,9 @@ from rpf3d_core.commands import run_times as module
 from rpf3d_core.commands.run_times import Part, RunTimes, words_of
 
 ROUNDING = 1e-9
-ENDS = 0.5
-"""Seconds that a process may take to end after its last line, on a busy machine."""
+ENDS = 1.0
+"""Time that a process may take to start Python and to end after its last line, over the time that it prints, and
+least time (s); on an idle machine it takes a tenth of a second."""
 
 
 def a_run() -> Any:

@@ -16,6 +16,14 @@ def children_of(pid: int) -> list[int]:
     return [each for each in everyone if is_there(each) and _fields(each)[1:2] == [str(pid)]]
 
 
+def threads_of(pid: int) -> int:
+    """Return how many threads a process has; 0 if it has ended."""
+    try:
+        return len(list((PROC / str(pid) / "task").iterdir()))
+    except OSError:
+        return 0
+
+
 def _state(pid: int) -> str:
     return (_fields(pid) or [""])[0]
 
