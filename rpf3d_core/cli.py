@@ -31,6 +31,7 @@ from rpf3d_core.commands.sensitivity import sensitivity
 from rpf3d_core.commands.study import study
 from rpf3d_core.commands.sweep import sweep
 from rpf3d_core.errors import InputError
+from rpf3d_core.jit.garbage import collect_less_often
 
 COMMANDS = (
     new, desk, run, check, sweep, calibrate, sensitivity, cost, effects, materials, pit, schema, report, replay,
@@ -55,6 +56,7 @@ app.add_typer(imports, name="import")
 
 def main() -> None:
     """Run the command `rpf3d` with the arguments that the user typed."""
+    collect_less_often()
     try:
         app(standalone_mode=True)
     except InputError as fault:

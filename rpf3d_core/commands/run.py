@@ -11,8 +11,10 @@ from rich.table import Table
 from rpf3d_core.commands.cost import rocks_within
 from rpf3d_core.commands.options import EngineOption, RocksOption, SceneFile, number_of_rocks
 from rpf3d_core.commands.progress import interruptible, progress
+from rpf3d_core.commands.run_times import RunTimes, words_of
 from rpf3d_core.commands.screen import GAP, end_interrupted, print_warnings, rocks_in_words, screen
 from rpf3d_core.errors import InputError
+from rpf3d_core.results.painting import painting
 from rpf3d_core.values import Outcome
 
 if TYPE_CHECKING:
@@ -35,12 +37,12 @@ def run(
 
     Ctrl-C or SIGTERM while rocks fly stops the run; the rocks flown so far give a result that is marked as partial.
     """
-    from rpf3d_core.runs.run import RunControl, run_scene
-
-    began: list[float] = []
+    times = RunTimes()
     try:
-        chosen, wanted = _chosen(scene, out, rocks, accuracy)
-        with interruptible() as (stop, flying), progress() as (begin, writing):
+        chosen, wanted = _chosen(scene, out, rocks, accuracy, times)
+        # The second process that draws the pictures starts before this process imports anything large.
+        with painting() as pictures, interruptible() as (stop, flying), progress() as (begin, writing):
+            from rpf3d_core.runs.run import RunControl, run_scene
 
             def start(number: int) -> Callable[[int], None]:
                 flying(True)
@@ -48,33 +50,38 @@ def run(
 
             def write() -> None:
                 flying(False)
-                began.append(time.perf_counter())
                 writing()
 
-            control = RunControl(progress=start, stop=stop, writing=write)
+            control = RunControl(progress=start, stop=stop, writing=write, painting=pictures)
             result = run_scene(chosen, out, wanted, engine, seed, control)
     except KeyboardInterrupt:
         end_interrupted("nothing was written")
-    _print_run(result, time.perf_counter() - began[0])
+    _print_run(result, words_of(times.parts(result, pictures.waited_s, time.perf_counter())))
     screen.print(f"results in {out.resolve()}", soft_wrap=True)
     if (flown := result.totals.rocks) < (planned := result.planned):
         end_interrupted(f"{flown:,} of {rocks_in_words(planned)} have flown, and the result says that it is partial")
 
 
-def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -> "tuple[Path | Scene, Rocks]":
+def _chosen(
+    scene: Path, out: Path, rocks: str | None, accuracy: float | None, times: RunTimes
+) -> "tuple[Path | Scene, Rocks]":
     """Return the scene to run and its number of rocks, from --rocks or --accuracy; `InputError` if both are given."""
     if accuracy is None:
         return scene, number_of_rocks(rocks)
     if rocks is not None:
         raise InputError("--rocks and --accuracy both say how many rocks fly; give one of them")
-    return rocks_within(accuracy, scene, out)
+    began = time.perf_counter()
+    try:
+        return rocks_within(accuracy, scene, out)
+    finally:
+        times.measured_s = time.perf_counter() - began
 
 
-def _print_run(result: "Run", write_s: float) -> None:
-    """Print the summary of a run on the screen: results, warnings, and the seconds it took."""
+def _print_run(result: "Run", times: str) -> None:
+    """Print the summary of a run on the screen: results, warnings, and the seconds it took (`times`)."""
     from rpf3d_core.results.notes import warnings_of_run
 
-    prepared, totals, flights = result.prepared, result.totals, result.flights
+    totals, flights = result.totals, result.flights
     _print_outcomes(result)
     _print_benches(result)
     _print_maps(result)
@@ -84,12 +91,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (
         f" and {totals.pieces:,} pieces of them" if totals.pieces else ""
     )
-    screen.print(
-        f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: "
-        f"read {prepared.read_s:.1f} s, index {prepared.index_s:.1f} s, compile {flights.compile_s:.1f} s, "
-        f"fly {flights.fly_s:.2f} s, write {write_s:.1f} s",
-        soft_wrap=True,
-    )
+    screen.print(f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: {times}", soft_wrap=True)
     if result.scene.method.stepping is not None:
         screen.print(f"method {result.scene.method.describe()}; `method: events` is exact", soft_wrap=True)
     _print_convergence(result)

@@ -4,9 +4,7 @@ Some of these libraries crash, hang or use all memory on damaged files.
 """
 
 import importlib
-import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -15,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.jit.child_python import command_of, environment_of_child
 
 REFUSED = 2
 """Exit code of the separate process if it refuses a file; the reason is on its standard output."""
-HOME = Path(__file__).parents[2]
-"""Folder that contains the package `rpf3d_core`, so that the separate process finds the package."""
 
 Arrays = dict[str, Any]
 """Arrays by name: what a reader in the separate process returns."""
@@ -39,8 +36,8 @@ def read_apart(path: Path, reader: str, *options: str) -> Arrays:
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "arrays.npz"
         done = subprocess.run(
-            [sys.executable, "-P", "-m", "rpf3d_core.formats.apart_child", reader, str(path), str(result), *options],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])},
+            command_of("rpf3d_core.formats.apart_child", reader, str(path), str(result), *options),
+            env=environment_of_child(),
             capture_output=True,
             check=False,
         )

@@ -15,9 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rasterio
 from affine import Affine
-from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.surface import MOST_TRIANGLES, FileMesh
@@ -63,6 +61,8 @@ def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
     TerrainError
         As `read_dem`.
     """
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
@@ -74,6 +74,8 @@ def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
 
 def _read_numbers(path: Path, kind: str) -> tuple[FloatArray, Affine]:
     """Return the numbers and the transform of a grid, as `read_grid` does; errors of rasterio are passed on."""
+    import rasterio  # takes a tenth of a second, and only grids need it
+
     is_text = path.name.lower().endswith((".asc", ".asc.gz"))
     name = f"/vsigzip/{path.absolute()}" if path.suffix.lower() == ".gz" else str(path)
     options: dict[str, Any] = {"driver": "AAIGrid", "DATATYPE": "Float64"} if is_text else {"driver": "GTiff"}

@@ -4,20 +4,20 @@ import json
 import logging
 from functools import lru_cache
 from pathlib import Path
-
-import rasterio
-from rasterio.crs import CRS
-from rasterio.errors import CRSError, RasterioError
+from typing import TYPE_CHECKING
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.frame import Up
+
+if TYPE_CHECKING:  # rasterio takes a tenth of a second to import, and only a scene with a reference system needs it
+    from rasterio.crs import CRS
 
 GEOTIFF = (".tif", ".tiff")
 
 logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
-def reference_system(name: str | None, up: Up) -> CRS | None:
+def reference_system(name: str | None, up: Up) -> "CRS | None":
     """Return the coordinate reference system of the horizontal coordinates of the input; None if the scene names none.
 
     With `up: y` the result is also None: plan coordinates are then x and z, z points south, and no reference system has
@@ -37,6 +37,8 @@ def reference_system(name: str | None, up: Up) -> CRS | None:
 
 def why_unusable(name: str) -> str | None:
     """Return why a coordinate reference system cannot be used for a terrain in metres; None if it can be used."""
+    from rasterio.errors import CRSError
+
     try:
         system = _named(name)
     except CRSError:
@@ -53,6 +55,8 @@ def are_same(name: str, other: str) -> bool:
 
 def is_in_degrees(name: str) -> bool:
     """True if a coordinate reference system is known and in degrees, such as WGS84 (EPSG:4326)."""
+    from rasterio.errors import CRSError
+
     try:
         return bool(_named(name).is_geographic)
     except CRSError:
@@ -104,6 +108,9 @@ def _stated(path: Path, changed: int, size: int) -> str | None:
 
 
 def _of_geotiff(path: Path) -> str | None:
+    import rasterio
+    from rasterio.errors import RasterioError
+
     try:
         with rasterio.open(path, driver="GTiff") as grid:
             system = grid.crs
@@ -128,7 +135,10 @@ def _of_geojson(path: Path) -> str | None:
     return f"EPSG:{words[-1]}" if words[0] == "EPSG" and words[-1].isdecimal() else None
 
 
-def _named(name: str) -> CRS:
+def _named(name: str) -> "CRS":
     """Return the coordinate reference system with a name; raise CRSError if the name is unknown."""
+    import rasterio
+    from rasterio.crs import CRS
+
     with rasterio.Env():  # without Env, GDAL and PROJ print their errors to the terminal
         return CRS.from_user_input(name)

@@ -18,17 +18,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from rpf3d_core.jit.cache import compile_apart, compiled_apart, is_cached, keeps_compiled
-from rpf3d_core.jit.cores import usable_cores
+from rpf3d_core.jit.child_python import command_of, environment_of_child
+from rpf3d_core.jit.cores import has_spare_core
 
 PATIENCE = 60.0
 """Longest time (s) that the main process waits for the background process; an idle machine needs 15 s for all loops."""
-FEWEST_CORES = 2
-HOME = Path(__file__).parents[2]
-"""Folder that contains the package `rpf3d_core`, so that the background process finds it from any folder."""
 
 Call = tuple[Any, tuple[Any, ...]]
 """A loop (a function to compile) with example arguments, which have exactly the types of the later arguments."""
@@ -138,12 +135,6 @@ def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
         compiler.end()
 
 
-def has_spare_core() -> bool:
-    """True if a processor core is free for the background process; two processes need a sixth more computing time."""
-    cores = usable_cores()
-    return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)
-
-
 def _are_missing(loops: Sequence[Any]) -> bool:
     """True if a background process helps: no loop is in the disk cache, and the cache can store all loops."""
     return all(hasattr(loop, "typeof_pyval") and not is_cached(loop) and keeps_compiled(loop) for loop in loops)
@@ -166,11 +157,10 @@ def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
     """Return the started background process, with the modules of the loops; None if the process cannot be started."""
     modules = {loop.__module__ for loop in loops}
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])}
     with suppress(OSError):
         return subprocess.Popen(
-            [sys.executable, "-P", "-m", __name__, *sorted(modules)],
-            env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            command_of(__name__, *sorted(modules)), env=environment_of_child(), stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         )  # fmt: skip
     return None
 

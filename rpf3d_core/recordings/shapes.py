@@ -16,6 +16,9 @@ SPEED_STEPS = 16
 rerun gives a line one colour.
 """
 
+BLOCK = 2**14
+"""Number of facets whose areas are computed at a time, so that they stay in the processor's cache."""
+
 
 class ColouredMesh(NamedTuple):
     """A mesh with a colour at each vertex, as the viewer draws it.
@@ -46,15 +49,43 @@ def parted_mesh(
 
     A vertex shared by several kinds is duplicated for each kind. A vertex without facets is left out.
     """
-    corner = triangles.astype(np.int64) * len(colours) + kind[:, None]
-    key, numbers = np.unique(corner, return_inverse=True)
-    parted, own = numbers.reshape(-1, 3), vertices[key // len(colours)]
+    vertex, own_kind, parted = _parted(triangles, kind, len(vertices))
+    own = vertices[vertex]
     return ColouredMesh(
         vertices=own.astype(np.float32),
         triangles=parted.astype(np.uint32),
         normals=_vertex_normals(own, parted).astype(np.float32),
-        colours=colours[key % len(colours)],
+        colours=colours[own_kind],
     )
+
+
+def _parted(
+    triangles: NDArray[np.integer], kind: NDArray[np.integer], count: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the pairs of vertex and kind that occur in facets, in order: vertices (N,), kinds (N,), and facets (F, 3).
+
+    The facets are indices into the pairs. Nearly all vertices have one kind, so only the few others are sorted: sorting
+    all corners of a large mesh would take most of the time of a recording.
+    """
+    last, used, mixed = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, dtype=bool)
+    for column in triangles.T:
+        last[column], used[column] = kind, 1
+    for column in triangles.T:
+        mixed[column[last[column] != kind]] = True
+    several = mixed[triangles]
+    kinds = int(kind.max(initial=0)) + 1
+    keys, place = np.unique((triangles * np.int64(kinds) + kind[:, None])[several], return_inverse=True)
+    np.add.at(used, keys // kinds, 1)
+    used[mixed] -= 1
+    begin = np.cumsum(used) - used
+    vertex = np.repeat(np.arange(count), used)
+    own_kind = last[vertex]
+    first = np.searchsorted(keys // kinds, keys // kinds)
+    at = begin[keys // kinds] + np.arange(len(keys)) - first
+    own_kind[at] = keys % kinds
+    parted = begin[triangles]
+    parted[several] = at[place]
+    return vertex, own_kind, parted
 
 
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
@@ -80,10 +111,22 @@ def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArr
 
 def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
     """Return unit normals (N, 3) at vertices (N, 3), for shading: the area-weighted mean of adjacent facets."""
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    area = np.cross(b - a, c - a)
-    corner = triangles.ravel()
-    sums = [np.bincount(corner, np.repeat(area[:, i], 3), len(vertices)) for i in range(3)]
-    total = np.stack(sums, axis=1).astype(float)  # without facets, bincount returns integers
+    area, corner = _areas(vertices, triangles), triangles.ravel()
+    weights, total = np.empty((len(triangles), 3)), np.empty((len(vertices), 3))
+    for axis in range(3):
+        weights[:] = area[axis][:, None]
+        total[:, axis] = np.bincount(corner, weights.ravel(), len(vertices))
     length = np.linalg.norm(total, axis=1)[:, None]
     return np.asarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.0))
+
+
+def _areas(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
+    """Return the normals (3, F) m^2 of facets, with twice their areas as lengths.
+
+    In blocks, because the first use of new memory takes longer than the arithmetic.
+    """
+    area = np.empty((3, len(triangles)))
+    for begin in range(0, len(triangles), BLOCK):
+        a, b, c = (vertices[corner] for corner in triangles[begin : begin + BLOCK].T)
+        area[:, begin : begin + BLOCK] = np.cross(b - a, c - a).T
+    return area

@@ -13,10 +13,12 @@ from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.results import tables
 from rpf3d_core.results import trace_map as vtp
-from rpf3d_core.results.findings import MapContent, Run
+from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.results.inputs import INPUTS, write_inputs
 from rpf3d_core.results.orientations import blocks_of, moments_of
+from rpf3d_core.results.painting import Painting
+from rpf3d_core.results.shown import RunPictures
 from rpf3d_core.results.summary import summary
 
 Record = Callable[[Path, dict[str, Any]], None]
@@ -136,15 +138,18 @@ def write_all_tables(folder: Path, findings: Run) -> None:
         sink(findings.flights.deposits, findings.flights.impacts)
 
 
-def write_findings(folder: Path, findings: Run, record: Record | None = None) -> None:
+def write_findings(folder: Path, findings: Run, record: Record | None = None, painting: Painting | None = None) -> None:
     """Write all files of a result into an existing folder, except the tables of all rocks.
 
-    The summary is written last because it states how long the other files took.
+    The pictures are drawn first, because a second process may draw them while this process writes the other files. The
+    summary is written last because it states how long the other files took.
 
     Parameters
     ----------
     record : function of (path, summary), optional
         Writes `run.rrd`; see `recordings.log.write_recording`. Without it there is no `run.rrd`.
+    painting : Painting, optional
+        Draws the pictures; it has begun with the run's terrain. Without it, this process draws them.
 
     Raises
     ------
@@ -152,22 +157,23 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None) ->
         A file that the scene names for the summary is damaged.
     """
     start = time.perf_counter()
-    facts = summary(findings)
     paths, scene = findings.flights.paths, findings.scene
     rows, deposits = displayed_rows(paths, scene.outputs.trajectories), findings.flights.deposits
     moments = moments_of(blocks_of(scene, deposits), deposits)
     samples = sample_paths(paths, rows, gravity=scene.gravity, moments=moments)
-    outlines = dict(findings.prepared.outlines)
-    _write_paths(folder, findings, samples)
-    content = MapContent(name=scene.path.stem, terrain=findings.terrain, areas=outlines, flown=findings.flown)
-    _write_hazard(folder, findings, content)
+    painting = painting or Painting()
+    (folder / "hazard").mkdir()
     if scene.outputs.pictures:
-        _write_pictures(folder, findings, samples, content)
+        _write_pictures(folder, findings, samples, painting)
+    facts = summary(findings)
+    _write_paths(folder, findings, samples)
+    write_hazard(folder / "hazard", findings.terrain, findings.maps, scene.hazard, scene.terrain.crs)
     if findings.maps.sets is not None:
         _write_sets(folder, findings.maps.sets)
     write_inputs(folder, findings)
     if record is not None:
         record(folder / "run.rrd", facts)
+    painting.wait()
     facts["write_s"] = time.perf_counter() - start
     facts["total_s"] = findings.wall_s + facts["write_s"]
     (folder / SUMMARY).write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
@@ -187,26 +193,13 @@ def _write_paths(folder: Path, findings: Run, samples: PathSamples) -> None:
     vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
 
 
-def _write_hazard(folder: Path, findings: Run, content: MapContent) -> None:
-    scene, releases = findings.scene, findings.flights.deposits.release
-    pictures = scene.outputs.pictures
-    write_hazard(folder / "hazard", content, findings.maps, scene.hazard, scene.terrain.crs, releases, pictures)
-
-
-def _write_pictures(folder: Path, findings: Run, samples: PathSamples, content: MapContent) -> None:
-    # Imported here, because the import of matplotlib takes most of a second, and only a run with pictures needs it.
-    from rpf3d_core.results.plots.convergence import write_convergence
-    from rpf3d_core.results.plots.map import write_map
-    from rpf3d_core.results.plots.profiles import write_profile_plots
-
-    scene, terrain, flights = findings.scene, findings.terrain, findings.flights
-    sources = [source.name for source in scene.sources]
-    flown = findings.flown
-    if len(samples.starts):
-        profiles = folder / "profiles"
-        profiles.mkdir()
-        write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity, flown)
-    write_map(folder / "map.png", content, flights.deposits, samples, findings.obstacles)
-    if findings.steps:
-        name = f"{scene.path.stem}, {flown.describe()}"
-        write_convergence(folder / "convergence.png", name, findings.steps, scene.target)
+def _write_pictures(folder: Path, findings: Run, samples: PathSamples, painting: Painting) -> None:
+    """Draw the pictures of a run; they are complete after `painting.wait`."""
+    scene = findings.scene
+    shown = RunPictures(
+        name=scene.path.stem, areas=dict(findings.prepared.outlines), flown=findings.flown, maps=findings.maps,
+        flights=findings.flights, samples=samples, sources=[source.name for source in scene.sources],
+        gravity=scene.gravity, obstacles=findings.obstacles, steps=findings.steps,
+        target=scene.target if findings.steps else None,
+    )  # fmt: skip
+    painting.draw(folder, shown, findings.terrain)

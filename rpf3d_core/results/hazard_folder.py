@@ -1,34 +1,22 @@
-"""Write the folder hazard/ of a run: rasters, zones, bench table, barrier table and pictures of the hazard maps."""
+"""Write the folder hazard/ of a run, without its pictures: rasters, zones, bench table and barrier table."""
 
 from pathlib import Path
 
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.results.findings import MapContent
 from rpf3d_core.results.hazard_files.benches_csv import write_benches
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
 from rpf3d_core.results.hazard_files.zones_geojson import write_hazard_zones
 from rpf3d_core.scene.hazard import HazardSpec
-from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.facets import Terrain
 
 
-def write_hazard(
-    folder: Path,
-    content: MapContent,
-    maps: HazardMaps,
-    spec: HazardSpec,
-    crs: str | None,
-    releases: FloatArray,
-    pictures: bool = True,
-) -> None:
-    """Create the folder hazard/ of a result, and write all files of the hazard maps into it.
+def write_hazard(folder: Path, terrain: Terrain, maps: HazardMaps, spec: HazardSpec, crs: str | None) -> None:
+    """Write the files of the hazard maps into the existing folder hazard/ of a result, without the pictures.
 
     Parameters
     ----------
     spec, crs : the scene's `hazard` and `terrain.crs`
-    releases : (N, 2 or 3) m
-        Release points of the rocks, local frame.
-    pictures : True to write pictures as well
 
     Raises
     ------
@@ -37,8 +25,6 @@ def write_hazard(
     OSError
         A file could not be written.
     """
-    terrain = content.terrain
-    folder.mkdir()
     write_hazard_rasters(folder, terrain, maps, crs)
     write_hazard_zones(folder / "zones.geojson", terrain, maps, spec, crs)
     write_benches(folder / "benches.csv", bench_table(terrain, maps))
@@ -46,8 +32,3 @@ def write_hazard(
         from rpf3d_core.results.hazard_files.barriers_report import write_barriers
 
         write_barriers(folder / "barriers.csv", maps.barriers)
-    if pictures:
-        # Imported here, because the import of matplotlib takes most of a second, and only a run with pictures needs it.
-        from rpf3d_core.results.plots.hazard import write_hazard_pictures
-
-        write_hazard_pictures(folder, content, maps, releases)

@@ -6,14 +6,15 @@ quaternion w, x, y, z turns a vector from these axes into the axes of the input,
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
-from rpf3d_core.setup.shapes import polyhedra_of
-from rpf3d_core.shapes.polyhedron import Polyhedron
 from rpf3d_core.terrain.frame import Frame
+
+if TYPE_CHECKING:
+    from rpf3d_core.shapes.polyhedron import Polyhedron
 
 HALF = math.sqrt(0.5)
 """Cosine and sine of 45 degrees, half the turn from the local axes to the axes of an input whose y points up."""
@@ -30,7 +31,7 @@ def orientations_to_input(frame: Frame, q: FloatArray) -> FloatArray:
     return np.stack([HALF * (w + x), HALF * (x - w), HALF * (y + z), HALF * (z - y)], axis=1)
 
 
-def blocks_of(scene: Any, deposits: Deposits) -> list[Polyhedron]:
+def blocks_of(scene: Any, deposits: Deposits) -> "list[Polyhedron]":
     """Return the shapes of a run's rocks, in the order of their numbers; empty for points and spheres.
 
     scene : the `Scene` of the run
@@ -40,10 +41,14 @@ def blocks_of(scene: Any, deposits: Deposits) -> list[Polyhedron]:
     InputError
         A file of a block has been removed or damaged since the run began.
     """
-    return [] if deposits.pose is None else polyhedra_of(scene)[0]
+    if deposits.pose is None:
+        return []
+    from rpf3d_core.setup.shapes import polyhedra_of  # not for pictures: their process loads no scene
+
+    return polyhedra_of(scene)[0]
 
 
-def moments_of(blocks: Sequence[Polyhedron], deposits: Deposits) -> FloatArray | None:
+def moments_of(blocks: "Sequence[Polyhedron]", deposits: Deposits) -> FloatArray | None:
     """Return the principal moments (R, 3) of the shape of each rock, m2 at the shape's own size; None without shapes.
 
     The rotation of a rock depends on the ratios of its moments only, so the size does not matter.

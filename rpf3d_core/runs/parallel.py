@@ -22,8 +22,9 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.partial import PackedTally, add_packed, packed_tallies
 from rpf3d_core.results.earlier_results import read_summary
 from rpf3d_core.results.findings import Run
+from rpf3d_core.results.painting import Painting
 from rpf3d_core.results.summary import summary
-from rpf3d_core.runs.run import SHOWN, finished_run, run_scene, simulate
+from rpf3d_core.runs.run import SHOWN, RunControl, finished_run, run_scene, simulate
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
 from rpf3d_core.setup.choices import chosen_scene
@@ -246,7 +247,7 @@ def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
     """Fly a whole scene in this process and return its summary; with a folder, write the result there."""
     if folder is None:
         return summary(simulate(scene, threads=1))
-    run_scene(scene, folder, recording=False)
+    run_scene(scene, folder, control=RunControl(painting=Painting()), recording=False)  # each worker is one process
     return read_summary(folder)
 
 

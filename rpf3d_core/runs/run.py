@@ -1,8 +1,8 @@
 """Run a scene: read it, fly its rocks, count them, and write the result; `rpf3d run` does the same."""
 
 import time
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.folder import result_folder, write_all_tables, write_findings
+from rpf3d_core.results.painting import Painting, painting
 from rpf3d_core.results.tables import open_tables
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.choices import Rocks, chosen_scene
@@ -35,6 +36,7 @@ from rpf3d_core.setup.prepared import (
 )
 from rpf3d_core.setup.rounds import AnyRound, Round, growing_rounds, rounds_of
 from rpf3d_core.simulation.engines import spins_of
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
 SHOWN = 10_000
@@ -52,6 +54,7 @@ class RunControl:
     first : number of rocks after which the first results are known; the rocks then fly in rounds that double their
         number, and each round represents all rocks; see `setup.rounds.growing_rounds`. None for the rounds of the scene
     after_round : called after each round but the last, with the result so far
+    painting : draws the pictures, if the caller has started it; `run_scene` starts its own otherwise
     """
 
     progress: Progress | None = None
@@ -60,6 +63,7 @@ class RunControl:
     threads: int | None = None
     first: int | None = None
     after_round: Callable[[Run], None] | None = None
+    painting: Painting | None = None
 
 
 UNCONTROLLED = RunControl()
@@ -123,14 +127,34 @@ def run_scene(
         As `simulate`; or the folder holds other files than a result, or cannot be written to.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
-    with result_folder(folder) as part, precompiler_of(chosen) as precompiler:
-        prepared = prepare(chosen, precompiler.before_index)
+    with result_folder(folder) as part, _painting(chosen, control) as drawn, precompiler_of(chosen) as precompiler:
+
+        def before_index(terrain: Terrain) -> None:
+            drawn.begin(terrain)
+            precompiler.before_index()
+
+        prepared = prepare(chosen, before_index)
         with _tables(part, prepared) as sink:
             run = _fly(prepared, precompiler, SHOWN, sink, control)
         if control.writing:
             control.writing()
-        write_findings(part, run, _recorder(run) if recording and run.scene.outputs.recording else None)
+        write_findings(part, run, _recorder(run) if recording and run.scene.outputs.recording else None, drawn)
     return run
+
+
+@contextmanager
+def _painting(scene: Scene, control: RunControl) -> Iterator[Painting]:
+    """Yield the painting of a run, the caller's or a new one; its second process ends with the `with` block.
+
+    So after an error no process writes into a folder that is being deleted.
+    """
+    with painting(control.threads) if control.painting is None else nullcontext(control.painting) as drawn:
+        try:
+            if not scene.outputs.pictures:
+                drawn.end()
+            yield drawn
+        finally:
+            drawn.end()
 
 
 def fly_into(folder: Path, prepared: Prepared, control: RunControl = UNCONTROLLED) -> Run:

@@ -17,6 +17,7 @@ from rpf3d_core.simulation.engines import (
     precompile_ground_below,
     precompile_index,
 )
+from rpf3d_core.terrain.facets import Terrain
 
 
 class Precompiler:
@@ -33,7 +34,7 @@ class Precompiler:
         self._background = background
         background.call(precompile_index, precompile_ground_below)
 
-    def before_index(self) -> None:
+    def before_index(self, _: Terrain | None = None) -> None:
         """Wait until the loops that build the search structure are compiled; `prepared.prepare` calls it."""
         self._background.wait(precompile_index)
 

@@ -87,12 +87,12 @@ class Prepared:
 
 def prepare(
     scene: Scene,
-    before_index: Callable[[], None] | None = None,
+    before_index: Callable[[Terrain], None] | None = None,
     terrain_read: tuple[Terrain, FaultReport] | None = None,
 ) -> Prepared:
     """Read all files that a scene names, and return everything that is needed to fly its rocks.
 
-    before_index : called before the locator is built; see `precompiler.Precompiler`
+    before_index : called with the terrain before the locator is built; see `precompiler.Precompiler`
     terrain_read : the terrain and its faults, if they were read before
 
     Raises
@@ -111,7 +111,7 @@ def prepare(
     outlines = area_outlines(scene, terrain, polygons)
     read_s = time.perf_counter() - began
     if before_index:
-        before_index()
+        before_index(terrain)
     engine = build_engine(scene, terrain)
     return Prepared(
         scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,

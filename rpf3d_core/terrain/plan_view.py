@@ -65,12 +65,23 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
     highest = np.full(len(facet), -np.inf)
     scale = np.array([shape[1] / window.width, shape[0] / window.height])
     in_pixels = terrain.vertices * (*scale, 1.0) - (*(np.array([window.left, window.bottom]) * scale + 0.5), 0.0)
-    for chunk, pixel, height in _candidates(in_pixels, terrain.triangles, shape):
-        above = height > highest[pixel]
-        order = np.flatnonzero(above)[np.argsort(height[above], kind="stable")]
-        # Of several candidates for one pixel the last one assigned stays, which is the highest.
-        highest[pixel[order]], facet[pixel[order]] = height[order], chunk[order]
+    near = facets_near(terrain, window)
+    for chunk, pixel, height in _candidates(in_pixels, terrain.triangles[near], shape):
+        before = highest[pixel]
+        np.maximum.at(highest, pixel, height)
+        top = (height > before) & (height == highest[pixel])
+        facet[pixel[top]] = near[chunk[top]]  # of several candidates with the same height, the last one assigned stays
     return PlanView(facet.reshape(shape), window)
+
+
+def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:
+    """Return the facets (N,) that may have a part in a window: all but those with their corners beyond one side."""
+    side = np.zeros(len(terrain.vertices), dtype=np.uint8)  # one bit for each side of the window (Cohen and Sutherland)
+    x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]
+    for bit, beyond in enumerate((x < window.left, x > window.right, y < window.bottom, y > window.top)):
+        side |= beyond.view(np.uint8) << bit
+    a, b, c = terrain.triangles.T
+    return np.flatnonzero((side[a] & side[b] & side[c]) == 0)
 
 
 def _candidates(

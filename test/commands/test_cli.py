@@ -210,7 +210,10 @@ def test_a_run_says_what_it_did_and_leaves_all_files(folder: Path) -> None:
     assert done.stderr == ""
     assert {path.name for path in (folder / "out" / "a b").iterdir()} == RESULTS
     # On one line, however narrow the place it is printed to.
-    numbers = r"^7 rocks, \d+ impacts, reference engine: read .* s, index .* s, compile .* s, fly .* s, write .* s$"
+    numbers = (
+        r"^7 rocks, \d+ impacts, reference engine: start [\d.]+ s, read [\d.]+ s, index [\d.]+ s, compile [\d.]+ s, "
+        r"fly [\d.]+ s, count [\d.]+ s, write [\d.]+ s(, pictures [\d.]+ s)?: [\d.]+ s$"
+    )
     assert re.search(numbers, done.stdout, re.MULTILINE)
     assert done.stdout.endswith(f"results in {folder / 'out' / 'a b'}\n")
     assert "\x1b" not in done.stdout, "no colours where the output is no terminal"

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import signal
 import sys
 import time
@@ -14,7 +15,9 @@ import pytest
 import rasterio
 from command_line import COMMAND, LONGEST, rpf3d
 from on_a_terminal import OnATerminal
+from processes import children_of, is_there, threads_of
 from terrain_files import SLOPE, grid, write_binary_stl
+from waiting import wait_for
 
 RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
@@ -34,14 +37,16 @@ MANY = {"reference": 60_000, "compiled": 3_000_000}
 """Rocks that no machine has flown within the 0.3 s after which the flight is interrupted."""
 
 
-def held(package: str, module: str, step: str) -> tuple[str, ...]:
+def held(package: str, module: str, step: str, seconds: float = LONGEST) -> tuple[str, ...]:
     """The program, but it does not come to the end of a step: a signal may come late on a busy machine."""
     return (
         sys.executable, "-c",
         "import time\n"
         f"from {package} import {module}\n"
         f"whole = {module}.{step}\n"
-        f"{module}.{step} = lambda *given: (whole(*given), time.sleep({LONGEST:g}))[0]\n"
+        f"{module}.{step} = lambda *given: (whole(*given), time.sleep({seconds:g}))[0]\n"
+        "from rpf3d_core.results import painting\n"
+        "painting.has_spare_core = lambda: True\n"  # a second process draws, however busy this machine is
         "from rpf3d_core.cli import main\n"
         "main()\n",
     )  # fmt: skip
@@ -49,6 +54,8 @@ def held(package: str, module: str, step: str) -> tuple[str, ...]:
 
 WRITES_ON = held("rpf3d_core.results", "folder", "_write_pictures")
 PREPARES_ON = held("rpf3d_core.runs", "run", "prepare")
+PREPARES_ON_A_WHILE = held("rpf3d_core.runs", "run", "prepare", 5.0)
+REFUSED = 2
 
 
 @pytest.fixture
@@ -129,6 +136,30 @@ def test_a_run_interrupted_while_it_prepares_or_writes_leaves_nothing(
     assert run.end() == INTERRUPTED
     assert "rpf3d: interrupted; nothing was written" in run.shown and "Traceback" not in run.shown
     assert left_behind(folder) == before
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "SIGKILL"])
+def test_the_process_that_draws_ends_with_an_interrupted_or_killed_run(on_a_terminal, number: int) -> None:  # type: ignore[no-untyped-def]
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, command=WRITES_ON)
+    run.until("writing results")
+    (drawing,) = children_of(run.process.pid)
+    run.send(number)
+    run.end()
+    wait_for(lambda: not is_there(drawing), LONGEST)
+
+
+@pytest.mark.long
+def test_a_run_whose_drawing_process_is_killed_says_so_and_leaves_nothing(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
+    before = left_behind(folder)
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, command=PREPARES_ON_A_WHILE)
+    run.until("preparing")
+    (drawing,) = wait_for(lambda: children_of(run.process.pid), LONGEST)
+    wait_for(lambda: threads_of(drawing) > 1, LONGEST)  # it has begun
+    time.sleep(0.5)
+    os.kill(drawing, signal.SIGKILL)
+    assert run.end() == REFUSED
+    assert "the process that draws the pictures was killed by SIGKILL" in " ".join(run.shown.split())
+    assert "Traceback" not in run.shown and left_behind(folder) == before
 
 
 @pytest.mark.long

@@ -63,7 +63,7 @@ ROOMS = {
     "rpf3d_core.results.hazard_files": ("rpf3d_core.results.hazard_files",),
     "rpf3d_core.results.plots": (
         "rpf3d_core.results.plots", "rpf3d_core.results.hazard_files.sentences", "rpf3d_core.results.findings",
-        "rpf3d_core.results.series", "rpf3d_core.results.tables",
+        "rpf3d_core.results.series", "rpf3d_core.results.tables", "rpf3d_core.results.shown",
     ),
 }  # fmt: skip
 """What a folder inside a layer may take from its layer."""

@@ -6,8 +6,9 @@ import numpy as np
 from flights_on_a_floor import SURVEY, floor
 from hazard_layers import lines_of_rocks, maps_of
 
-from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.hazard_folder import write_hazard
+from rpf3d_core.results.plots.hazard import write_hazard_pictures
+from rpf3d_core.results.shown import MapContent, RunCounts
 from rpf3d_core.scene.hazard import HazardSpec
 
 OUTPUTS = Path(__file__).parents[2] / "docs" / "reference" / "outputs.md"
@@ -17,7 +18,9 @@ def test_everything_is_written_and_named_in_the_documentation(tmp_path):
     terrain = floor(SURVEY)
     maps = maps_of(terrain, lines_of_rocks(terrain), 2.0)
     content = MapContent("floor", terrain, {}, RunCounts(300, 300, {}))
-    write_hazard(tmp_path / "hazard", content, maps, HazardSpec(), "EPSG:31287", np.zeros((1, 3)))
+    (tmp_path / "hazard").mkdir()
+    write_hazard(tmp_path / "hazard", terrain, maps, HazardSpec(), "EPSG:31287")
+    write_hazard_pictures(tmp_path / "hazard", content, maps, np.zeros((1, 3)))
     names = {path.name for path in (tmp_path / "hazard").iterdir()}
     assert {Path(name).suffix for name in names} == {".tif", ".geojson", ".csv", ".png"}
     assert len(names) == 8 + 1 + 1 + 3

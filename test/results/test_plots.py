@@ -9,7 +9,6 @@ from matplotlib.image import imread
 
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours
 from rpf3d_core.ensemble.paths import sample_paths
-from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.plots import hazard as plots_hazard
 from rpf3d_core.results.plots import map as plots_map
 from rpf3d_core.results.plots import profiles as plots_profiles
@@ -19,6 +18,7 @@ from rpf3d_core.results.plots.profiles import write_profile_plots
 from rpf3d_core.results.plots.shading import shaded
 from rpf3d_core.results.plots.sheet import MOST_RELEASES, round_length, starts_of, whole_window
 from rpf3d_core.results.plots.style import RESOLUTION
+from rpf3d_core.results.shown import MapContent, RunCounts
 from rpf3d_core.results.tables import runout
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.plan_view import Window, seen_from_above

@@ -9,11 +9,11 @@ from matplotlib.image import imread
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
 from rpf3d_core.hazard.scales import Scale, colours_at, places
-from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.plots import hazard as module
 from rpf3d_core.results.plots.hazard import norm_of, themes, write_hazard_pictures
 from rpf3d_core.results.plots.shading import hillshade
 from rpf3d_core.results.plots.sheet import whole_window
+from rpf3d_core.results.shown import MapContent, RunCounts
 from rpf3d_core.terrain.plan_view import Window, seen_from_above
 
 PICTURES = {"reach_probability.png", "energy_p95.png", "height_p95.png"}

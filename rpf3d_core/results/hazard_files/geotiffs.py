@@ -11,15 +11,11 @@ import math
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import rasterio
 from affine import Affine
 from numpy.typing import NDArray
-from rasterio.crs import CRS
-from rasterio.errors import NotGeoreferencedWarning
-from rasterio.windows import Window
 
 from rpf3d_core.formats.reference_system import reference_system
 from rpf3d_core.hazard.maps import CountArray, HazardMaps, Raster
@@ -38,6 +34,10 @@ from rpf3d_core.hazard.quantities import (
 )
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
+
+if TYPE_CHECKING:  # rasterio takes a tenth of a second to import; the second process already draws when it is needed
+    from rasterio.crs import CRS
+    from rasterio.windows import Window
 
 COUNT_NODATA = 2**32 - 1
 """Value that marks missing counts in a file; no cell has it, because 0 is a valid count."""
@@ -65,6 +65,8 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
     InputError
         As `reference_system`.
     """
+    from rasterio.errors import NotGeoreferencedWarning
+
     system = reference_system(crs, terrain.frame.up)
     with warnings.catch_warnings():
         # rasterio warns of cells of 1 m with a corner at (0, 0), but the file is correct.
@@ -72,7 +74,7 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
         _write_all(folder, terrain, maps, system)
 
 
-def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | None) -> None:
+def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: "CRS | None") -> None:
     for quantity, values in shares_of(maps, maps.cells):
         _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
     if maps.reach_band is not None:
@@ -115,7 +117,7 @@ class RasterPart(NamedTuple):
     cells : (N,) index among the S cells that rocks reached; row, column : (N,) position of each cell in the window
     """
 
-    window: Window
+    window: "Window"
     cells: NDArray[np.int64]
     row: NDArray[np.int64]
     column: NDArray[np.int64]
@@ -123,6 +125,8 @@ class RasterPart(NamedTuple):
 
 def _parts(cells: CountArray, raster: Raster, frame: Frame, tiles: bool) -> list[RasterPart]:
     """Return the parts of a GeoTIFF to write: the tiles with the given cells (S,), or the whole image as one part."""
+    from rasterio.windows import Window
+
     row, column = np.divmod(cells, raster.nx)
     row = row if frame.up == "y" else raster.ny - 1 - row
     if not tiles:
@@ -140,13 +144,15 @@ def _parts(cells: CountArray, raster: Raster, frame: Frame, tiles: bool) -> list
 
 
 def _write(
-    folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: CRS | None, bands: Sequence[NDArray[Any]],
+    folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: "CRS | None", bands: Sequence[NDArray[Any]],
     cells: CountArray | None = None,
 ) -> None:  # fmt: skip
     """Write one GeoTIFF from the values (S,) of the given cells (S,), one list for each band; None: the reached cells.
 
     rasterio fills tiles that no rock reached with the value for missing data.
     """
+    import rasterio
+
     raster, kind = maps.raster, bands[0].dtype
     profile = {
         "driver": "GTiff", "width": raster.nx, "height": raster.ny, "count": len(bands), "dtype": kind, "crs": crs,

@@ -12,11 +12,9 @@ of the older GeoJSON 2008, which GIS programs read.
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rasterio.crs import CRS
-from rasterio.features import shapes
 
 from rpf3d_core.formats.reference_system import reference_system
 from rpf3d_core.hazard.maps import HazardMaps
@@ -25,6 +23,9 @@ from rpf3d_core.results.hazard_files.geotiffs import transform_of, upright
 from rpf3d_core.scene.hazard import HazardSpec, matrix_of
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
+
+if TYPE_CHECKING:  # rasterio takes a tenth of a second to import; the second process already draws when it is needed
+    from rasterio.crs import CRS
 
 CELLS_THAT_TOUCH = 4
 """Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
@@ -116,13 +117,15 @@ def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
 
 def _polygons(zone: Zone, maps: HazardMaps, frame: Frame) -> list[Any]:
     """Return the polygons around the cells of a hazard zone, as rings in plan coordinates (m)."""
+    from rasterio.features import shapes
+
     image = np.ascontiguousarray(upright(zone.cells, maps.raster, frame))
     transform = transform_of(maps.raster, frame)
     found = shapes(image.view(np.uint8), mask=image, connectivity=CELLS_THAT_TOUCH, transform=transform)
     return [geometry["coordinates"] for geometry, _ in found]
 
 
-def _member(system: CRS, name: str) -> dict[str, Any]:
+def _member(system: "CRS", name: str) -> dict[str, Any]:
     """Return the reference system as GeoJSON 2008 states it: by EPSG code, or else as the scene spells it."""
     code = system.to_epsg()
     return {"type": "name", "properties": {"name": name if code is None else f"urn:ogc:def:crs:EPSG::{code}"}}

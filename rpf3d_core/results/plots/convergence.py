@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -9,14 +10,16 @@ from matplotlib.figure import Figure
 
 from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.results.plots.style import label, save
-from rpf3d_core.scene.model import TargetSpec
+
+if TYPE_CHECKING:
+    from rpf3d_core.scene.model import TargetSpec
 
 SHOWN = 8
 """Number of places drawn: the zones or areas with the widest intervals in the last step."""
 JOULE_PER_KJ = 1000.0
 
 
-def write_convergence(path: Path, name: str, steps: Sequence[Step], target: TargetSpec) -> None:
+def write_convergence(path: Path, name: str, steps: Sequence[Step], target: "TargetSpec") -> None:
     """Write convergence.png: widths of intervals, and 95th percentiles of energy, against the number of rocks.
 
     name : of the scene, with its number of rocks, for the title; steps : at least one

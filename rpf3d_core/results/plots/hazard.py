@@ -4,15 +4,19 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
@@ -26,9 +30,8 @@ from rpf3d_core.hazard.scales import (
     scale_of_height,
     scale_of_passages,
 )
-from rpf3d_core.results.findings import MapContent
 from rpf3d_core.results.hazard_files.sentences import words_on_empty
-from rpf3d_core.results.plots.shading import hillshade
+from rpf3d_core.results.plots.shading import GroundPictures
 from rpf3d_core.results.plots.sheet import (
     MOST_RELEASES,
     OVERVIEW_PIXELS,
@@ -47,9 +50,10 @@ from rpf3d_core.results.plots.sheet import (
     window_with_areas,
 )
 from rpf3d_core.results.plots.style import save
+from rpf3d_core.results.shown import MapContent
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.plan_view import Window, seen_from_above
+from rpf3d_core.terrain.plan_view import Window
 
 OPACITY = 0.82
 """Opacity (-) of the hazard colours: the terrain shows through, and colours can still be compared with the scale."""
@@ -105,18 +109,24 @@ class MapBackground:
     whole: Picture | None
 
 
-def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray) -> None:
+def write_hazard_pictures(
+    folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray, pictures: GroundPictures | None = None
+) -> None:
     """Write the hazard pictures into an existing folder: reach_probability.png, energy_p95.png and height_p95.png.
 
     A run over parameter sets has reach_probability_high.png as well, and maps with passages per metre have
     passage_per_metre.png.
     releases : (N, 2 or 3) m, release points of the rocks, local frame
+    pictures : of the terrain, if other maps use them as well
     """
-    ground = _ground(content.terrain, maps, releases, content.areas)
+    ground = _ground(content.terrain, maps, releases, content.areas, pictures)
+    page = _page(ground, releases, content.areas)  # drawn once: axes and their ticks take half of the time of a picture
     for file, theme in themes(maps).items():
         title = f"{content.name}: {theme.title}, {content.flown.describe()}"
-        figure = hazard_figure(title, theme, ground, maps, releases, content.areas)
-        save(figure, folder / f"{file}.png")
+        drawn = _draw_theme(page, title, theme, maps)
+        save(page.figure, folder / f"{file}.png")
+        for artist in drawn:
+            artist.remove()
 
 
 def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
@@ -181,34 +191,63 @@ def hazard_figure(
 
     releases : (N, 2 or 3) m; areas : rings (N, 2) m; both in the local frame
     """
+    page = _page(ground, releases, areas)
+    _draw_theme(page, title, theme, maps)
+    return page.figure
+
+
+class HazardPage(NamedTuple):
+    """A hazard picture with everything but its quantity.
+
+    starts : number of releases drawn; areas : names of the areas
+    """
+
+    figure: Figure
+    main: Axes
+    side: Axes
+    ground: MapBackground
+    starts: int
+    areas: Sequence[str]
+
+
+def _page(ground: MapBackground, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> HazardPage:
+    """Draw what all hazard pictures of a run have in common."""
     terrain, window = ground.terrain, ground.window
     figure, main, side = empty_figure(window)
     draw_ground(main, terrain, window, ground.picture)
-    few = _draw_cells(main, terrain, window, theme, maps)
     draw_areas(main, terrain, areas)
     starts = starts_of(releases)
     main.plot(*plan_of(terrain, starts).T, linestyle="none", **_release(len(starts)))
     measure(main, terrain, window)
-    main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
     if ground.whole is not None:
         draw_overview(figure, terrain, whole_window(terrain), window, ground.whole, areas)
     draw_north(side, terrain)
+    return HazardPage(figure=figure, main=main, side=side, ground=ground, starts=len(starts), areas=tuple(areas))
+
+
+def _draw_theme(page: HazardPage, title: str, theme: Theme, maps: HazardMaps) -> list[Artist]:
+    """Draw the cells, title, colour bar and legend of a quantity; return what another quantity must remove."""
+    cells = _draw_cells(page.main, page.ground.terrain, page.ground.window, theme, maps)
+    page.main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
     if np.isfinite(theme.values).any():
-        _draw_scale(figure, side, theme)
+        scale: Artist = _draw_scale(page.figure, page.side, theme)
     else:
-        _say_why_empty(side, maps)
-    _draw_legend(side, maps.raster, len(starts), areas, few)
-    return figure
+        scale = _say_why_empty(page.side, maps)
+    return [*cells, scale, _draw_legend(page, maps.raster, few=len(cells) > 1)]
 
 
 def _ground(
-    terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
+    terrain: Terrain,
+    maps: HazardMaps,
+    releases: FloatArray,
+    areas: Mapping[str, Sequence[FloatArray]],
+    pictures: GroundPictures | None = None,
 ) -> MapBackground:
     """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas close to it."""
-    whole = whole_window(terrain)
+    pictures, whole = pictures or GroundPictures(terrain), whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
-    picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
-    small = None if window == whole else hillshade(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
+    picture = pictures.hillshade(window, PIXELS)
+    small = None if window == whole else pictures.hillshade(whole, OVERVIEW_PIXELS)
     return MapBackground(terrain, window, picture, small)
 
 
@@ -224,10 +263,10 @@ def _release(count: int) -> dict[str, Any]:
     return RELEASE if count <= MANY_RELEASES else DOT
 
 
-def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> bool:
-    """Draw the map cells in the window, in the colours of the scale.
+def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> list[AxesImage]:
+    """Draw the map cells in the window, in the colours of the scale, and return the image.
 
-    Returns True if some cells were reached by too few rocks for a value.
+    A second image has the cells that too few rocks reached for a value, if there are any.
     """
     raster = maps.raster
     shown, extent = _cells_in(raster, window)
@@ -237,13 +276,13 @@ def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps
     where = placed(terrain, extent)
     limits = axes.get_xlim(), axes.get_ylim()
     style: dict[str, Any] = {"extent": where, "origin": "lower", "interpolation": "nearest", "alpha": OPACITY}
-    axes.imshow(np.ma.masked_invalid(values), cmap=colour_map(), norm=norm_of(theme.scale), **style)
+    images = [axes.imshow(np.ma.masked_invalid(values), cmap=colour_map(), norm=norm_of(theme.scale), **style)]
     if few.any():
-        axes.imshow(np.ma.masked_where(~few, few), cmap=ListedColormap([FEW]), **style)
+        images.append(axes.imshow(np.ma.masked_where(~few, few), cmap=ListedColormap([FEW]), **style))
     axes.set_xlim(*limits[0])
     axes.set_ylim(*limits[1])
     axes.set_aspect("equal")
-    return bool(few.any())
+    return images
 
 
 def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Window]:
@@ -270,8 +309,8 @@ def norm_of(scale: Scale) -> Normalize:
     return kind(scale.low, scale.high)
 
 
-def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
-    """Draw the colour bar next to the map, with round numbers in the unit of the picture."""
+def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> Axes:
+    """Draw the colour bar next to the map, with round numbers in the unit of the picture; return its axes."""
     box = side.get_position()
     height = BAR_HEIGHT / figure.get_size_inches()[1]
     bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
@@ -294,11 +333,12 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
         colours.formatter = FuncFormatter(lambda value, _: f"{value:,.6g}")
         colours.minorlocator = NullLocator()
         colours.update_ticks()
+    return bar
 
 
-def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
+def _say_why_empty(side: Axes, maps: HazardMaps) -> Text:
     """Write in place of the colour bar why no cell has a value."""
-    side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
+    return side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
 
 
 def _beyond(scale: Scale, known: Values) -> str:
@@ -307,12 +347,14 @@ def _beyond(scale: Scale, known: Values) -> str:
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 
 
-def _draw_legend(side: Axes, raster: Raster, releases: int, areas: Mapping[str, Any], few: bool) -> None:
+def _draw_legend(page: HazardPage, raster: Raster, few: bool) -> Legend:
+    """Draw the legend; few : True if some cells were reached by too few rocks for a value."""
+    releases = page.starts
     point = {**_release(releases), "markersize": RELEASE["markersize"]}
     which = f"releases ({releases} drawn)" if releases == MOST_RELEASES else "releases"
     entries: list[Any] = [Line2D([], [], linestyle="none", label=which, **point)]
     if few:
         entries.append(Patch(facecolor=FEW, alpha=OPACITY, label=f"reached by fewer than {FEWEST_ROCKS} rocks"))
-    entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in areas]
-    side.legend(handles=entries, title=f"cells of {raster.cell:g} m", title_fontsize=9, alignment="left",
+    entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in page.areas]
+    return page.side.legend(handles=entries, title=f"cells of {raster.cell:g} m", title_fontsize=9, alignment="left",
                 loc="upper left", bbox_to_anchor=(-0.03, 0.79), frameon=False, fontsize=9)  # fmt: skip

@@ -13,8 +13,7 @@ from matplotlib.patches import Patch
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_groups
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
-from rpf3d_core.results.findings import MapContent, RunCounts
-from rpf3d_core.results.plots.shading import shaded
+from rpf3d_core.results.plots.shading import GroundPictures
 from rpf3d_core.results.plots.sheet import (
     OVERVIEW_PIXELS,
     PIXELS,
@@ -32,9 +31,10 @@ from rpf3d_core.results.plots.sheet import (
     window_with_areas,
 )
 from rpf3d_core.results.plots.style import hex_colour, save
+from rpf3d_core.results.shown import MapContent, RunCounts
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
-from rpf3d_core.terrain.plan_view import Window, seen_from_above
+from rpf3d_core.terrain.plan_view import Window
 from rpf3d_core.values import Outcome
 
 MARKERS = "o^sDvPX*h"
@@ -46,25 +46,31 @@ TREE: dict[str, Any] = {"marker": ".", "color": "#1e6b2e", "markersize": 2.5}
 
 
 def write_map(
-    path: Path, content: MapContent, deposits: Deposits, samples: PathSamples, obstacles: Obstacles = NO_OBSTACLES
+    path: Path,
+    content: MapContent,
+    deposits: Deposits,
+    samples: PathSamples,
+    obstacles: Obstacles = NO_OBSTACLES,
+    ground: GroundPictures | None = None,
 ) -> None:
     """Write map.png in z-up input coordinates, so that its axes have the numbers of the survey.
 
     deposits, samples : of the rocks that are drawn, all or some of the rocks flown
     obstacles : barriers and trees of the scene
+    ground : pictures of the terrain, if other maps use them as well
     """
     terrain, areas, flown = content.terrain, content.areas, content.flown
-    whole = whole_window(terrain)
+    ground, whole = ground or GroundPictures(terrain), whole_window(terrain)
     window = rocks_window(whole, deposits, samples, areas)
     figure, main, side = empty_figure(window)
-    draw_ground(main, terrain, window, shaded(terrain, seen_from_above(terrain, window, PIXELS)))
+    draw_ground(main, terrain, window, ground.shaded(window, PIXELS))
     draw_areas(main, terrain, areas)
     handles = _draw_obstacles(main, terrain, obstacles)
     _draw_rocks(main, terrain, deposits, samples)
     measure(main, terrain, window)
     main.set_title(f"{content.name}: {flown.describe()}", loc="left", fontsize=12)
     if window != whole:
-        small = shaded(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
+        small = ground.shaded(whole, OVERVIEW_PIXELS)
         draw_overview(figure, terrain, whole, window, small, areas)
     handles += _legend_entries(terrain, deposits, len(samples.starts), areas, flown)
     draw_north(side, terrain)

@@ -11,6 +11,7 @@ from rpf3d_core.ensemble.flights import Deposits, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.formats.vtk_mesh import triangle_mesh
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.plan_view import Window, facets_near
 from rpf3d_core.values import DEPOSITED
 
 ABOVE_CONTACT = 0.05
@@ -93,11 +94,8 @@ def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
     """Return the facets (F,) that may lie below points (N, 3) m: their boxes in plan meet the box of the points."""
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    plan = terrain.vertices[:, :2]
-    below, above = (plan < low)[terrain.triangles], (plan > high)[terrain.triangles]
-    outside = below.all(axis=1) | above.all(axis=1)
-    return np.flatnonzero(~outside.any(axis=1))
+    (left, bottom), (right, top) = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    return facets_near(terrain, Window(left=left, right=right, bottom=bottom, top=top))
 
 
 def _mesh(terrain: Terrain, facets: IntArray) -> vtkPolyData:

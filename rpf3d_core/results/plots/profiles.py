@@ -19,9 +19,9 @@ from rpf3d_core.ensemble.colours import OUTCOME_COLOURS
 from rpf3d_core.ensemble.flights import Flights, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, display_step, run_starts, sample_paths
 from rpf3d_core.ensemble.totals import runout
-from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.plots.path_profiles import Profile, profile_of, terrain_below, typical_rows
 from rpf3d_core.results.plots.style import GROUND, PATH, hex_colour, label, save
+from rpf3d_core.results.shown import RunCounts
 from rpf3d_core.results.tables import write_profiles
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome

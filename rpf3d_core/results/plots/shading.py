@@ -1,11 +1,16 @@
 """Make pictures of the terrain from above under slanting light, as backgrounds of maps."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.colours import zone_colours
-from rpf3d_core.terrain.facets import Terrain, unit_normals
-from rpf3d_core.terrain.plan_view import PlanView
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.plan_view import PlanView, Window, seen_from_above
+
+Picture = NDArray[np.uint8]
 
 LIGHT = np.array([-0.5, 0.5, 0.7071])
 """Direction (3,) towards the light: from the north-west, 45 degrees high, as in hill-shaded maps."""
@@ -20,33 +25,93 @@ The grey is light, so that the colours on it stay true, but darker than white pa
 """
 
 
-def shaded(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
+class GroundPictures:
+    """Pictures of one terrain from above; a view that two maps share is computed once."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        """Begin without any view."""
+        self._terrain = terrain
+        self._views: dict[tuple[Window, int], _LitView] = {}
+
+    def shaded(self, window: Window, pixels: int) -> Picture:
+        """Return the terrain in zone colours as `shaded`; pixels : along the longer side of the window."""
+        return _shaded(self._terrain, self._view(window, pixels))
+
+    def hillshade(self, window: Window, pixels: int) -> Picture:
+        """Return the terrain in grey as `hillshade`; pixels : along the longer side of the window."""
+        return _hillshade(self._terrain, self._view(window, pixels))
+
+    def _view(self, window: Window, pixels: int) -> "_LitView":
+        if (window, pixels) not in self._views:
+            self._views[window, pixels] = _lit(self._terrain, seen_from_above(self._terrain, window, pixels))
+        return self._views[window, pixels]
+
+
+def shaded(terrain: Terrain, view: PlanView) -> Picture:
     """Return the terrain from above in zone colours under slanting light: (H, W, 4) RGBA.
 
     Pixels without terrain are transparent.
     """
-    return _lit(terrain, view, zone_colours(terrain.zones), AMBIENT)
+    return _shaded(terrain, _lit(terrain, view))
 
 
-def hillshade(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
+def hillshade(terrain: Terrain, view: PlanView) -> Picture:
     """Return the terrain from above in grey under slanting light: (H, W, 4) RGBA, as a background of hazard colours.
 
     Pixels without terrain are transparent.
     """
-    return _lit(terrain, view, np.full((len(terrain.zones), 3), GREY, dtype=np.uint8), GREY_AMBIENT)
+    return _hillshade(terrain, _lit(terrain, view))
 
 
-def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8], ambient: float) -> NDArray[np.uint8]:
-    """Return the terrain from above under slanting light, in the given zone colours (Z, 3): (H, W, 4) RGBA.
+class _LitView(NamedTuple):
+    """A view of a terrain under slanting light.
+
+    facets : (N,) the facets that pixels show; pixel : (H, W) index into them, N for a pixel without terrain
+    light : (N,) brightness of the facets, from 0 in full shade; 1 if level
+    """
+
+    facets: NDArray[np.int64]
+    pixel: NDArray[np.int64]
+    light: FloatArray
+
+
+def _lit(terrain: Terrain, view: PlanView) -> _LitView:
+    """Return a view with the light on its facets."""
+    number = np.zeros(len(terrain.triangles) + 1, dtype=np.int64)  # the last is for pixels without terrain: facet -1
+    number[view.facet] = 1
+    facets = np.flatnonzero(number[:-1])
+    number[facets] = np.arange(len(facets))
+    number[-1] = len(facets)
+    towards = upward_normals(terrain.vertices, terrain.triangles[facets]) @ LIGHT
+    return _LitView(facets=facets, pixel=number[view.facet], light=np.clip(towards, 0.0, 1.0) / LIGHT[2])
+
+
+def _shaded(terrain: Terrain, view: _LitView) -> Picture:
+    return _coloured(terrain, view, zone_colours(terrain.zones), AMBIENT)
+
+
+def _hillshade(terrain: Terrain, view: _LitView) -> Picture:
+    return _coloured(terrain, view, np.full((len(terrain.zones), 3), GREY, dtype=np.uint8), GREY_AMBIENT)
+
+
+def _coloured(terrain: Terrain, view: _LitView, zone_colour: NDArray[np.uint8], ambient: float) -> Picture:
+    """Return a view in the given zone colours (Z, 3): (H, W, 4) RGBA.
 
     ambient : brightness (-) of a facet in full shade
     """
-    shown = view.facet >= 0
-    facets, place = np.unique(view.facet[shown], return_inverse=True)
-    normals = unit_normals(terrain.vertices, terrain.triangles[facets])
-    upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
-    brightness = ambient + (1.0 - ambient) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
-    colour = np.clip(zone_colour[terrain.zone[facets]] * brightness[:, None], 0, 255)
-    picture = np.zeros((*view.facet.shape, 4), dtype=np.uint8)
-    picture[shown, :3], picture[shown, 3] = colour[place], 255
-    return picture
+    brightness = ambient + (1.0 - ambient) * view.light
+    colours = np.zeros((len(view.facets) + 1, 4), dtype=np.uint8)
+    colours[:-1, :3] = np.clip(zone_colour[terrain.zone[view.facets]] * brightness[:, None], 0, 255)
+    colours[:-1, 3] = 255
+    return colours[view.pixel]
+
+
+def upward_normals(vertices: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
+    """Return the unit normals (F, 3) of facets on their upper side; zero for a facet without area.
+
+    Not the compiled loop of the engines: a process that only draws pictures loads no compiled code.
+    """
+    corners = vertices[triangles]
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(area, axis=1) * np.where(area[:, 2] < 0.0, -1.0, 1.0)
+    return np.asarray(np.divide(area, length[:, None], out=np.zeros_like(area), where=length[:, None] != 0.0))

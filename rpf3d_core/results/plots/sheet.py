@@ -1,17 +1,19 @@
 """Draw the parts that all map pictures share: shaded terrain, axes, scale bar, north arrow, areas, overview."""
 
+import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.results.plots.style import label
+from rpf3d_core.results.plots.style import RESOLUTION, label
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.plan_view import Window
 
@@ -101,6 +103,16 @@ def empty_figure(window: Window) -> tuple[Figure, Axes, Axes]:
     side = figure.add_axes(((width + 1.4) / across, 0.7 / up, 3.0 / across, column / up))
     side.set_axis_off()
     return figure, main, side
+
+
+def warm_up() -> None:
+    """Draw an empty map and forget it: matplotlib then has its fonts and texts ready for the maps that follow."""
+    figure, main, side = empty_figure(Window(left=0.0, right=1.0, bottom=0.0, top=1.0))
+    label(main, "x (m)", "y (m)")
+    main.imshow(np.zeros((2, 2, 4), dtype=np.uint8))
+    side.text(0.0, 0.0, "rpf3d")
+    FigureCanvasAgg(figure)
+    figure.savefig(io.BytesIO(), dpi=RESOLUTION)
 
 
 def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -> None:

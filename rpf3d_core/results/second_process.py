@@ -1,0 +1,238 @@
+"""Do work in a second process at the same time, such as drawing the pictures of a run.
+
+The second process makes an object of one class, and calls its methods in the order in which they are requested. It ends
+as soon as its standard input closes, so it never outlives the main process. It ignores Ctrl-C and SIGTERM, because the
+main process decides how a run ends.
+
+    python -m rpf3d_core.results.second_process rpf3d_core.results.plots.run Painter
+"""
+
+import os
+import pickle
+import queue
+import signal
+import struct
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from typing import Any, BinaryIO
+
+from rpf3d_core.jit.child_python import command_of, environment_of_child
+from rpf3d_core.jit.garbage import collect_less_often
+
+NUMBER = struct.Struct("<Q")
+"""Form of a number between the processes: how many parts a message has, and the size (bytes) of each part."""
+Message = Sequence[bytes | bytearray | memoryview]
+"""A value as bytes: the pickle, and the large arrays that it refers to."""
+READY = b"rpf3d: ready\n"
+"""First bytes that the second process writes; another program in place of Python writes something else."""
+PATIENCE = 20.0
+"""Longest time (s) that the main process waits for READY; on an idle machine it takes 0.05 s."""
+
+
+class SecondProcessEnded(Exception):
+    """The second process ended before its work was done; the message says how."""
+
+
+class SecondProcess:
+    """A second process that does work in the order of the requests, while the main process goes on."""
+
+    def __init__(self, process: "subprocess.Popen[bytes]") -> None:
+        """Take over a process that runs this module."""
+        self._process = process
+        self._open = 0
+        self._began: bool | None = None
+        self._requests: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
+        self._answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        threading.Thread(target=_send, args=(process.stdin, self._requests), daemon=True).start()
+        threading.Thread(target=_listen, args=(process.stdout, self._answers), daemon=True).start()
+
+    def has_begun(self) -> bool:
+        """True if the process has started to work; waits until this is known."""
+        if self._began is None:
+            try:
+                self._began = self._answers.get(timeout=PATIENCE) == BEGUN
+            except queue.Empty:
+                self._began = False
+        return self._began
+
+    def ask(self, method: str, *arguments: Any) -> None:
+        """Request the call of a method; returns at once. The arguments are values that can be pickled.
+
+        Arrays are not copied, so they must not change until `wait` returns.
+        """
+        self._open += 1
+        self._requests.put(_packed((method, arguments)))
+
+    def wait(self) -> None:
+        """Wait until all requests are done.
+
+        Raises
+        ------
+        Exception
+            The exception of the first method that failed, as if it had been called here.
+        SecondProcessEnded
+            The process ended before it was done, for example because it was killed.
+        """
+        if not self.has_begun():
+            raise SecondProcessEnded("did not start")
+        while self._open:
+            answer = self._answers.get()
+            if isinstance(answer, Exception):
+                raise answer
+            if answer == ENDED:
+                raise SecondProcessEnded(_how(self._process.wait()))
+            self._open -= 1
+
+    def end(self) -> None:
+        """End the process, and the threads that exchange messages with it; work that is not done is lost."""
+        self._process.kill()
+        self._requests.put(None)
+        self._process.wait()
+
+
+BEGUN, ENDED = "begun", "ended"
+"""Answers that mark the begin and the end of the second process; a request that is done is answered by None."""
+
+
+@contextmanager
+def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
+    """Yield a second process that works with an object of a class; it ends with the `with` block.
+
+    The process starts at once, because its imports take a second. None if it cannot start.
+    module, name : of the class, which takes no arguments
+    """
+    process = _started(module, name)
+    if process is None:
+        yield None
+        return
+    second = SecondProcess(process)
+    try:
+        yield second
+    finally:
+        second.end()
+
+
+def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
+    """Return the started process, None if it cannot be started.
+
+    A process group of its own: Ctrl-C at a terminal goes to all processes of a group, even while they start.
+    """
+    own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}
+    if not sys.executable:  # Python is part of another program
+        return None
+    with suppress(OSError):
+        return subprocess.Popen(
+            command_of(__name__, module, name), env=environment_of_child(), stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, **own,
+        )  # fmt: skip
+    return None
+
+
+def _how(code: int) -> str:
+    """Return how a process ended, in words, from its exit code."""
+    return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+
+
+def _send(pipe: BinaryIO, requests: "queue.SimpleQueue[Message | None]") -> None:
+    """Write requests to the second process until None; a process that does not read them must not hold up a run."""
+    with suppress(OSError), pipe:  # OSError: the process has ended
+        while (request := requests.get()) is not None:
+            _write(pipe, request)
+
+
+def _listen(pipe: BinaryIO, answers: "queue.SimpleQueue[Any]") -> None:
+    """Pass the messages of the second process to a queue: BEGUN, the answers to requests, and ENDED after the last."""
+    try:
+        with suppress(OSError, EOFError), pipe:
+            if pipe.read(len(READY)) == READY:
+                answers.put(BEGUN)
+                while True:
+                    answers.put(_unpacked(_read(pipe)))
+    finally:
+        answers.put(ENDED)
+
+
+def _packed(value: Any) -> Message:
+    """Return a value as a message; large arrays are parts of their own, which need not be copied."""
+    buffers: list[pickle.PickleBuffer] = []
+    head = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
+    return [head, *(buffer.raw() for buffer in buffers)]
+
+
+def _unpacked(message: Message) -> Any:
+    return pickle.loads(message[0], buffers=message[1:])
+
+
+def _write(pipe: BinaryIO, message: Message) -> None:
+    pipe.write(NUMBER.pack(len(message)))
+    for part in message:
+        pipe.write(NUMBER.pack(len(part)))
+        pipe.write(part)
+    pipe.flush()
+
+
+def _read(pipe: BinaryIO) -> Message:
+    """Return the next message; EOFError at the end of the pipe."""
+    return [_bytes(pipe, _number(pipe)) for _ in range(_number(pipe))]
+
+
+def _number(pipe: BinaryIO) -> int:
+    (number,) = NUMBER.unpack(_bytes(pipe, NUMBER.size))
+    return int(number)
+
+
+def _bytes(pipe: BinaryIO, size: int) -> bytearray:
+    content = bytearray(size)
+    if pipe.readinto(content) < size:  # type: ignore[attr-defined]
+        raise EOFError
+    return content
+
+
+def main(module: str, name: str) -> None:
+    """Make the object that works, and do what the main process requests; the first failure ends the work."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    collect_less_often()
+    sys.modules["numba"] = None  # type: ignore[assignment]  # not imported: its import takes longer than it gains here
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not count as an answer
+    requests: queue.SimpleQueue[Message] = queue.SimpleQueue()
+    threading.Thread(target=_take, args=(requests,), daemon=True).start()
+    answers.write(READY)
+    answers.flush()
+    try:
+        worker = getattr(import_module(module), name)()
+        while True:
+            method, arguments = _unpacked(requests.get())
+            getattr(worker, method)(*arguments)
+            _write(answers, _packed(None))
+    except Exception as fault:
+        _write(answers, _pickled(fault))
+
+
+def _take(requests: "queue.SimpleQueue[Message]") -> None:
+    """Put each request that arrives into a queue; end the process when the main process has ended."""
+    try:
+        # not `sys.stdin`: at exit the interpreter would wait for its lock forever
+        with open(sys.stdin.fileno(), "rb", closefd=False) as given:
+            while True:
+                requests.put(_read(given))
+    finally:
+        os._exit(1)
+
+
+def _pickled(fault: Exception) -> Message:
+    """Return an exception for the main process; one that cannot be pickled as a RuntimeError with its words."""
+    with suppress(Exception):
+        message = _packed(fault)
+        _unpacked(message)
+        return message
+    return _packed(RuntimeError(f"{type(fault).__name__}: {fault}"))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,86 @@
+"""What the pictures of a run show, as values that another process can draw.
+
+This module imports no engine and no scene, because the process that draws needs neither.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from rpf3d_core.ensemble.flights import Flights, FloatArray
+from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.hazard.convergence import Step
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.obstacles import Obstacles
+from rpf3d_core.values import Outcome
+
+if TYPE_CHECKING:
+    from rpf3d_core.scene.model import TargetSpec
+
+
+class RunCounts(NamedTuple):
+    """How many rocks a picture is based on, for its title and legend.
+
+    rocks : rocks flown, fragments included; planned : rocks that should fly, more than `rocks` if interrupted
+    outcomes : number of rocks by outcome; pieces : how many of the rocks are fragments of others
+    """
+
+    rocks: int
+    planned: int
+    outcomes: Mapping[Outcome, int]
+    pieces: int = 0
+
+    def describe(self) -> str:
+        """Return the number of rocks in words for a title, such as "100 of 1,000 rocks, partial"."""
+        if self.rocks < self.planned:
+            return f"{self.rocks:,} of {self.planned:,} rocks{' and pieces' if self.pieces else ''}, partial"
+        whole = self.rocks - self.pieces
+        broken = f" and {self.pieces:,} pieces of them" if self.pieces else ""
+        return f"{whole:,} {'rock' if whole == 1 else 'rocks'}{broken}"
+
+    def describe_some(self, number: int) -> str:
+        """Return the number of rocks that a picture shows in words, for its title.
+
+        And of all rocks if these are more.
+        """
+        if number >= self.rocks:
+            return self.describe()
+        return f"{number:,} of {self.rocks:,} rocks{', partial' if self.rocks < self.planned else ''}"
+
+    def drawn(self, number: int) -> str:
+        """Return the end of a legend entry that says how many of the rocks are drawn; empty if all are drawn."""
+        return "" if number >= self.rocks else f" ({number:,} of {self.rocks:,} drawn)"
+
+
+class MapContent(NamedTuple):
+    """The content that all maps of a run share: terrain, areas of interest, scene name and number of rocks.
+
+    name : of the scene; flown : the number of rocks behind the maps
+    areas : name -> rings (N, 2) m, outlines of areas of interest, local frame, as `areas.local_outlines`
+    """
+
+    name: str
+    terrain: Terrain
+    areas: Mapping[str, Sequence[FloatArray]]
+    flown: RunCounts
+
+
+class RunPictures(NamedTuple):
+    """What the pictures of a run show besides the terrain: values only, so that another process can draw them.
+
+    name, areas, flown : as in `MapContent`; sources : names; gravity : m/s^2
+    flights, samples : of the rocks that are drawn, and of those with paths; obstacles : barriers and trees
+    steps, target : convergence after each doubling with `rocks: auto` and the scene's target; else empty and None
+    """
+
+    name: str
+    areas: Mapping[str, Sequence[FloatArray]]
+    flown: RunCounts
+    maps: HazardMaps
+    flights: Flights
+    samples: PathSamples
+    sources: Sequence[str]
+    gravity: float
+    obstacles: Obstacles
+    steps: Sequence[Step]
+    target: "TargetSpec | None"

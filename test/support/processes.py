@@ -1,0 +1,36 @@
+"""Which processes there are, as the system says in /proc (proc(5))."""
+
+from pathlib import Path
+
+PROC = Path("/proc")
+
+
+def is_there(pid: int) -> bool:
+    """True if a process has not ended; a process that its parent has not asked about yet (a zombie) has ended."""
+    return _state(pid) not in ("", "Z", "X")
+
+
+def children_of(pid: int) -> list[int]:
+    """Return the numbers of the processes that a process has started and that have not ended."""
+    everyone = [int(path.name) for path in PROC.iterdir() if path.name.isdigit()]
+    return [each for each in everyone if is_there(each) and _fields(each)[1:2] == [str(pid)]]
+
+
+def threads_of(pid: int) -> int:
+    """Return how many threads a process has; 0 if it has ended."""
+    try:
+        return len(list((PROC / str(pid) / "task").iterdir()))
+    except OSError:
+        return 0
+
+
+def _state(pid: int) -> str:
+    return (_fields(pid) or [""])[0]
+
+
+def _fields(pid: int) -> list[str]:
+    """Return the fields of a process after its name: state, number of the parent, and so on; [] if it has ended."""
+    try:
+        return (PROC / str(pid) / "stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return []

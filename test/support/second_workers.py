@@ -1,0 +1,37 @@
+"""Classes whose methods a second process calls in tests."""
+
+import os
+import threading
+import time
+from pathlib import Path
+
+from rpf3d_core.errors import InputError
+
+
+class Clerk:
+    """Writes notes into a file, prints, fails and hangs when asked."""
+
+    def note(self, path: Path, words: str) -> None:
+        """Append a line with this process's number and some words to a file."""
+        with path.open("a", encoding="utf-8") as file:
+            file.write(f"{os.getpid()} {words}\n")
+
+    def say(self, words: str) -> None:
+        """Print to standard output, as a library may."""
+        print(words, flush=True)
+        os.write(1, words.encode())
+
+    def refuse(self, words: str) -> None:
+        """Fail in a way that a user can correct."""
+        raise InputError(words)
+
+    def fail_unpicklably(self, words: str) -> None:
+        """Fail with an exception that cannot be pickled."""
+        fault = ValueError(words)
+        fault.lock = threading.Lock()  # type: ignore[attr-defined]
+        raise fault
+
+    def hang(self, path: Path) -> None:
+        """Note this process's number, and work longer than anyone waits."""
+        self.note(path, "hangs")
+        time.sleep(600.0)
