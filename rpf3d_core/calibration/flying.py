@@ -37,7 +37,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.parameter_sets import check_names, flight_of_set
 from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, precompile_flights, precompile_ground_below
-from rpf3d_core.unknowns.places import Place, place_around
+from rpf3d_core.unknowns.places import Surroundings, place_around
 from rpf3d_core.values import DEPOSITED
 
 FloatArray = NDArray[np.float64]
@@ -84,7 +84,7 @@ class Slope:
     alike: FloatArray | None
 
     @property
-    def place(self) -> Place:
+    def place(self) -> Surroundings:
         """The place in plan around the releases of the rocks and the observed stops."""
         releases = releases_of_round(self, 0).x[:, :2] + np.array(self.prepared.terrain.frame.origin[:2])
         stops = self.field.stops @ self.directions.axes[:, :2]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.unknowns.places import Place
+from rpf3d_core.unknowns.places import Surroundings
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class ParameterSets:
     names: tuple[str, ...]
     values: FloatArray
     weights: FloatArray | None = None
-    place: Place | None = None
+    place: Surroundings | None = None
 
     def __len__(self) -> int:
         """Return the number of sets."""
@@ -120,10 +120,10 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
     return replace(sets, place=_place_of(read_note(Path(path)).get(PLACE)))
 
 
-def _place_of(note: str | None) -> Place | None:
+def _place_of(note: str | None) -> Surroundings | None:
     """Return the place that a file of parameter sets notes; None if it notes none that can be read."""
     try:
         west, south, east, north = map(float, (note or "").split())
     except ValueError:
         return None
-    return Place(west=west, south=south, east=east, north=north)
+    return Surroundings(west=west, south=south, east=east, north=north)

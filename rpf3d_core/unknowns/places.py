@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
-class Place(NamedTuple):
+class Surroundings(NamedTuple):
     """A rectangle in plan (m) around the releases and the observed stops of a calibration.
 
     The coordinates are those of the input with z upwards, so other runs over the same pit have the same.
@@ -18,13 +18,13 @@ class Place(NamedTuple):
     north: float
 
 
-def place_around(points: ArrayLike) -> Place:
+def place_around(points: ArrayLike) -> Surroundings:
     """Return the rectangle around points (N, 2) m."""
     low, high = np.min(points, axis=0), np.max(points, axis=0)
-    return Place(west=float(low[0]), south=float(low[1]), east=float(high[0]), north=float(high[1]))
+    return Surroundings(west=float(low[0]), south=float(low[1]), east=float(high[0]), north=float(high[1]))
 
 
-def share_away(place: Place, points: ArrayLike) -> float:
+def share_away(place: Surroundings, points: ArrayLike) -> float:
     """Return the share (-) of points (N, 2) m, N > 0, that lie farther from a place than its diagonal."""
     x, y = np.asarray(points, dtype=float).T
     away_x = np.maximum(np.maximum(place.west - x, x - place.east), 0.0)

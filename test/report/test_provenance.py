@@ -13,7 +13,7 @@ from rpf3d_core.results.inputs import CALIBRATED, ELSEWHERE, PARTLY
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
-from rpf3d_core.unknowns.places import Place
+from rpf3d_core.unknowns.places import Surroundings
 
 RANGE = "range stated in the scene"
 SAMPLE = "calibration sample posterior.parquet"
@@ -26,7 +26,7 @@ outputs: {{pictures: false, recording: false}}
 """
 
 
-def flown(folder: Path, material: str, more: str = "", sample: tuple[str, ...] = (), place: Place | None = None):
+def flown(folder: Path, material: str, more: str = "", sample: tuple[str, ...] = (), place: Surroundings | None = None):
     """Return the run of a small scene; sample : key paths of a sample that the scene names; place : of the sample."""
     vertices, triangles = grid(5, 6)
     write_binary_stl(folder / "slope.stl", vertices[triangles])
@@ -62,9 +62,10 @@ def test_only_what_a_sample_holds_is_called_calibrated(tmp_path: Path, sample, t
 
 
 @pytest.mark.parametrize(
-    ("place", "ground"), [(Place(0, 0, 6, 5), CALIBRATED), (Place(400, 0, 406, 5), ELSEWHERE), (None, CALIBRATED)]
+    ("place", "ground"),
+    [(Surroundings(0, 0, 6, 5), CALIBRATED), (Surroundings(400, 0, 406, 5), ELSEWHERE), (None, CALIBRATED)],
 )
-def test_a_calibration_of_another_slope_is_named(tmp_path: Path, place: Place | None, ground: str) -> None:
+def test_a_calibration_of_another_slope_is_named(tmp_path: Path, place: Surroundings | None, ground: str) -> None:
     run = flown(tmp_path, "{normal_restitution: 0.5, tangential_restitution: 0.8}", sample=BOTH, place=place)
     assert run.inputs["ground"] == ground
     named = [words for words in run.inputs["surer_than_it_may_be"] if "place where the sample was calibrated" in words]

@@ -10,7 +10,7 @@ import pytest
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.unknowns.parameter_sets import PLACE, parameter_sets, read_parameter_sets, write_parameter_sets
-from rpf3d_core.unknowns.places import Place
+from rpf3d_core.unknowns.places import Surroundings
 from rpf3d_core.unknowns.sample_files import write_columns
 
 NAMES = ("materials.a.friction", "stop_speed")
@@ -79,7 +79,7 @@ def test_the_place_of_a_calibration_is_kept_in_the_file(tmp_path: Path) -> None:
     sets = parameter_sets(["materials.a.friction"], [[0.3], [0.4]])
     write_parameter_sets(tmp_path / "nowhere.parquet", sets)
     assert read_parameter_sets(tmp_path / "nowhere.parquet").place is None
-    place = Place(west=501_234.5, south=7_000_000.25, east=501_300.0, north=7_000_090.0)
+    place = Surroundings(west=501_234.5, south=7_000_000.25, east=501_300.0, north=7_000_090.0)
     write_parameter_sets(tmp_path / "there.parquet", replace(sets, place=place))
     assert read_parameter_sets(tmp_path / "there.parquet").place == place
 
