@@ -68,7 +68,8 @@ class MapContent(NamedTuple):
 class RunPictures(NamedTuple):
     """What the pictures of a run show besides the terrain: values only, so that another process can draw them.
 
-    name, areas, flown : as in `MapContent`; sources : names; gravity : m/s^2
+    name, flown : as in `MapContent`; areas : outlines (K, 2) m of each area by its name
+    sources : names; gravity : m/s^2
     flights, samples : of the rocks that are drawn, and of those with paths; obstacles : barriers and trees
     steps, target : convergence after each doubling with `rocks: auto` and the scene's target; else empty and None
     """

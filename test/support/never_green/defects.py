@@ -54,6 +54,19 @@ def changing(word: str, topics: tuple[str, ...], change_of: Callable[[np.random.
     return defect
 
 
+def late_sources(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Send messages of a sensor late; those of a sensor that has not been heard before only if the site expects it.
+
+    Before its first message, a node cannot know of a sensor that no one expects.
+    """
+    harmed_plan = changing("late", SENSORS, changes.late)(plan, rng)
+    if harmed_plan is None:
+        return None
+    topic = harmed_plan.defects[-1].removeprefix("late: ")
+    first, late = (min(send.at for send in one.sends if send.topic == topic) for one in (plan, harmed_plan))
+    return harmed_plan._replace(expects=True) if late > first else harmed_plan
+
+
 def silent(plan: Plan, rng: np.random.Generator) -> Plan | None:
     """Let a sensor fall silent; from the begin only if the site expects it."""
     topic, since = _topic_of(plan, rng, SENSORS), 0.0 if plan.expects and rng.random() < 0.4 else rng.uniform(3.0, 14.0)
@@ -198,7 +211,7 @@ DEFECTS: dict[str, Defect] = {
     "missing surveys": without("missing", WHOLE, from_begin=False),
     "missing terrain": without("missing from the begin", WHOLE, from_begin=True),
     "missing areas": without("missing from the begin", AREAS, from_begin=True),
-    "late sources": changing("late", SENSORS, changes.late),
+    "late sources": late_sources,
     "late terrain": changing("late", ("terrain/points", *PATCH), changes.late),
     "late areas": changing("late", AREAS, changes.stamped_late),
     "early": changing("early", (*SENSORS, "terrain/points", *PATCH, *AREAS), changes.early),
