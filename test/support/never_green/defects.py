@@ -55,7 +55,7 @@ def changing(word: str, topics: tuple[str, ...], change_of: Callable[[np.random.
 
 
 def late_sources(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Send messages of a sensor late; those of a sensor that has not been heard before only if the site expects it.
+    """Send messages of a sensor late; those of a sensor that has not published before only if the site expects it.
 
     Before its first message, a node cannot know of a sensor that no one expects.
     """
