@@ -12,7 +12,7 @@ from rpf3d_core.alerts.levels import Alert, AreaAlert, Level
 from rpf3d_core.alerts.limits import LimitFinding, limits_of
 from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.alerts.outlines import is_moved, judged_of, place_is_over
-from rpf3d_core.alerts.since import ShownLevel, since_of
+from rpf3d_core.alerts.since import shown_by, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 
 NO_ANSWER = "there is no answer"
@@ -60,7 +60,7 @@ def area_alerts(
         )
         held = finding.level if steps_down else max(before.get(name, unknown), finding.level)
         level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
-        shown = _shown(areas.get(name), previous)
+        shown = shown_by(areas.get(name), previous)
         alerts.append(
             AreaAlert(
                 name=name, level=level, held=held, evident=finding.level, why=finding.why,
@@ -121,13 +121,6 @@ def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
         return {area.name: area.held for area in previous.areas}, Level.NORMAL
     named = [sentence.partition(f": {previous.held.word}, for ")[0] for sentence in previous.held_by]
     return dict.fromkeys(named, previous.held), previous.held
-
-
-def _shown(before: AreaAlert | None, previous: Alert | None) -> ShownLevel | None:
-    """Return what the previous decision shows of an area; None if it does not know since when."""
-    if before is None or previous is None or before.since is None:
-        return None
-    return ShownLevel(level=before.level, since=before.since, valid_until_ns=previous.valid_until_ns)
 
 
 def _origin_of(held: Level, finding: LimitFinding, before: AreaAlert | None) -> Origin | None:

@@ -15,7 +15,7 @@ from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
 from rpf3d_core.alerts.outlines import places_end_ns
 from rpf3d_core.alerts.persons import Acknowledged, acknowledged_by, waiting_sentences
-from rpf3d_core.alerts.since import ShownLevel, since_of
+from rpf3d_core.alerts.since import shown_by, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
 
@@ -95,19 +95,12 @@ def decide(
         areas=area_alerts(
             previous, None if evidence is None else worst, thresholds, bool(faults), steps_down, small, now_ns
         ),
-        since=since_of(level, _shown(previous), now_ns),
+        since=since_of(level, shown_by(previous, previous), now_ns),
         terrain_digest="" if evidence is None else evidence.terrain_digest,
         terrain_stamp_ns=0 if evidence is None else evidence.terrain_stamp_ns,
         waiting=acknowledged.waiting,
         waiting_until_ns=acknowledged.until_ns,
     )
-
-
-def _shown(previous: Alert | None) -> ShownLevel | None:
-    """Return what the previous decision shows of the site; None if there is none, or it does not know since when."""
-    if previous is None or previous.since is None:
-        return None
-    return ShownLevel(level=previous.level, since=previous.since, valid_until_ns=previous.valid_until_ns)
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:

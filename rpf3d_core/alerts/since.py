@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rpf3d_core.alerts.levels import Level, Since
+from rpf3d_core.alerts.levels import Alert, AreaAlert, Level, Since
 
 KEPT_AFTER_ITS_END = (Level.EVACUATE, Level.FAULT)
 """Levels that a subscriber still shows after the decision has ended; any other level is then shown as a fault."""
@@ -14,6 +14,16 @@ class ShownLevel(NamedTuple):
     level: Level
     since: Since
     valid_until_ns: int
+
+
+def shown_by(one: Alert | AreaAlert | None, decision: Alert | None) -> ShownLevel | None:
+    """Return what a decision shows of the site or of an area; None if it does not know since when.
+
+    one : the decision itself for the site, or its decision on the area; None if it has none
+    """
+    if one is None or decision is None or one.since is None:
+        return None
+    return ShownLevel(level=one.level, since=one.since, valid_until_ns=decision.valid_until_ns)
 
 
 def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
