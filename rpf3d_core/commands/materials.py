@@ -44,19 +44,10 @@ def materials(
         _print_one(name, listed[name])
 
 
-def assumed_beside(entry: "LibraryMaterial") -> "dict[str, Range]":
-    """Return the ranges that a scene assumes for coefficients that an entry does not have, by key."""
-    from rpf3d_core.scene.library_entries import BODIES, UNSTATED
-
-    body = entry.kind == BODIES
-    return {key: span for key, span in UNSTATED.items()
-            if key not in entry.ranges and body == (key == "rolling_resistance")}  # fmt: skip
-
-
 def _facts(entry: "LibraryMaterial") -> dict[str, Any]:
     """Return an entry of the library as plain values for JSON; `assumed` : ranges that a scene assumes in addition."""
     ranges = {key: span if isinstance(span, float) else span._asdict() for key, span in entry.ranges.items()}
-    assumed = {key: span._asdict() for key, span in assumed_beside(entry).items()}
+    assumed = {key: span._asdict() for key, span in entry.assumed.items()}
     return {**entry._asdict(), "ranges": ranges, "assumed": assumed}
 
 
@@ -98,6 +89,6 @@ def _print_one(name: str, entry: "LibraryMaterial") -> None:
     for key, span in entry.ranges.items():
         ends = span if isinstance(span, Range) else Range(span, span)
         table.add_row(key, *("" if number is None else f"{number:g}" for number in ends))
-    for key, span in assumed_beside(entry).items():
+    for key, span in entry.assumed.items():
         table.add_row(key, f"{span.low:g}", f"{span.high:g}", "", "", f"assumed{NEEDED_BY.get(key, '')}")
     screen.print(table)

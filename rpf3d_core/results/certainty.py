@@ -1,6 +1,6 @@
 """Sentences for a run's table on where its answer is surer than it can be, because an interval leaves something out."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -48,16 +48,14 @@ def _of_the_ground(run: Run) -> Iterator[str]:
     elif spec.sample is None:
         yield "ranges of the ground are from books or estimates, not from a calibration on this slope"
     elif ranges := _outside_sample(run):
-        more = f" and {len(ranges) - NAMED} more" if len(ranges) > NAMED else ""
-        yield (f"ranges of {', '.join(ranges[:NAMED])}{more} are from books or estimates, because the sample of the "
+        yield (f"ranges of {_named(ranges)} are from books or estimates, because the sample of the "
                "calibration does not hold them")  # fmt: skip
     if (share := share_calibrated_elsewhere(run)) >= SOME_ELSEWHERE:
         yield (f"{100 * share:.0f} % of the rocks start away from the place where the sample was calibrated. Samples "
                f"of another slope held {ELSEWHERE_HELD} observed stops in four cases (90 % intervals along the slope, "
                "without misfit): take ranges of the library, or calibrate here")  # fmt: skip
     if run.scene.has_unknowns and (known := _counted_as_known(run)):
-        more = f" and {len(known) - NAMED} more" if len(known) > NAMED else ""
-        yield (f"{', '.join(known[:NAMED])}{more}: one value in all parameter sets, so no interval holds what is not "
+        yield (f"{_named(known)}: one value in all parameter sets, so no interval holds what is not "
                "known about it; give a range with `prior`")  # fmt: skip
     if run.scene.has_unknowns and spec is not None and spec.misfit is not None and spec.misfit >= NOTABLE:
         yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
@@ -127,6 +125,11 @@ def _of_energies(run: Run) -> Iterator[str]:
     """Yield a sentence on places that so few rocks reached that there is no p95 energy."""
     few = [bench for bench in bench_table(run.terrain, run.maps) if 0 < bench.reached["rocks"] < FEWEST_ROCKS]
     if few:
-        names = [f"{bench.name} (area)" if bench.kind == AREA else bench.name for bench in few[:NAMED]]
-        more = f" and {len(few) - NAMED} more" if len(few) > NAMED else ""
-        yield f"energies in {', '.join(names)}{more} are unknown: fewer than {FEWEST_ROCKS} rocks came there"
+        names = [f"{bench.name} (area)" if bench.kind == AREA else bench.name for bench in few]
+        yield f"energies in {_named(names)} are unknown: fewer than {FEWEST_ROCKS} rocks came there"
+
+
+def _named(names: Sequence[str]) -> str:
+    """Return the first names of a sentence, and how many more there are."""
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return f"{', '.join(names[:NAMED])}{more}"

@@ -77,12 +77,12 @@ def _sampled(scene: Scene) -> list[str]:
 def _library(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return the published sources of the library entries that a scene names, their numbers and ranges.
 
-    `assumed` : ranges of coefficients that the source does not have
+    `assumed` : ranges of coefficients that the entry does not have
     """
     names = {material.library for material in scene.materials.values() if material.library is not None}
     if not names:
         return {}
-    from rpf3d_core.scene.library_entries import ENTRIES, UNSTATED  # imported only if a scene names an entry
+    from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
 
     found = {name: ENTRIES[name] for name in sorted(names)}
     return {
@@ -90,7 +90,7 @@ def _library(scene: Scene) -> dict[str, dict[str, Any]]:
             "ground": entry.ground, "source": entry.source, "confirmed": entry.confirmed, "note": entry.note,
             "numbers": {key: value for key, value in entry.ranges.items() if isinstance(value, float)},
             "ranges": {key: _plain(span) for key, span in entry.ranges.items() if not isinstance(span, float)},
-            "assumed": {key: _plain(span) for key, span in UNSTATED.items() if key not in entry.ranges},
+            "assumed": {key: _plain(span) for key, span in entry.assumed.items()},
         }
         for name, entry in found.items()
     }  # fmt: skip

@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from rpf3d_core.scene.releases import RockSpec
-from rpf3d_core.scene.shapes import SPHERE
+from rpf3d_core.scene.shapes import SPHERE, names_sphere
 from rpf3d_core.scene.unknowns import PRIOR, PriorSpec
 from rpf3d_core.scene.values import refuse
 
@@ -165,9 +165,7 @@ def _name_of(model: Any, default: str) -> str:
 
 def _is_sphere(rock: Any) -> bool:
     """Return True if the rocks of a scene's values are spheres."""
-    if isinstance(rock, RockSpec):
-        return rock.is_sphere
-    return isinstance(rock, Mapping) and rock.get("shape") in (SPHERE, {SPHERE: True})
+    return rock.is_sphere if isinstance(rock, RockSpec) else names_sphere(rock)
 
 
 def _as_prior(span: Any) -> Any:

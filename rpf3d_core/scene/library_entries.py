@@ -38,6 +38,13 @@ class LibraryMaterial(NamedTuple):
     confirmed: Confirmed
     note: str = ""
 
+    @property
+    def assumed(self) -> "dict[str, Range]":
+        """The ranges that a scene assumes for what this entry does not have, if its models use it; by key."""
+        of_bodies = self.kind == BODIES
+        return {key: span for key, span in UNSTATED.items()
+                if key not in self.ranges and of_bodies == (key == "rolling_resistance")}  # fmt: skip
+
 
 HOEK = "Hoek 1987, and the default library of RocFall; sd 0.04 each"
 PFEIFFER = "Pfeiffer & Bowen 1989, Bull. AEG 26:135"

@@ -29,7 +29,7 @@ from rpf3d_core.scene.models.keys import (
 from rpf3d_core.scene.models.rebounds import CoulombLimitedSpec
 from rpf3d_core.scene.models.sphere import COULOMB_SPHERE, SPHERE_GROUND, CoulombSphereSpec
 from rpf3d_core.scene.releases import RockSpec, SourceSpec, check_crests, with_heights
-from rpf3d_core.scene.shapes import SPHERE, ContactSpec, RigidSpec, check_effects_on_bodies
+from rpf3d_core.scene.shapes import SPHERE, ContactSpec, RigidSpec, check_effects_on_bodies, names_sphere
 from rpf3d_core.scene.terrain import TerrainSpec, ZoneSpec
 from rpf3d_core.scene.unknowns import UnknownsSpec, with_priors_apart
 from rpf3d_core.scene.values import (
@@ -79,11 +79,6 @@ def chosen_rebound(value: Any) -> Any:
         raise refuse("names coulomb_sphere, but a sphere is a shape: give `rock: {shape: sphere}` instead, and "
                      "parameters in `contact: {coulomb_sphere: ...}`")  # fmt: skip
     return chosen_model(ReboundSpec)(value)
-
-
-def _names_sphere(rock: Any) -> bool:
-    """Return True if the scene's value of `rock` names the shape `sphere`."""
-    return isinstance(rock, Mapping) and rock.get("shape") in (SPHERE, {SPHERE: True})
 
 
 class AreaSpec(StrictModel):
@@ -197,7 +192,7 @@ class Scene(StrictModel):
     @classmethod
     def _ground_of_a_sphere(cls, values: Any) -> Any:
         """Add the ground model `sphere` if the rocks of a scene are spheres and it has no ground model."""
-        if not isinstance(values, Mapping) or "ground" in values or not _names_sphere(values.get("rock")):
+        if not isinstance(values, Mapping) or "ground" in values or not names_sphere(values.get("rock")):
             return values
         return {**values, "ground": SPHERE_GROUND}
 

@@ -64,6 +64,11 @@ class ShapeSpec(StrictModel):
         return self
 
 
+def names_sphere(rock: Any) -> bool:
+    """Return True if a scene file's value of `rock` names the shape `sphere`."""
+    return isinstance(rock, Mapping) and rock.get("shape") in (SPHERE, {SPHERE: True})
+
+
 def shape_values(value: Any) -> Any:
     """Return the fields of a `ShapeSpec` from the scene's value of `rock.shape`; None for a point."""
     if value is None or value == POINT or value == {SPHERE: False}:

@@ -166,6 +166,20 @@ def test_spheres_have_the_entries_of_points(tmp_path: Path) -> None:
     assert changed.rock.is_sphere and changed.ground.name == "sphere"
 
 
+LIBRARY_SCENE = """\
+terrain: {{pit: {{triangles: 6000}}}}
+rock: {{{rock}}}
+materials: {{default: {{library: {entry}}}}}
+sources: [{{name: top, zone: bench_1, above_ground: 8, rocks: 75}}]
+{more}
+"""
+
+
+def of_library(folder: Path, entry: str, more: str = "", rock: str = "diameter: 1") -> Scene:
+    """Return a scene whose ground is an entry of the library."""
+    return scene_of(folder, LIBRARY_SCENE.format(entry=entry, more=more, rock=rock))
+
+
 @pytest.mark.parametrize(
     ("rock", "entry", "ranges"),
     [
@@ -179,33 +193,18 @@ def test_spheres_have_the_entries_of_points(tmp_path: Path) -> None:
 def test_what_the_source_of_an_entry_leaves_out_is_no_known_number(
     tmp_path: Path, rock: str, entry: str, ranges: dict[str, tuple[float, float]]
 ) -> None:
-    text = f"""\
-terrain: {{pit: {{triangles: 6000}}}}
-rock: {{{rock}}}
-materials: {{default: {{library: {entry}}}}}
-sources: [{{name: top, zone: bench_1, above_ground: 8, rocks: 75}}]
-"""
-    scene = scene_of(tmp_path, text)
+    scene = of_library(tmp_path, entry, rock=rock)
     assert scene.unknowns is not None
     priors = {path.rpartition(".")[2]: (prior.min, prior.max) for path, prior in scene.unknowns.priors.items()}
     beyond = ("friction_angle_deg", "rolling_friction", "rolling_resistance")
     assert {key: ends for key, ends in priors.items() if key in beyond} == ranges
 
 
-LIBRARY_SCENE = """\
-terrain: {{pit: {{triangles: 6000}}}}
-rock: {{diameter: 1}}
-materials: {{default: {{library: {entry}}}}}
-sources: [{{name: top, zone: bench_1, above_ground: 8, rocks: 75}}]
-{more}
-"""
-
-
 @pytest.mark.parametrize("path", ["materials.default", "materials.*"])
 @pytest.mark.parametrize("key", ["friction_angle_deg", "normal_restitution"])
 def test_a_prior_of_the_scene_replaces_the_range_of_an_entry(tmp_path: Path, path: str, key: str) -> None:
     more = f"unknowns: {{priors: {{{path}.{key}: {{min: 0.4, max: 0.42}}}}}}"
-    scene = scene_of(tmp_path, LIBRARY_SCENE.format(entry="bedrock", more=more))
+    scene = of_library(tmp_path, "bedrock", more)
     assert scene.unknowns is not None
     of_key = {name: prior for name, prior in scene.unknowns.priors.items() if name.endswith(key)}
     assert of_key == {f"{path}.{key}": PriorSpec(min=0.4, max=0.42)}
@@ -226,7 +225,7 @@ def test_a_friction_angle_that_no_model_uses_is_no_unknown(
     tmp_path: Path, rebound: str, ground: str, asked: bool
 ) -> None:
     more = f"rebound: {rebound}\nground: {ground}"
-    scene = scene_of(tmp_path, LIBRARY_SCENE.format(entry="bedrock", more=more))
+    scene = of_library(tmp_path, "bedrock", more)
     assert scene.unknowns is not None
     assert ("materials.default.friction_angle_deg" in scene.unknowns.priors) is asked
 
@@ -235,9 +234,8 @@ def test_a_friction_angle_that_no_model_uses_is_no_unknown(
 @pytest.mark.parametrize("new", ["stone_schist", "hoek_bedrock", "pit_talus"])
 @pytest.mark.parametrize("rock", ["diameter: 1", "shape: sphere"])
 def test_another_entry_gives_the_scene_of_a_file_with_that_entry(tmp_path: Path, old: str, new: str, rock: str) -> None:
-    text = LIBRARY_SCENE.replace("diameter: 1", rock)
-    changed = with_values(scene_of(tmp_path, text.format(entry=old, more="")), {"materials.default.library": new})
-    written = scene_of(tmp_path, text.format(entry=new, more=""))
+    changed = with_values(of_library(tmp_path, old, rock=rock), {"materials.default.library": new})
+    written = of_library(tmp_path, new, rock=rock)
     assert changed.unknowns == written.unknowns and changed.materials == written.materials
 
 
