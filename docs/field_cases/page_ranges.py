@@ -2,9 +2,8 @@
 
 from field_cases.page_tables import Results, table
 from field_cases.prose_ranges import BOOKS, CALIBRATED, ELSEWHERE, HEAD, TOO_SURE
+from field_cases.ranges import held_of_all
 
-STOPS = {"Authume": 41, "Tschamut": 18}
-"""Number of observed stops of each site."""
 OPEN = 0.05
 """Share of rocks that did not stop (-), from which a 90 % interval has no far end."""
 
@@ -20,20 +19,15 @@ def section(results: Results) -> str:
 def _predicted(lines: list[Results]) -> str:
     """Return the table of predictions: how many of the observed stops their 90 % intervals hold."""
     head = ("site", "rocks", "ground", "held along the slope", "held across", "did not stop (%)", "far end")
-    return table(head, ((line["site"], line["rocks"], line["ground"], _held(line, "along"), _held(line, "across"),
-                         f"{100.0 * line['moving']:.0f}", "open" if line["moving"] >= OPEN else "closed")
-                        for line in lines))  # fmt: skip
+    return table(head, (
+        (line["site"], line["rocks"], line["ground"], held_of_all(line, "along"), held_of_all(line, "across"),
+         f"{100.0 * line['moving']:.0f}", "open" if line["moving"] >= OPEN else "closed") for line in lines
+    ))  # fmt: skip
 
 
 def _kept_out(lines: list[Results]) -> str:
     """Return the table of calibrations: how many stops that a fold kept out their 90 % intervals hold."""
     head = ("site", "rocks", "held along the slope", "held across", "misfit (m)", "with the misfit: along", "across")
-    return table(head, ((line["site"], line["rocks"], _held(line, "along"), _held(line, "across"),
-                         f"{line['misfit']:.1f}", *(_held({**line, **line["with_misfit"]}, way)
+    return table(head, ((line["site"], line["rocks"], held_of_all(line, "along"), held_of_all(line, "across"),
+                         f"{line['misfit']:.1f}", *(held_of_all({**line, **line["with_misfit"]}, way)
                                                     for way in ("along", "across"))) for line in lines))  # fmt: skip
-
-
-def _held(line: Results, way: str) -> str:
-    """Return a number of stops, such as `40 of 41`."""
-    stops = STOPS[line["site"]]
-    return f"{round(line[way] * stops)} of {stops}"

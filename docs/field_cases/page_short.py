@@ -57,16 +57,13 @@ def _carried(results: Results) -> dict[str, str]:
 def _held(books: Iterable[Results]) -> dict[str, str]:
     """Return how many stops the intervals of library ranges hold at each site, under the names that the text uses."""
     lines = [line for line in books if line["ground"] == ranges.LIBRARY]
-    stops = {ranges.AUTHUME: 41, ranges.TSCHAMUT: 18}
     across = min(lines, key=lambda line: float(line["across"]))
+    along = {site: sorted({ranges.held(line, "along") for line in lines if line["site"] == site})
+             for site in (ranges.AUTHUME, ranges.TSCHAMUT)}  # fmt: skip
     return {
-        "held_across": f"{round(across['across'] * stops[across['site']])} of {stops[across['site']]}",
-        **{
-            name: listed(
-                [f"{held}" for held in sorted({round(x["along"] * stops[site]) for x in lines if x["site"] == site})]
-            )
-            for name, site in (("held_quarry", ranges.AUTHUME), ("held_meadow", ranges.TSCHAMUT))
-        },
+        "held_quarry": listed(list(map(str, along[ranges.AUTHUME]))),
+        "held_meadow": listed(list(map(str, along[ranges.TSCHAMUT]))),
+        "held_across": ranges.held_of_all(across, "across"),
     }
 
 

@@ -7,7 +7,7 @@ the rocks, and *across* if it lies within the central 90 % of those that stopped
 left the terrain, count as beyond every stop: if they are 5 % or more, the interval has no far end and can only fail on
 the near side.
 
-All stops of a site lie on the same ground, so they are no independent trials. Far less than 90 % shows that the
+All stops of a site lie on the same ground, so they are not independent trials. Far less than 90 % shows that the
 intervals are too narrow; nearly all may only show that they are wide. `python docs/validation.py --ranges` measures
 this section.
 """
@@ -16,10 +16,10 @@ BOOKS = """### With ranges from the library, before any calibration
 The entries were chosen by the description of the ground: at Authume `talus` and `bedrock`, with a shape `ramms_medium`
 and `ramms_hard`; at Tschamut `soil` and `ramms_medium_soft`. They have no friction angle, no rolling friction of
 spheres and no rolling resistance, so a scene
-[assumes ranges](../howto/unknown-ground.md#take-ground-from-the-library). These are **not independent of the two
-sites**: the friction angle and the rolling resistance are about the priors of the calibrations here. The second line of
-each pair has one value for each assumed range: an angle of 30 degrees, the default, or the middle of the others. Points
-have the model `coulomb_limited`.
+[assumes ranges](../howto/unknown-ground.md#take-ground-from-the-library). These ranges are **not independent of the
+two sites**: those of the friction angle and the rolling resistance are close to the priors of the calibrations on this
+page. In the second line of each pair, one value replaces each assumed range: the default angle of 30 degrees, or the
+middle of the range. Points have the model `coulomb_limited`.
 """
 
 CALIBRATED = """**One assumed value makes points and spheres far too sure**, although restitution is still a range:

@@ -9,7 +9,7 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +30,8 @@ from rpf3d_core.values import Outcome
 AUTHUME, TSCHAMUT = "Authume", "Tschamut"
 LIBRARY, SINGLE = "library", "library, one value for each assumed range"
 """Where the ground of a case comes from, in words of the page."""
+STOPS = {AUTHUME: 41, TSCHAMUT: tschamut.RUNS}
+"""Number of observed stops of each site."""
 POINTS, SPHERES, BLOCKS = "points", "spheres", "blocks"
 ROCKS = {POINTS: 6400, SPHERES: 3200, BLOCKS: 1920}
 """Rocks over all parameter sets; more change no figure by more than a stop or two."""
@@ -127,6 +129,16 @@ def measured(cases: Iterator[Case], say: Callable[[str], None]) -> list[dict[str
         say(f"ranges: {case.site}, {case.rocks}, {case.ground}")
         lines.append({"site": case.site, "rocks": case.rocks, "ground": case.ground, **covered(case)})
     return lines
+
+
+def held(line: Mapping[str, Any], way: str) -> int:
+    """Return how many observed stops the intervals of a line of the page hold; way : `along` or `across` the slope."""
+    return round(float(line[way]) * STOPS[line["site"]])
+
+
+def held_of_all(line: Mapping[str, Any], way: str) -> str:
+    """Return how many of the observed stops the intervals of a line hold, such as `40 of 41`; way : as in `held`."""
+    return f"{held(line, way)} of {STOPS[line['site']]}"
 
 
 def _authume(ends: FloatArray, stopped: FloatArray) -> tuple[float, float]:

@@ -16,7 +16,7 @@ RESULTS: dict[str, Any] = json.loads((Path(__file__).parents[2] / "docs" / "fiel
     "ranges"
 ]
 CASES = list(ranges.cases_of_books())
-ONE_STOP = {ranges.AUTHUME: 1 / 41, ranges.TSCHAMUT: 1 / 18}
+ONE_STOP = {site: 1 / stops for site, stops in ranges.STOPS.items()}
 """Share of one stop: on another machine, a stop at the end of an interval may change its side."""
 needs_data = pytest.mark.skipif(
     not all(site.DATA.is_dir() for site in (authume, tschamut)), reason="the field data is not there"
@@ -63,13 +63,13 @@ def test_the_stated_figures_come_out_again(k: int) -> None:
         assert found[way] == pytest.approx(stated[way], abs=ONE_STOP[case.site] + 0.01), way
 
 
-def held(lines: list[dict[str, Any]], way: str = "along") -> dict[tuple[str, str, str], float]:
+def shares(lines: list[dict[str, Any]], way: str = "along") -> dict[tuple[str, str, str], float]:
     return {(line["site"], line["rocks"], line["ground"]): line[way] for line in lines}
 
 
 def test_the_words_of_the_page_hold() -> None:
     """Fails where new figures ask for other words in docs/field_cases/prose_ranges.py."""
-    along, across = held(RESULTS["books"]), held(RESULTS["books"], "across")
+    along, across = shares(RESULTS["books"]), shares(RESULTS["books"], "across")
     assert all(share > 0.9 for (_, _, ground), share in along.items() if ground == ranges.LIBRARY), "nearly all stops"
     assert 0.2 < along[ranges.AUTHUME, ranges.POINTS, ranges.SINGLE] < 0.3, "a quarter"
     assert along[ranges.TSCHAMUT, ranges.POINTS, ranges.SINGLE] == 0.0, "none"
@@ -77,7 +77,6 @@ def test_the_words_of_the_page_hold() -> None:
 
 
 def test_what_a_run_says_of_samples_of_another_slope_was_measured() -> None:
-    stops = {ranges.AUTHUME: 41, ranges.TSCHAMUT: 18}
-    found = sorted((round(x["along"] * stops[x["site"]]), stops[x["site"]]) for x in RESULTS["elsewhere"])
-    words = [f"{some} of {of}" for some, of in found]
+    found = sorted(RESULTS["elsewhere"], key=lambda line: ranges.held(line, "along"))
+    words = [ranges.held_of_all(line, "along") for line in found]
     assert f"{', '.join(words[:-1])} and {words[-1]}" == certainty.ELSEWHERE_HELD
