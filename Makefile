@@ -10,7 +10,7 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign campaign-bodies never-below never-green never-green-live never-green-guards faults combinations recovery lint bench bench-ros soak accuracy effects validation colcon clean
+.PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign campaign-bodies engines-blocks never-below never-green never-green-live never-green-guards faults combinations recovery lint bench bench-ros soak accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
@@ -23,6 +23,7 @@ help:
 	@echo "make never-green  2,000 combinations of harmed inputs: no alert may look too safe; half an hour. make never-green-live:"
 	@echo "                 300 with real processes; make never-green-guards: take each guard away, and demand that it is found"
 	@echo "make campaign-bodies  3,000 rocks with a shape over random meshes: none may pass through or gain energy; some minutes"
+	@echo "make engines-blocks  1,000 blocks of Authume P1 on both engines, bit by bit; half an hour, and needs that data"
 	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
 	@echo "make recovery  100 small calibrations with known answers: how often their 90 % intervals hold; ten minutes"
@@ -32,7 +33,7 @@ help:
 	@echo "make soak      twenty minutes of rocks, new ground, kills and jumps of the clock; prints a report"
 	@echo "make accuracy  measure what accuracy costs, and write docs/explanation/accuracy.md; takes about four minutes"
 	@echo "make effects   measure what each model and effect costs, and write docs/reference/effects.md; takes some minutes"
-	@echo "make validation  calibrate on field data, and write docs/explanation/validation.md; takes some minutes, and needs that data"
+	@echo "make validation  calibrate on field data, and write docs/explanation/validation.md; takes an hour, and needs that data"
 	@echo "make colcon    build and test as a ROS 2 workspace does; some minutes"
 	@echo "make venv      only the virtual environment, with everything in it"
 	@echo "make clean     remove what the others made"
@@ -114,6 +115,10 @@ never-green-guards: venv
 # The report: docs/explanation/never-below.md
 campaign-bodies: venv
 	$(BIN)/python test/support/bodies_on_meshes.py --bodies 3000 --each 6 --first 901
+
+# The report: docs/explanation/bodies.md
+engines-blocks: venv
+	$(BIN)/python test/support/blocks_on_both_engines.py config/scenes/authume_p1_blocks.yaml --blocks 1000
 
 # The long ones of test/ros/faults on a living simulator, 10,000 damaged messages and a flood of a minute
 faults: venv

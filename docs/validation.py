@@ -1,8 +1,7 @@
 """Write docs/explanation/validation.md and its pictures: simulated rocks compared with rocks that fell.
 
-python docs/validation.py            (or make validation; takes some minutes)
-python docs/validation.py --blocks   only rocks with a shape; the other figures stay (about ten minutes of CPU time)
-python docs/validation.py --ranges   only predictive intervals of unknown ground (half an hour, with four calibrations)
+python docs/validation.py            (or make validation; an hour, half of it calibrations)
+python docs/validation.py --blocks   only the section on rocks with a shape; the other figures stay (some minutes)
 python docs/validation.py --as-is    only the page, from the last measurement
 """
 
@@ -11,10 +10,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from field_cases import ranges
 from field_cases.blocks import measuring as blocks_measuring
 from field_cases.blocks.picture import draw
 from field_cases.measuring import measured, rounded
+from field_cases.models import AUTHUME
 from field_cases.page import document
 from field_cases.pictures import draw_all
 
@@ -28,32 +27,20 @@ CALIBRATIONS = DOCS.parent / "out" / "calibrations"
 def main(arguments: list[str]) -> int:
     """Measure, draw the pictures and write the page; return the exit code."""
     if "--blocks" in arguments:
-        known = json.loads(RESULTS.read_text(encoding="utf-8"))
-        _write({**known, "blocks": _blocks(known)})
-    elif "--ranges" in arguments:
-        _write({**json.loads(RESULTS.read_text(encoding="utf-8")), "ranges": _ranges()})
+        _write({**json.loads(RESULTS.read_text(encoding="utf-8")), "blocks": _blocks()})
     elif "--as-is" not in arguments:
-        found = measured(_say)
+        found = measured(CALIBRATIONS, _say)
         draw_all(found, DOCS / "pictures")
-        _write({**found.results, "blocks": _blocks(found.results), "ranges": _ranges()})
+        draw(found.ends[AUTHUME], DOCS / "pictures" / "validation_blocks.png")
+        _write({**found.results, "blocks": _blocks()})
     results: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8"))
     PAGE.write_text(document(results), encoding="utf-8")
     return 0
 
 
-def _blocks(results: dict[str, Any]) -> Any:
-    """Measure rocks with a shape and draw their picture next to the other models; return their figures."""
-    found = blocks_measuring.measured(_say)
-    draw(found.ends, results, DOCS / "pictures" / "validation_blocks.png")
-    return rounded(found.results)
-
-
-def _ranges() -> Any:
-    """Measure how often predictive intervals of unknown ground hold the observed stops."""
-    calibrations = ranges.calibrate(CALIBRATIONS, _say)
-    books, elsewhere = ranges.cases_of_books(), ranges.cases_of_calibrations(CALIBRATIONS)
-    return rounded({"calibrations": calibrations, "books": ranges.measured(books, _say),
-                    "elsewhere": ranges.measured(elsewhere, _say)})  # fmt: skip
+def _blocks() -> Any:
+    """Measure rocks with a shape; return their figures."""
+    return rounded(blocks_measuring.measured(_say))
 
 
 def _write(results: dict[str, Any]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from field_cases.authume import ROOT
 from field_cases.flying import with_keys
-from field_cases.rows import HOEK, PUBLISHED, Row, Values, keys_of, row_named
+from field_cases.models import CHANT_SURA, HOEK, PUBLISHED, Model, Values, keys_of, model_named
 from field_cases.search import Found, Free, search
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.kinetics.rebound import rebound
@@ -79,12 +79,6 @@ def published() -> tuple[Impact, ...]:
         rock = Rock(mass, float(line["radius_m"]))
         found.append(Impact(line["scar_id"], "", rock, (along, 0.0, -into), None, speed, (0.0, 0.0, 1.0)))
     return tuple(found)
-
-
-def model_for(row: Row, parameters: Mapping[str, float]) -> object:
-    """Return the rebound model of a row of the page, with some of its parameters."""
-    name, values = next(iter(row.rebound_keys(parameters).items()))
-    return model_of(name, tuple(values.items()))
 
 
 @lru_cache(maxsize=100_000)
@@ -184,19 +178,19 @@ def measured_ratios(impacts: tuple[Impact, ...]) -> FloatArray:
     return ratios(np.array([impact.speed_after for impact in impacts]), impacts)
 
 
-def calibrate(row: Row, some: tuple[Impact, ...] | None = None) -> Found:
+def calibrate(model: Model, some: tuple[Impact, ...] | None = None) -> Found:
     """Find the parameters of an impact, and one slope for all contacts, with the smallest error of speed.
 
     The error is over the eleven contacts, or some of them. It is an error of speed, not of velocity, because the
     direction after an impact depends on the local slope, which was not measured. With wrong directions, the velocity
     with the smallest error would be almost 0.
     """
-    base = PUBLISHED["chant_sura"][HOEK]["default"]
-    free = (*row.at_impacts, SLOPE)
+    base = PUBLISHED[CHANT_SURA][HOEK]["default"]
+    free = (*model.at_impacts, SLOPE)
 
     def error(parameters: Mapping[str, float]) -> float:
-        model = model_for(row, parameters)
-        return of_contacts(model, calibrated_surface(base, parameters), parameters[SLOPE.name], some)["speed_rms"]
+        ground = calibrated_surface(base, parameters)
+        return of_contacts(model_of(model.impact), ground, parameters[SLOPE.name], some)["speed_rms"]
 
     return search(error, free)
 
@@ -210,21 +204,20 @@ def calibrated_surface(base: Values, parameters: Mapping[str, float]) -> Surface
 
 def calibrated_speeds(model_name: str, parameters: Mapping[str, float]) -> list[float]:
     """Return the speed (m/s) after each of the eleven contacts, predicted by a calibrated model of the page."""
-    row = row_named(model_name)
-    ground = calibrated_surface(PUBLISHED["chant_sura"][HOEK]["default"], parameters)
-    model, slope = model_for(row, parameters), parameters[SLOPE.name]
+    ground = calibrated_surface(PUBLISHED[CHANT_SURA][HOEK]["default"], parameters)
+    model, slope = model_of(model_named(model_name).impact), parameters[SLOPE.name]
     return speeds([predicted(model, ground, impact, slope) for impact in contacts()]).tolist()
 
 
-def kept_out(row: Row) -> dict[str, float]:
+def kept_out(model: Model) -> dict[str, float]:
     """Predict each run with a calibration on the other four runs; return the error of speed (m/s) over all contacts."""
-    base, squares = PUBLISHED["chant_sura"][HOEK]["default"], 0.0
+    base, squares = PUBLISHED[CHANT_SURA][HOEK]["default"], 0.0
     for run in sorted({impact.run for impact in contacts()}):
         others = tuple(impact for impact in contacts() if impact.run != run)
         its = tuple(impact for impact in contacts() if impact.run == run)
-        found = calibrate(row, others).parameters
-        ground, model = calibrated_surface(base, found), model_for(row, found)
-        error = of_contacts(model, ground, found[SLOPE.name], its)["speed_rms"]
+        found = calibrate(model, others).parameters
+        ground = calibrated_surface(base, found)
+        error = of_contacts(model_of(model.impact), ground, found[SLOPE.name], its)["speed_rms"]
         squares += len(its) * error**2
     return {"speed_rms": math.sqrt(squares / len(contacts()))}
 

@@ -31,13 +31,6 @@ def distance(a: FloatArray, b: FloatArray) -> float:
     return float(np.sum(np.abs(below[0] - below[1]) * np.diff(both)))
 
 
-def distance_of_halves(values: FloatArray) -> float:
-    """Return the mean distance of two random halves of values (N,): no model can be expected to be nearer to a half."""
-    draws, first = np.random.default_rng(SEED), len(values) // 2
-    orders = [draws.permutation(values) for _ in range(RESAMPLES)]
-    return float(np.mean([distance(order[:first], order[first:]) for order in orders]))
-
-
 def distance_of_resamples(values: FloatArray) -> float:
     """Return the distance that 95 % of bootstrap samples of values (N,) stay below, measured from the values.
 

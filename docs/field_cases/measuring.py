@@ -1,94 +1,97 @@
 """Measure everything for the validation page: figures for page and test, end points of rocks for the pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from field_cases import authume, chant_sura, tschamut
+from field_cases import authume, calibrations, chant_sura, predictions, tschamut
 from field_cases.flying import Ends
-from field_cases.rows import CONSTANT, COULOMB_LIMITED, HOEK, PUBLISHED, SOURCES, Row, material, rows
+from field_cases.models import (
+    AUTHUME,
+    CALIBRATED,
+    CHANT_SURA,
+    HOEK,
+    POINTS_AND_SPHERES,
+    PUBLISHED,
+    SOURCES,
+    TSCHAMUT,
+    Model,
+    material,
+)
 from field_cases.search import Found, Free
 from rpf3d_core.errors import InputError
 
-CALIBRATED = "calibrated"
-DECIMALS = 4
-SENSITIVITY_STEPS = {
-    "normal_restitution": 0.04,
-    "tangential_restitution": 0.04,
-    "friction_angle_deg": 2.0,
-    "rolling_friction": 0.04,
-}
-"""Step of each parameter around its calibrated value: small enough that two experts may differ by it."""
-LARGEST = {"friction_angle_deg": 89.0}
-"""Upper bounds of parameters; 1 for all other parameters."""
-SIDE_STEPS = (-2, -1, 0, 1, 2)
-R_N_CURVES = (0.25, 0.40, 0.55)
+DECIMALS = 5
+SITES = {AUTHUME: authume, TSCHAMUT: tschamut}
 Say = Callable[[str], None]
 
 
 class Measured(NamedTuple):
     """The result of a measurement.
 
-    results : figures by site, in the form of the JSON file
-    ends : end points of each line of a site's table, by the label of the line
+    results : figures in the form of the JSON file; ends : end points by site and label of a line (`label`)
     """
 
     results: dict[str, Any]
     ends: dict[str, dict[str, Ends]]
 
 
-def measured(say: Say) -> Measured:
+def label(line: Mapping[str, Any]) -> str:
+    """Return the label of a line of a site's table: its model and its values."""
+    return f"{line['model']}, {line['values']}"
+
+
+def measured(folder: Path, say: Say) -> Measured:
     """Calibrate every model at every site, and fly the rocks for all tables of the page.
+
+    folder : of the results of `rpf3d calibrate`; those that it has are not repeated
 
     Raises
     ------
     InputError
         The field data is not there.
     """
-    for folder in (authume.DATA, tschamut.DATA, chant_sura.DATA):
-        if not folder.is_dir():
+    for site in (authume, tschamut, chant_sura):
+        if not site.DATA.is_dir():
             raise InputError(
-                f"the field data is not there ({folder}); docs/explanation/validation.md names its sources"
+                f"the field data is not there ({site.DATA}); docs/explanation/validation.md names its sources"
             )
-    ends: dict[str, dict[str, Ends]] = {"authume": {}, "tschamut": {}}
-    results = {
-        "authume": _flown("authume", authume, authume.field(), ends["authume"], say),
-        "tschamut": _flown("tschamut", tschamut, tschamut.field_figures(), ends["tschamut"], say),
-        "chant_sura": _impacts(say),
-    }
-    results["authume"]["sensitivity"] = _sensitivities(results["authume"]["calibrations"])
-    say("sensitivity")
-    results["transfer"] = _transfers(results)
-    say("transfer")
+    of_sites: dict[str, Any] = rounded(calibrations.calibrate(folder, say))
+    ends: dict[str, dict[str, Ends]] = {AUTHUME: {}, TSCHAMUT: {}}
+    lines = {site: [*_of_books(site, ends[site], say)] for site in SITES}
+    for case in predictions.cases_of_calibrations(of_sites, same_site=True):
+        line, rocks = _line(case, say)
+        lines[case.site].append({**line, "values": CALIBRATED})
+        ends[case.site][label(lines[case.site][-1])] = rocks
+    fields = {AUTHUME: authume.field(), TSCHAMUT: tschamut.field_figures()}
+    results = {site: {"field": fields[site], "lines": lines[site], "calibrations": of_sites[site]} for site in SITES}
+    results["elsewhere"] = [_line(case, say)[0] for case in predictions.cases_of_calibrations(of_sites, False)]
+    results["library"] = [_line(case, say)[0] for case in predictions.cases_of_books()]
+    results[CHANT_SURA] = _impacts(say)
+    results["impacts"] = [_carried_impacts(model, results[CHANT_SURA]) for model in POINTS_AND_SPHERES]
     return Measured(rounded(results), ends)
 
 
-def _flown(name: str, site: Any, field: dict[str, Any], ends: dict[str, Ends], say: Say) -> dict[str, Any]:
-    """Calibrate and fly all models at Authume or Tschamut; return calibrations, and a line for each set of values."""
-    calibrations: dict[str, Any] = {}
-    lines = []
-    for row in rows():
-        first, second = site.halves()
-        found = site.calibrate(row, sorted([*first, *second]))
-        say(f"{name}, {row.name}: calibrated, {found.tried} sets of parameters")
-        halves = [_half(row, site, site.calibrate(row, half)) for half in (first, second)]
-        calibrations[row.name] = {**_calibration(row.free, found), "halves": halves}
-        published = {source: row.published(name, source) for source in SOURCES}
-        for values, keys in {**published, CALIBRATED: row.keys(found.parameters)}.items():
-            figures, flown = site.simulated(keys)
-            lines.append({"model": row.name, "values": values, **figures})
-            ends[f"{row.name}, {values}"] = flown
-            say(f"{name}, {row.name}, {values}")
-    return {"field": field, "calibrations": calibrations, "lines": lines}
+def _of_books(site: str, ends: dict[str, Ends], say: Say) -> Iterator[dict[str, Any]]:
+    """Yield a line for each model and source of published values; its end points go into `ends`."""
+    for model in POINTS_AND_SPHERES:
+        for source in SOURCES:
+            say(f"{site}, {model.name}, {source}")
+            figures, flown = SITES[site].simulated(model.published(site, source))
+            line = {"model": model.name, "values": source, **figures}
+            ends[label(line)] = flown
+            yield line
 
 
-def _half(row: Row, site: Any, found: Found) -> dict[str, Any]:
-    """Return a calibration on half of the data, with its errors on all data and on both halves."""
-    figures, _ = site.simulated(row.keys(found.parameters))
-    errors = {name: figures[name] for name in ("errors", "side_errors", "side_sd") if name in figures}
-    return {**_calibration(row.free, found), **errors}
+def _line(case: predictions.Case, say: Say) -> tuple[dict[str, Any], Ends]:
+    """Return the line of a prediction over parameter sets, and its end points."""
+    say(f"{case.site}, {case.model.name}, {case.ground}")
+    rocks = predictions.predicted(case)
+    named = {"site": case.site, "model": case.model.name, "ground": case.ground}
+    return {**named, **predictions.figures_of(case.site, rocks)}, rocks.ends
 
 
-def _calibration(free: tuple[Free, ...], found: Found) -> dict[str, Any]:
+def calibration(free: tuple[Free, ...], found: Found) -> dict[str, Any]:
     """Return the result of a search, and the parameters at the edge of the searched range."""
     at_edge = [one.name for one in free if found.parameters[one.name] in (one.low, one.high)]
     return {"parameters": found.parameters, "error": found.error, "tried": found.tried, "at_edge": at_edge}
@@ -96,7 +99,7 @@ def _calibration(free: tuple[Free, ...], found: Found) -> dict[str, Any]:
 
 def _impacts(say: Say) -> dict[str, Any]:
     """Return the results at Chant Sura: every rebound model with published values, and the calibrated models."""
-    grounds = {source: chant_sura.surface(PUBLISHED["chant_sura"][source]["default"]) for source in SOURCES}
+    grounds = {source: chant_sura.surface(PUBLISHED[CHANT_SURA][source]["default"]) for source in SOURCES}
     lines, left_out = [], []
     for name, model in chant_sura.all_models().items():
         if model is None:
@@ -108,7 +111,7 @@ def _impacts(say: Say) -> dict[str, Any]:
             spinning = chant_sura.of_published(model, ground, chant_sura.SPIN)
             lines.append({"model": name, "values": source, "contacts": contacts, "published": published,
                           "spinning": spinning})  # fmt: skip
-        say(f"chant_sura, {name}")
+        say(f"{CHANT_SURA}, {name}")
     return {
         "field": {
             "contacts": chant_sura.measured_ratios(chant_sura.contacts()).tolist(),
@@ -116,76 +119,41 @@ def _impacts(say: Say) -> dict[str, Any]:
         },
         "lines": lines,
         "left_out": left_out,
-        "calibrations": {row.name: _calibrated_impacts(row, say) for row in rows()},
+        "calibrations": {model.name: _calibrated_impacts(model, say) for model in POINTS_AND_SPHERES},
     }
 
 
-def _calibrated_impacts(row: Row, say: Say) -> dict[str, Any]:
+def _calibrated_impacts(model: Model, say: Say) -> dict[str, Any]:
     """Return a calibration on the eleven contacts, its check with each run kept out, and its errors on the six."""
-    found = chant_sura.calibrate(row)
-    model, ground = chant_sura.model_for(row, found.parameters), _surface_of(found.parameters)
+    found = chant_sura.calibrate(model)
+    rebound, ground = chant_sura.model_of(model.impact), _surface_of(found.parameters)
     slope = found.parameters[chant_sura.SLOPE.name]
-    say(f"chant_sura, {row.name}: calibrated")
+    say(f"{CHANT_SURA}, {model.name}: calibrated")
     return {
-        **_calibration((*row.at_impacts, chant_sura.SLOPE), found),
-        "contacts": chant_sura.of_contacts(model, ground, slope),
-        "kept_out": chant_sura.kept_out(row),
-        "published": chant_sura.of_published(model, ground),
-        "spinning": chant_sura.of_published(model, ground, chant_sura.SPIN),
+        **calibration((*model.at_impacts, chant_sura.SLOPE), found),
+        "contacts": chant_sura.of_contacts(rebound, ground, slope),
+        "kept_out": chant_sura.kept_out(model),
+        "published": chant_sura.of_published(rebound, ground),
+        "spinning": chant_sura.of_published(rebound, ground, chant_sura.SPIN),
     }
 
 
 def _surface_of(parameters: Mapping[str, float]) -> Any:
-    return chant_sura.calibrated_surface(PUBLISHED["chant_sura"][HOEK]["default"], parameters)
+    return chant_sura.calibrated_surface(PUBLISHED[CHANT_SURA][HOEK]["default"], parameters)
 
 
-def _sensitivities(calibrations: Mapping[str, Any]) -> dict[str, Any]:
-    """Return mean x at Authume for values around the calibrated ones; for point models also over R_t."""
-    found: dict[str, Any] = {"curves": {}}
-    for row in rows():
-        about, of_row = calibrations[row.name]["parameters"], {}
-        for one in row.free:
-            step = SENSITIVITY_STEPS[one.name]
-            most = LARGEST.get(one.name, 1.0)
-            values = tuple(min(max(round(about[one.name] + k * step, 3), 0.0), most) for k in SIDE_STEPS)
-            of_row[one.name] = {"values": values, "mean": authume.sensitivity(row, about, one.name, values)}
-        found[row.name] = of_row
-    for row in (CONSTANT, COULOMB_LIMITED):
-        about = calibrations[row.name]["parameters"]
-        found["curves"][row.name] = {
-            f"{R_n:.2f}": authume.sensitivity(
-                row, {**about, "normal_restitution": R_n}, "tangential_restitution", authume.STEPS_OF_R_T
-            )
-            for R_n in R_N_CURVES
-        }
-    return found
+def _carried_impacts(model: Model, impacts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the errors (m) at both slopes of values that were calibrated on the eleven contacts.
 
-
-def _transfers(results: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the errors at all three sites of values that were calibrated at one site."""
-    lines = []
-    for row in rows():
-        for site in ("authume", "tschamut", "chant_sura"):
-            parameters = results[site]["calibrations"][row.name]["parameters"]
-            quarry, _ = authume.simulated(row.keys(_completed(row, parameters, "authume")))
-            meadow, _ = tschamut.simulated(row.keys(_completed(row, parameters, "tschamut")))
-            impacts = chant_sura.of_published(chant_sura.model_for(row, parameters), _surface_of(parameters))
-            lines.append({
-                "model": row.name, "from": site, "authume": quarry["mean"] - authume.MEAN_X,
-                "authume_distance": quarry["errors"][0], "authume_side_sd": quarry["side_sd"],
-                "tschamut": meadow["error_mean"], "tschamut_absolute": meadow["error_absolute"],
-                "chant_sura": impacts["ratio_mean"], "chant_sura_absolute": impacts["ratio_absolute"],
-            })  # fmt: skip
-    return lines
-
-
-def _completed(row: Row, parameters: Mapping[str, float], site: str) -> dict[str, float]:
-    """Return the parameters of a row, completed by published values of the site's first zone.
-
-    Single impacts calibrate only some of the parameters.
+    Contacts calibrate two coefficients; the others are published values of the site's first zone.
     """
-    values = material(next(iter(PUBLISHED[site][HOEK].values())))
-    return {one.name: parameters[one.name] if one.name in parameters else values[one.name] for one in row.free}
+    found = {one.name: impacts["calibrations"][model.name]["parameters"][one.name] for one in model.at_impacts}
+    line: dict[str, Any] = {"model": model.name}
+    for site, of in SITES.items():
+        values = material(next(iter(PUBLISHED[site][HOEK].values()))) | found
+        figures, _ = of.simulated({**model.keys(), "materials": {"default": values}})
+        line[site] = figures["mean"] - authume.MEAN_X if site == AUTHUME else figures["error_mean"]
+    return line
 
 
 def rounded(value: Any) -> Any:

@@ -2,78 +2,81 @@
 
 from collections.abc import Iterable
 
-from field_cases import authume, ranges, tschamut
-from field_cases.measuring import CALIBRATED
+from field_cases import authume, predictions, tschamut
+from field_cases.models import AUTHUME, CALIBRATED, POINTS_AND_SPHERES, SHAPES, TSCHAMUT
+from field_cases.page_elsewhere import error_of
 from field_cases.page_tables import Results, listed, wrapped
 from field_cases.prose import VERDICT
-from field_cases.rows import COULOMB_LIMITED, HOEK
+
+PLAIN = [model.name for model in POINTS_AND_SPHERES]
 
 
 def section(results: Results) -> str:
     """Return the section on how far a predicted runout can be trusted."""
-    quarry, meadow = results["authume"]["lines"], results["tschamut"]["lines"]
-    fitted = [line for line in quarry if line["values"] == CALIBRATED]
-    words = wrapped(
-        VERDICT.format(
-            **_range("book", (_off(line) for line in quarry if line["values"] != CALIBRATED)),
-            **_range("meadow", (line["error_mean"] for line in meadow if line["values"] != CALIBRATED)),
-            **_range("sd", (line["sd"] for line in fitted)),
-            **_range("side", (line["side_sd"] for line in fitted)),
-            **_carried(results),
-            **_shaped(results["blocks"]),
-            **_held(results["ranges"]["books"]),
-            field_beyond=100.0 * results["authume"]["field"]["beyond"],
-            lucky=next(_off(x) for x in quarry if (x["model"], x["values"]) == (COULOMB_LIMITED.name, HOEK)),
-            off=max(abs(_off(line)) for line in fitted),
-            bar=tschamut.OTHER_CODE["translational"],
-            field_sd=results["authume"]["field"]["sd"],
-            field_side=results["authume"]["field"]["side_sd"],
-        )
+    words = VERDICT.format(
+        **_of_books(results),
+        **_spreads(results),
+        **_kept_out(results),
+        **_elsewhere(results["elsewhere"]),
+        **_of_library(results["library"]),
+        impacts_quarry=_errors(line[AUTHUME] for line in results["impacts"]),
+        impacts_meadow=_errors(line[TSCHAMUT] for line in results["impacts"]),
+        bar=tschamut.OTHER_CODE["translational"],
     )
-    return f"## Can I trust a predicted runout?\n{words}"
+    return f"## Can I trust a predicted runout?\n{wrapped(words)}"
 
 
-def _off(line: Results) -> float:
-    """Return mean x of a line at Authume minus mean x of the field (m)."""
-    return float(line["mean"]) - authume.MEAN_X
+def _of_books(results: Results) -> dict[str, float]:
+    """Return the range of the errors (m) with published values at each site, under the names that the text uses."""
+    quarry = [line["mean"] - authume.MEAN_X for line in results[AUTHUME]["lines"] if line["values"] != CALIBRATED]
+    meadow = [line["error_mean"] for line in results[TSCHAMUT]["lines"] if line["values"] != CALIBRATED]
+    return {"book_low": min(quarry), "book_high": max(quarry), "meadow_low": min(meadow), "meadow_high": max(meadow)}
 
 
-def _range(name: str, values: Iterable[float]) -> dict[str, float]:
-    """Return the lowest and the highest value, under the names that the text uses."""
-    found = list(values)
-    return {f"{name}_low": min(found), f"{name}_high": max(found)}
-
-
-def _carried(results: Results) -> dict[str, str]:
-    """Return the mean error (m) of values from another site, for each model, under the names that the text uses."""
-    asked = {"at_meadow": ("authume", "tschamut"), "at_quarry": ("tschamut", "authume"),
-             "impacts_quarry": ("chant_sura", "authume"), "impacts_meadow": ("chant_sura", "tschamut")}  # fmt: skip
+def _spreads(results: Results) -> dict[str, float]:
+    """Return the spreads (m) of calibrated rocks and of the field at Authume, under the names that the text uses."""
+    fitted = {line["model"]: line for line in results[AUTHUME]["lines"] if line["values"] == CALIBRATED}
+    sides = [fitted[name]["side_sd"] for name in PLAIN]
     return {
-        name: listed([f"{line[there]:+.0f}" for line in results["transfer"] if line["from"] == source])
-        for name, (source, there) in asked.items()
-    }
+        "side_low": min(sides), "side_high": max(sides), "shaped_side": fitted[SHAPES.name]["side_sd"],
+        "field_side": results[AUTHUME]["field"]["side_sd"],
+    }  # fmt: skip
 
 
-def _held(books: Iterable[Results]) -> dict[str, str]:
+def _kept_out(results: Results) -> dict[str, int | str]:
+    """Return how many kept-out stops the calibrations hold, under the names that the text uses."""
+    found: dict[str, int | str] = {}
+    for site, short in ((AUTHUME, "quarry"), (TSCHAMUT, "meadow")):
+        kept = {name: {"site": site, **of["kept_out"]} for name, of in results[site]["calibrations"].items()}
+        across = [predictions.held(kept[name], "across") for name in PLAIN]
+        found |= {f"across_{short}_low": min(across), f"across_{short}_high": max(across)}
+        found |= {f"shaped_{way}_{short}": predictions.held_of_all(kept[SHAPES.name], way)
+                  for way in ("along", "across")}  # fmt: skip
+    return found
+
+
+def _elsewhere(lines: Iterable[Results]) -> dict[str, str]:
+    """Return errors (m) and held stops with the ground of the other slope, under the names that the text uses."""
+    found = {}
+    for site, short in ((AUTHUME, "quarry"), (TSCHAMUT, "meadow")):
+        there = [line for line in lines if line["site"] == site]
+        found[f"at_{short}"] = _errors(error_of(line) for line in there)
+        found[f"held_at_{short}"] = listed([str(predictions.held(line, "along")) for line in there])
+    return found
+
+
+def _errors(errors: Iterable[float]) -> str:
+    return listed([f"{error:+.0f}" for error in errors])
+
+
+def _of_library(lines: Iterable[Results]) -> dict[str, str]:
     """Return how many stops the intervals of library ranges hold at each site, under the names that the text uses."""
-    lines = [line for line in books if line["ground"] == ranges.LIBRARY]
-    across = min(lines, key=lambda line: float(line["across"]))
-    along = {site: sorted({ranges.held(line, "along") for line in lines if line["site"] == site})
-             for site in (ranges.AUTHUME, ranges.TSCHAMUT)}  # fmt: skip
+    of = [line for line in lines if line["ground"] == predictions.LIBRARY]
+    across = min(of, key=lambda line: float(line["across"]))
+    along = {site: sorted({predictions.held(line, "along") for line in of if line["site"] == site})
+             for site in (AUTHUME, TSCHAMUT)}  # fmt: skip
     return {
-        "held_quarry": listed(list(map(str, along[ranges.AUTHUME]))),
-        "held_meadow": listed(list(map(str, along[ranges.TSCHAMUT]))),
-        "held_across": ranges.held_of_all(across, "across"),
-    }
-
-
-def _shaped(blocks: Results) -> dict[str, float]:
-    """Return the figures of rocks with a shape, under the names that the text uses."""
-    quarry = blocks["authume"]["all"]
-    return {
-        "shaped_sd": quarry["sd"],
-        "shaped_side": quarry["side_sd"],
-        "shaped_beyond": 100.0 * quarry["beyond"],
-        "shaped_meadow": blocks["tschamut"]["from_authume"]["error_mean"],
-        "shaped_quarry": _off(blocks["authume"]["from_tschamut"]),
+        "library_quarry": listed(list(map(str, along[AUTHUME]))),
+        "library_meadow": listed(list(map(str, along[TSCHAMUT]))),
+        "library_across": predictions.held_of_all(across, "across"),
     }

@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from field_cases.measuring import CALIBRATED
+from field_cases.models import CALIBRATED
 
 Results = Mapping[str, Any]
 WIDTH = 118
@@ -33,30 +33,6 @@ def wrapped(text: str) -> str:
     ) + "\n"  # fmt: skip
 
 
-def searched(calibrations: Results) -> str:
-    """Return a list with the result of each search: parameters, error, number of sets tried."""
-    lines = []
-    for model, found in calibrations.items():
-        values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in found["parameters"].items())
-        line = f"- {model}: {values} ({found['error']:.2f}; {found['tried']})."
-        for which, half in zip(("First", "Second"), found.get("halves", ()), strict=False):
-            line += f" {which} half: {', '.join(f'{value:g}' for value in half['parameters'].values())}."
-        edge = ", ".join(NAMES[name] for name in found["at_edge"])
-        lines.append(line + (f" **At the edge of the search: {edge}.**" if edge else ""))
-    return wrapped("\n".join(lines))
-
-
-def halves_table(results: Results, columns: Sequence[str], keys: Sequence[str] = ("errors",)) -> str:
-    """Return a table of errors on all data and on its halves; errors on a kept-out half are in bold."""
-    rows = [[label(line), *(f"{error:.1f}" for key in keys for error in line[key])] for line in results["lines"]]
-    for model, found in results["calibrations"].items():
-        for which, half in enumerate(found["halves"]):
-            cells = [f"**{error:.1f}**" if k == 2 - which else f"{error:.1f}" for key in keys
-                     for k, error in enumerate(half[key])]  # fmt: skip
-            rows.append([f"{model}, {('first', 'second')[which]} half", *cells])
-    return table(("values, or half of the data that they fit; kept-out half in bold", *columns), rows)
-
-
 def mean_and_sd_of(figures: Results, name: str, decimals: int = 1) -> str:
     """Return mean and standard deviation of a quantity in the format of a table cell."""
     return f"{figures[f'{name}_mean']:.{decimals}f} ± {figures[f'{name}_sd']:.{decimals}f}"
@@ -72,6 +48,14 @@ def interval_of(interval: Sequence[float], decimals: int = 1, sign: str = "") ->
     """Return an interval in the format of a table cell."""
     low, high = (f"{value:{sign}.{decimals}f}" for value in interval)
     return f"{low} to {high}"
+
+
+def among_sets(line: Results, name: str, decimals: int = 1, sign: str = "", unit: float = 1.0) -> str:
+    """Return a figure of all rocks and, if they fly over parameter sets, 5 and 95 % of the sets, as a table cell."""
+    cell = f"{unit * line[name]:{sign}.{decimals}f}"
+    if "over_sets" not in line:
+        return cell
+    return f"{cell} ({interval_of([unit * end for end in line['over_sets'][name]], decimals, sign)})"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -1,38 +1,39 @@
 """Build the section of docs/explanation/validation.md on Tschamut from the file of results."""
 
-from collections.abc import Sequence
-
-from field_cases import tschamut
-from field_cases.page_tables import Results, halves_table, interval_of, label, mean_and_sd_of, searched, table
-from field_cases.prose import TSCHAMUT, TSCHAMUT_FAILS
+from field_cases import page_calibrations, tschamut
+from field_cases.models import TSCHAMUT
+from field_cases.page_tables import Results, among_sets, interval_of, label, table
+from field_cases.predictions import held_of_all
+from field_cases.prose import OF_ONE_SLOPE, OWN_RELEASE, TSCHAMUT_FAILS
+from field_cases.prose import TSCHAMUT as WORDS
 
 
 def section(results: Results) -> str:
     """Return the section on Tschamut as Markdown."""
-    field, bar = results["field"], tschamut.OTHER_CODE
-    head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
-            "mean end off (m)", "not at rest (%)")  # fmt: skip
-    rows = [
-        *((f"another program, {name}", f"{value:+.1f}", *[""] * 4) for name, value in bar.items()),
-        *((label(line), f"{line['error_mean']:+.1f} ({interval_of(line['error_interval'], 0, '+')})",
-           f"{line['error_absolute']:.1f}",
-           f"{line['correlation']:+.2f}", f"{line['end_off']:.1f}", f"{100 * line['left']:.0f}")
-          for line in results["lines"]),
-    ]  # fmt: skip
-    halves = halves_table(results, ("all 17 distinct runs", "first half, 9", "second half, 8"))
-    picture = "![Tschamut](../pictures/validation_tschamut.png)\n"
     return "\n".join([
-        TSCHAMUT, searched(results["calibrations"]), picture, table(head, rows), _ends(field, results["lines"]),
-        f"Mean absolute error of runout (m):\n\n{halves}", TSCHAMUT_FAILS,
+        WORDS, "![Tschamut](../pictures/validation_tschamut.png)\n", OF_ONE_SLOPE, _runouts(results), OWN_RELEASE,
+        page_calibrations.section(TSCHAMUT, results["calibrations"]), TSCHAMUT_FAILS,
     ])  # fmt: skip
 
 
-def _ends(field: Results, lines: Sequence[Results]) -> str:
-    """Return the table of runout, lateral position and reach angle over all runs."""
-    head = ("from the run's release", "runout (m)", "lateral mean (m)", "lateral sd (m)", "reach angle (degrees)")
-    named = [("**field, 18 runs**", field), *((label(line), line) for line in lines)]
-    rows = [
-        (name, mean_and_sd_of(of, "runout"), f"{of['side_mean']:+.1f}", f"{of['side_sd']:.1f}",
-         mean_and_sd_of(of, "angle")) for name, of in named
-    ]  # fmt: skip
-    return table(head, rows)
+def _runouts(results: Results) -> str:
+    """Return the table of runouts: another program, published values, calibrated values, the field."""
+    head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
+            "sd of runout (m)", "lateral sd (m)", "held along", "held across", "not at rest (%)")  # fmt: skip
+    field = results["field"]
+    return table(head, [
+        ("**field, 18 runs**", "", "", "", f"{field['runout_sd']:.1f}", f"{field['side_sd']:.1f}", "", "", ""),
+        *((f"another program, {name}", f"{off:+.1f}", *[""] * 7) for name, off in tschamut.OTHER_CODE.items()),
+        *map(_line, results["lines"]),
+    ])  # fmt: skip
+
+
+def _line(line: Results) -> tuple[str, ...]:
+    over_sets = "over_sets" in line
+    mean = (among_sets(line, "error_mean", 0, "+") if over_sets
+            else f"{line['error_mean']:+.0f} ({interval_of(line['error_interval'], 0, '+')})")  # fmt: skip
+    return (
+        label(line), mean, f"{line['error_absolute']:.0f}", f"{line['correlation']:+.2f}",
+        among_sets(line, "runout_sd"), among_sets(line, "side_sd"),
+        *(held_of_all(line, way) if over_sets else "" for way in ("along", "across")), f"{100 * line['left']:.0f}",
+    )  # fmt: skip

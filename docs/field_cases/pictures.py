@@ -11,14 +11,16 @@ from matplotlib.figure import Figure
 
 from field_cases import authume, chant_sura, tschamut
 from field_cases.flying import Ends
-from field_cases.measuring import CALIBRATED, Measured
-from field_cases.rows import ALL_ROWS, HOEK, STONE
+from field_cases.measuring import Measured
+from field_cases.models import AUTHUME, CALIBRATED, CHANT_SURA, HOEK, POINTS_AND_SPHERES, STONE, TSCHAMUT
 from rpf3d_core.ensemble.flights import FloatArray
 
-MODEL_COLOURS = {"constant": "tab:blue", "Coulomb-limited": "tab:green", "rigid sphere": "tab:orange"}
-MODEL_MARKS = {"constant": ("o", 10), "Coulomb-limited": ("s", 7), "rigid sphere": ("x", 5)}
+MODEL_COLOURS = {"constant": "tab:blue", "Coulomb-limited": "tab:green", "rigid sphere": "tab:orange",
+                 "rocks with a shape": "tab:purple"}  # fmt: skip
+MODEL_MARKS = {"constant": ("o", 10), "Coulomb-limited": ("s", 7), "rigid sphere": ("x", 5),
+               "rocks with a shape": ("D", 6)}  # fmt: skip
 """Marker and its size (points) of each model; the sizes differ, so that equal predictions stay visible."""
-REBOUND_COLOURS = {row.rebound: MODEL_COLOURS[row.name] for row in ALL_ROWS}
+REBOUND_COLOURS = {model.impact: MODEL_COLOURS[model.name] for model in POINTS_AND_SPHERES}
 OTHER_COLOURS = ("tab:red", "tab:purple", "tab:brown", "tab:pink", "tab:gray", "tab:olive", "tab:cyan")
 STYLES = {HOEK: ":", STONE: "--", CALIBRATED: "-"}
 DRAWN = 1500
@@ -29,9 +31,9 @@ ASIDE = 0.6
 
 def draw_all(measured: Measured, folder: Path) -> None:
     """Write the pictures of all sites, validation_<site>.png, into a folder."""
-    _authume(measured.results["authume"], measured.ends["authume"]).savefig(folder / "validation_authume.png", dpi=110)
-    _tschamut(measured.ends["tschamut"]).savefig(folder / "validation_tschamut.png", dpi=110)
-    _chant_sura(measured.results["chant_sura"]).savefig(folder / "validation_chant_sura.png", dpi=110)
+    _authume(measured.ends[AUTHUME]).savefig(folder / "validation_authume.png", dpi=110)
+    _tschamut(measured.ends[TSCHAMUT]).savefig(folder / "validation_tschamut.png", dpi=110)
+    _chant_sura(measured.results[CHANT_SURA]).savefig(folder / "validation_chant_sura.png", dpi=110)
 
 
 def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
@@ -40,8 +42,8 @@ def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Figur
     return figure, list(figure.subplots(rows, columns).flat)
 
 
-def _authume(results: Mapping[str, Any], ends: Mapping[str, Ends]) -> Figure:
-    figure, (along, aside, plan, curves) = _figure(2, 2, 13.0, 10.0)
+def _authume(ends: Mapping[str, Ends]) -> Figure:
+    figure, (along, aside, plan) = _figure(1, 3, 19.0, 5.6)
     field = authume.end_points()
     _shares_below(along, field[:, 0], {label: flown.end[:, 0] for label, flown in ends.items()})
     for x in (30.0, 45.0):
@@ -51,23 +53,8 @@ def _authume(results: Mapping[str, Any], ends: Mapping[str, Ends]) -> Figure:
     _shares_below(aside, authume.seen(field).across, calibrated)
     aside.set(xlabel="z of end points less z of the mean drop point (m)", title="across the profile", xlim=(-15, 35))
     _stops_in_plan(plan, ends)
-    _curves(curves, results)
     figure.suptitle("Authume P1: where rocks end")
     return figure
-
-
-def _curves(axes: Axes, results: Mapping[str, Any]) -> None:
-    """Draw mean x over R_t and R_n for the two point models."""
-    for model, of_model in results["sensitivity"]["curves"].items():
-        mark, _ = MODEL_MARKS[model]
-        angle = results["calibrations"][model]["parameters"]["friction_angle_deg"]
-        for style, (R_n, means) in zip(STYLES.values(), of_model.items(), strict=True):
-            axes.plot(authume.STEPS_OF_R_T, means, mark + style, color=MODEL_COLOURS[model], fillstyle="none",
-                      label=f"{model}, R_n {R_n}, {angle:g} degrees")  # fmt: skip
-    axes.axhspan(*results["field"]["mean_interval"], color="0.85", label="field, 95 %")
-    axes.set(xlabel="R_t (-)", ylabel="mean x of end points (m)", title="what R_n and R_t do (legend: friction angle)",
-             ylim=(30, 130))  # fmt: skip
-    axes.legend(fontsize=8, ncols=2, loc="upper left")
 
 
 def _shares_below(axes: Axes, field: FloatArray, simulated: Mapping[str, FloatArray]) -> None:

@@ -4,9 +4,9 @@ HEAD = """# Validation: simulated rocks against rocks that fell
 After this page you know how far to trust a predicted runout: it compares simulated rocks with rocks that fell at three
 sites.
 
-On this page a *block* is a real rock of a field test, and a *rock* is simulated. Three models are compared: `constant`
-and `coulomb_limited`, in which a rock is a point, and the rigid sphere ([physics](physics.md)).
-[Rocks with a shape](#rocks-with-a-shape) have a section of their own.
+On this page a *block* is a real rock of a field test, and a *rock* is simulated. Four models are compared: `constant`
+and `coulomb_limited`, in which a rock is a point, the rigid sphere, and [rocks with a shape](#rocks-with-a-shape)
+([physics](physics.md)).
 """
 
 VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on the slope in
@@ -14,32 +14,26 @@ question, or use the result only to compare variants.
 
 - **Coefficients from books give no reliable prediction.** The mean runout is wrong by {book_low:+.0f} to
   {book_high:+.0f} m at Authume and by {meadow_low:+.0f} to {meadow_high:+.0f} m at Tschamut. Another open program,
-  without calibration, is wrong by {bar:+.0f} m at Tschamut. At Authume the Coulomb-limited model with Hoek's values is
-  wrong by only {lucky:+.0f} m, but half of its rocks stop on the upper slope and none on the ledge. With values from
-  books, rocks go farther in this model than in the constant model.
-- **After calibration at Authume, each model of a point or a sphere agrees in the mean, but not in the spread.** The
-  mean differs from the field by at most {off:.1f} m. The standard deviation is {sd_low:.1f} to {sd_high:.1f} m along
-  the profile (field: {field_sd:.1f} m) and {side_low:.1f} to {side_high:.1f} m across it (field: {field_side:.1f} m).
-  Real blocks have shapes that spread them; a point or a sphere has none.
-- **Rocks with a shape spread as far as the blocks at Authume, but are no better from site to site.** With three
-  numbers calibrated on x alone, the standard deviation is {shaped_sd:.1f} m along and {shaped_side:.1f} m across the
-  profile, and {shaped_beyond:.0f} % pass 55 m (field: {field_beyond:.0f} %). The same numbers are wrong by
-  {shaped_meadow:+.0f} m at Tschamut; Tschamut's are wrong by {shaped_quarry:+.0f} m at Authume.
-- **Calibrated values are not properties of the ground.** The constant model's friction angles at Authume are too low
-  for a rock slope, because sliding replaces rolling in this model.
-- **At Tschamut the calibrated models look better than they are**: see *Where it fails* in
-  [that section](#tschamut-2014).
-- **Values from one slope are not valid on another.** Values from Authume are wrong by {at_meadow} m at Tschamut
-  (constant, Coulomb-limited, rigid sphere). Values from Tschamut are wrong by {at_quarry} m at Authume. Values from
+  without calibration, is wrong by {bar:+.0f} m at Tschamut.
+- **After calibration, points and spheres spread too little across the slope.** At Authume their lateral standard
+  deviation is {side_low:.1f} to {side_high:.1f} m (field: {field_side:.1f} m), and 90 % intervals hold only
+  {across_quarry_low} to {across_quarry_high} of the 41 kept-out blocks across the slope. Real blocks have shapes that
+  spread them; a point or a sphere has none.
+- **Rocks with a shape spread as the blocks do at Authume, and less well at Tschamut.** At Authume their lateral
+  standard deviation is {shaped_side:.1f} m, and 90 % intervals hold {shaped_along_quarry} kept-out blocks along the
+  slope and {shaped_across_quarry} across. At Tschamut these are {shaped_along_meadow} and {shaped_across_meadow}.
+- **The misfit of the model mends the intervals.** The predictive intervals of a calibrated run hold it. With it, all
+  models but `constant` at Tschamut hold at least 80 % of the kept-out stops, along and across the slope.
+- **Stops alone say little about the ground.** At Tschamut most coefficients stay as uncertain as before. Only rocks
+  with a shape at Authume predict kept-out stops clearly better than a curve without any physics.
+- **Values from one slope are not valid on another.** Calibrated at Authume, the models are wrong by {at_meadow} m at
+  Tschamut (constant, Coulomb-limited, rigid sphere, rocks with a shape), and 90 % intervals hold {held_at_meadow} of 18
+  stops. Calibrated at Tschamut, they are wrong by {at_quarry} m at Authume and hold {held_at_quarry} of 41. Values from
   single impacts are wrong by {impacts_quarry} m at Authume and by {impacts_meadow} m at Tschamut.
 - **Ranges say what values hide.** With ranges of the library in place of values, and before any calibration, 90 %
-  intervals hold {held_quarry} of 41 stops along the slope at Authume and {held_meadow} of 18 at Tschamut. Many of these
-  intervals have no far end. Across the slope they hold as few as {held_across}: points and spheres spread too little. A
-  calibration on another slope holds as few as none
-  ([predictive intervals](#do-predictive-intervals-hold-the-observed-stops)).
-- **Small changes matter.** At Authume the mean moves by more than five metres if R_n (constant) or rolling friction
-  (sphere) changes by 0.04, and by more than eight metres if the friction angle changes by four degrees
-  (Coulomb-limited).
+  intervals hold {library_quarry} of 41 stops along the slope at Authume and {library_meadow} of 18 at Tschamut. Many of
+  these intervals have no far end. Across the slope they hold as few as {library_across}: points and spheres spread too
+  little ([predictive intervals](#do-predictive-intervals-hold-the-observed-stops)).
 """
 
 METHOD = """## How are field and simulation compared?
@@ -47,122 +41,99 @@ METHOD = """## How are field and simulation compared?
 writes the page from the last measurement.
 
 - **Models**: `constant` and `coulomb_limited` with `ground: sliding`; the rigid sphere is `rock.shape: sphere` with
-  `ground: sphere`. Every scene of this page names its rebound and its ground.
-- **Uncalibrated**: published values for ground with the same description, chosen without knowledge of the end points.
-  Two libraries show how much two books differ.
-- **Calibrated**: one set of parameters for the whole site. The search tries a grid of values, then two finer grids
-  around the best set, each with half the step. All sets fly the same rocks (seed 1): 2,000 at Authume (500 spheres,
-  which take longer), 900 at Tschamut. The figures of this page come from other rocks (seed 2): 10,000 and 9,000.
-- **Kept out**: the search uses one half of a site's data, and the other half checks the result. This shows whether the
-  search only fits single blocks.
+  `ground: sphere`; rocks with a shape have `contact: rigid`.
+- **Published values**: for ground with the same description, chosen without knowledge of the end points. Two libraries
+  show how much two books differ. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
+- **Calibrated**: the sample of `rpf3d calibrate` with its defaults, one value for the whole site. 64 sets of the sample
+  fly, 200 rocks each at Authume and 216 at Tschamut. `python docs/field_cases/scenes.py FOLDER` writes the scenes.
+- **Kept out**: the calibration keeps each fold of the stops out in turn and predicts it from the others. A stop is
+  *held* by a 90 % interval if 5 to 95 % of the rocks stop before it. With the *misfit*, the interval also holds the
+  error of the model that the calibration found.
 - **One basis**: the same functions evaluate field and simulation. Distances start at the field's start (the mean drop
   point at Authume, the run's release at Tschamut), also for rocks that are released next to it.
-- **Intervals** are 95 %, for the *field's* few blocks: Wilson's for shares, bootstrap percentiles for all other
-  figures. The intervals of 10,000 simulated rocks are a sixteenth as wide and not shown.
+- **Brackets**: in a line of the field or of published values, the 95 % interval that the *field's* few blocks leave
+  (bootstrap percentiles). In a line of calibrated values, 5 to 95 % of the parameter sets, each flown alone.
 - **Angles** are in degrees. *Correlation over runs* is the correlation of simulated and observed runouts.
 """
 
-DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
-`coulomb_limited` is the default because of its mechanics: no impact takes more speed along the ground than friction
-can. `constant` takes a share at each of infinitely many impacts. So no speed is left when bouncing ends, on any
-slope, and the runout is too short: the unsafe side ([the end of bouncing](physics.md#the-end-of-bouncing)). **The
-field data do not show which of the two is better.** Neither predicts the runout on a slope where it was not
-calibrated.
-
-`coulomb_limited` is **nearer** to the field in these figures:
-
-- Tschamut, calibrated on all runs: all figures except the spreads;
-- Authume, calibrated, along the profile: standard deviation, 95th percentile, and by a little the distance of x;
-- with the books' values: three cases of four;
-- Chant Sura: the six impacts, with values calibrated on the eleven contacts (with the books' values the two models are
-  about equal);
-- calibrated friction angles: 20 to 30 degrees on all data and on each half, which is possible for real ground. Those of
-  `constant` are 5 to 30.
-
-`coulomb_limited` is **farther** from the field in these figures:
-
-- lateral spread, calibrated at Authume and at Tschamut;
-- values from Authume used at Tschamut, and the reverse. Here its error can be much larger.
-
-There is **no clear difference** in these figures:
-
-- speeds after the eleven contacts;
-- kept-out halves. `constant` is nearer in four of six figures, in all but one of them (a lateral figure) by about half
-  a metre or less; `coulomb_limited` is much nearer in one. Halves of 9 and 8 runs are small, and the result depends on
-  the grid: with R_t searched from 0.35 to 0.95 the errors on Tschamut's second half are 19.8 m (`constant`) and 11.5 m,
-  and `coulomb_limited` is nearer in four of six.
+OF_ONE_SLOPE = """The calibrated lines fly over the slope that they were calibrated on, so they show how well the model
+can fit, not how well it predicts. The table of kept-out stops shows that.
 """
 
-GRIDS = """## Which values does the calibration try?
-`constant` and `coulomb_limited` have the same grids, rocks and ground; only the rebound differs. In `coulomb_limited`
-the friction angle also limits the loss of speed at an impact. With single impacts (Chant Sura) the calibration varies
-two coefficients and the slope of the ground; the friction angle keeps its published value. The friction angle of the
-sphere is always 35 degrees (Newcastle open-pit library).
+COEFFICIENTS = """Calibrated coefficients. A coefficient whose interval hardly narrows (in **bold**) is not
+determined by the stops:
 """
 
-CURVES = """\
-In another program for a lumped mass, with another rule for the end of bouncing, the same step moved the mean by 38 m:
-this rule is as important as a coefficient.
-"""
-
-SENSITIVITY = """### What do a few hundredths of a coefficient change?
-Mean x of end points (m), if one parameter has five values (in brackets) around its calibrated value:
-"""
-
-AUTHUME_FAILS = """\
-**Where it fails.**
-- No calibrated model leaves a rock on the upper slope, where 2 of 41 blocks stopped. No calibrated point passes 59 m,
-  as 5 of 41 blocks did.
-- In all three models the spread across the profile is too small, so their hazard maps are too narrow.
-- In every model, values from one half of the blocks predict the other half worse than their own half.
-- The calibrated R_t of the Coulomb-limited model is at its lower bound, because R_t has little effect where friction
-  limits the loss. A search with R_t of at least 0.35 ends at 0.35, with a distance of 4.1 m in x and a lateral spread
-  of 2.5 m.
-"""
-
-TSCHAMUT_FAILS = """\
-**Where it fails.**
-- In all calibrated models the rocks of the two shortest runs (31 and 46 m) go tens of metres too far. A mean error of a
-  few metres hides this.
-- `constant`: the friction angle is at the edge of the searched range, and R_n has no effect: very different values fit
-  all runs equally well. The model does not distinguish long runs from short runs: all rocks reach the flat step at the
-  foot of the terrain.
-- `coulomb_limited` fits best and distinguishes long runs from short runs a little. R_n is at the edge of the searched
-  range.
-- The rigid sphere is worse than `constant`: some rocks hardly leave their release, others reach the foot of the slope.
-- The runouts of the two point models have too little spread. Those of the sphere have more spread than the field, but
-  are not long where the field's runouts are long.
+SCORES = """Kept-out stops. The *score* is the mean logarithm of the predicted density at each kept-out stop; higher is
+better. The curve is a normal distribution without any physics:
 """
 
 AUTHUME = """## Authume quarry, profile P1
 In an open pit in France, a power shovel dropped 41 blocks of 178 to 1,751 kg. The terrain has 9,001 triangles in three
 zones (`config/scenes/authume_p1.yaml`). x is the direction along the profile, z the lateral direction.
 
-- Simulated rocks are dropped up to 1 m from each of the four drop points and have the blocks' mean mass. The spread of
-  the drop points is part of both lateral spreads.
+- Simulated rocks are dropped up to 1 m from each of the four drop points. Points and spheres have the blocks' mean
+  mass; rocks with a shape have the shapes and sizes of four scanned blocks. The spread of the drop points is part of
+  all lateral spreads.
 - The field's end points are 2.87 m above the mesh, because the two have different height references. Simulated end
-  points are raised by 2.87 m, which changes only the reach angle (the slope from start to end).
-- The calibration uses only x of the end points. Lateral spread and reach angle are therefore an independent check of
-  every row.
-
-Calibrated values (distance from the field's x in m; number of sets tried):
+  points are raised by 2.87 m.
 """
 
-CHECKS = "Checks: mean x 44.1 ± 5 m; ledge 51 ± 15 points; floor 44 ± 15 points.\n"
-
 TSCHAMUT = """## Tschamut 2014
-The data are 18 runs of blocks of 40 to 79 kg on an alpine meadow. Run v034 repeats v033 to the last digit, so the
-calibration uses 17 runs; means use 18.
+The data are 18 runs of blocks of 40 to 79 kg on an alpine meadow. Run v034 repeats v033 to the last digit.
 
 - The terrain is not a survey but an approximation in cells of 5 m: a plane with interpolated deviations. Differences of
   some metres have no meaning.
-- The rocks of a run start within 0.5 m of its release, with its velocity, one block's size above the ground and with
-  the mean mass of all blocks.
+- The rocks of a run start within 0.5 m of its release, with its velocity. Points and spheres start one block's size
+  above the ground, with the mean mass of all blocks; rocks with a shape have the mass and the three lengths of the
+  run's block (an ideal equant body, stretched).
 - The lateral direction is across the line from the mean release to the mean end point of the field.
-- For comparison, the first table has another open program, without calibration, on a survey of 2 m (a point mass and a
+- For comparison, the table has another open program, without calibration, on a survey of 2 m (a point mass and a
   sphere).
+"""
 
-Calibrated values (mean absolute error of runout in m; number of sets tried):
+OWN_RELEASE = """Here each stop is compared with the rocks of its own run: *held* counts the stops within 90 % of
+them, along and across the slope. The calibration does not know which of two places of release a stop belongs to, so its
+intervals of kept-out stops below are wider and hold more.
+"""
+
+AUTHUME_FAILS = """**Where it fails.**
+- Points and spheres hold too few kept-out blocks across the slope. The misfit of the model, 4 to 6 m, mends most of
+  this: the ground is known, and the model is poor.
+- The friction angle of `constant` is at the lower end of its range, too low for a rock slope, because sliding replaces
+  rolling in this model.
+- R_n of the sphere, and R_t of the Coulomb-limited model, are hardly determined.
+- None of the three predicts kept-out blocks clearly better than a curve without physics. Only rocks with a shape do.
+- Few rocks stop on the upper slope, where 2 of 41 blocks did: 2 % with `constant` and with a shape, none with the
+  others.
+"""
+
+TSCHAMUT_FAILS = """**Where it fails.**
+- With the true release of each run, points and spheres hold 0 to 7 of 18 stops along the slope and 1 or 2 across. A
+  mean error of some metres hides this.
+- No model distinguishes long runs from short runs: the correlation over runs is within 0.25 of zero.
+- `constant` cannot fit: its friction angle is at the lower end of its range, all its rocks stop tens of metres too
+  early, and its intervals hold no kept-out stop along the slope.
+- The restitutions of points and spheres, and all three numbers of rocks with a shape, are hardly determined.
+- No model predicts kept-out stops clearly better than a curve without physics.
+"""
+
+DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
+`coulomb_limited` is the default because of its mechanics: no impact takes more speed along the ground than friction
+can. `constant` takes a share at each of infinitely many impacts. So no speed is left when bouncing ends, on any
+slope, and the runout is too short: the unsafe side ([the end of bouncing](physics.md#the-end-of-bouncing)).
+
+`coulomb_limited` is **better** in these figures:
+
+- the score of kept-out stops at Tschamut, where `constant` holds none along the slope; at Authume the scores are equal;
+- friction angles that real ground can have on both slopes. Those of `constant` are at the lower end of their range;
+- the mean runout at Tschamut, calibrated there;
+- the six impacts of Chant Sura, with values calibrated on the eleven contacts.
+
+It is **worse** in these figures:
+
+- the spreads at Authume along and across the slope, and the kept-out blocks that its intervals hold;
+- values of one slope on the other. With values from Tschamut, nearly half of its rocks leave the quarry at Authume.
 """
 
 CHANT_SURA = """## Chant Sura
@@ -184,13 +155,6 @@ the velocity before it. Energy is translational.
   face, an edge or a corner, and none of these models distinguishes them.
 - The eleven contacts are steep and slow, the six impacts flat and fast. So values calibrated on the eleven are of
   little use for the six. Constant coefficients cannot be right for both.
-"""
-
-TRANSFER = """## From site to site
-The table uses values calibrated on all data of one site at all three sites; *the site of the calibration is in
-italics*. Single impacts cannot calibrate the friction on the ground, so there it has the published value of the
-simulated site. The sphere's rolling friction is almost the same at Authume and Tschamut. So its values from one site
-are about as good at the other site.
 """
 
 NOT_VALIDATED = """## What does this page not show?

@@ -4,19 +4,16 @@ Volkwein & Gerber 2018, EnviDat doi:10.16904/envidat.34; Geosciences 8(3):88.
 """
 
 import csv
-from collections.abc import Mapping, Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from field_cases.authume import REPORT_SEED, ROOT, SEARCH_SEED
+from field_cases.authume import REPORT_SEED, ROOT
 from field_cases.basis import EndPoints, horizontal_axes, mean_and_sd, measured_from
 from field_cases.figures import bootstrap
 from field_cases.flying import Ends, Keys, Site
-from field_cases.rows import Row, row_named
-from field_cases.search import Found, search
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.choices import chosen_scene
@@ -30,7 +27,7 @@ SPREAD = 0.5
 """Half-width (m) of the square in which the rocks of a run start: about a block, much less than a cell of 5 m."""
 CELL, CORNER = 5.0, (-32.5, 87.5)
 """Side of a cell of the terrain (m), and the centre of the south-western cell (m)."""
-SEARCH_ROCKS_A_RUN, ROCKS_A_RUN = 50, 500
+ROCKS_A_RUN = 500
 
 
 class Runs:
@@ -57,11 +54,6 @@ class Runs:
         """Return the runs without copies, for the calibration: v034 repeats v033 to the last digit."""
         rows = [(*self.release[i], *self.end[i]) for i in range(len(self.names))]
         return [i for i, row in enumerate(rows) if row not in rows[:i]]
-
-    def halves(self) -> tuple[list[int], list[int]]:
-        """Return two halves of the distinct runs, so that one can check the other: every second run, and the rest."""
-        distinct = self.distinct()
-        return distinct[::2], distinct[1::2]
 
 
 @lru_cache
@@ -139,7 +131,6 @@ def compared(ends: Ends) -> dict[str, Any]:
         "error_mean": float(errors.mean()),
         "error_interval": bootstrap(errors, lambda s: float(s.mean())),
         "error_absolute": float(np.abs(errors).mean()),
-        "errors": [float(np.abs(errors[some]).mean()) for some in (field.distinct(), *field.halves())],
         "correlation": correlation(errors),
         "end_off": float(far.mean()),
         "left": float(1.0 - ends.stopped.mean()),
@@ -149,14 +140,14 @@ def compared(ends: Ends) -> dict[str, Any]:
 def errors_of(ends: Ends) -> FloatArray:
     """Return the error of runout of each run (R,) m: mean simulated runout minus observed runout.
 
-    The runout of a rock that left the terrain ends at the boundary.
+    The runout of a rock that left the terrain ends at the boundary. NaN for a run without rocks.
     """
-    return _by_run(seen(ends.source, ends.end).runout) - runs().seen().runout
+    return _by_run(ends.source, seen(ends.source, ends.end).runout) - runs().seen().runout
 
 
 def mean_ends(ends: Ends) -> FloatArray:
     """Return the mean end point of each run's rocks (R, 3) m."""
-    return np.stack([_by_run(ends.end[:, k]) for k in range(3)], axis=1)
+    return np.stack([_by_run(ends.source, ends.end[:, k]) for k in range(3)], axis=1)
 
 
 def correlation(errors: FloatArray) -> float:
@@ -166,30 +157,14 @@ def correlation(errors: FloatArray) -> float:
     return 0.0 if np.ptp(predicted) < 1e-9 else float(np.corrcoef(predicted, observed)[0, 1])
 
 
-def halves() -> tuple[list[int], list[int]]:
-    """Return two halves of the distinct runs, so that one half can check the other."""
-    return runs().halves()
+def _by_run(run: IntArray, values: FloatArray) -> FloatArray:
+    """Return the mean (R,) of values (N,) over the rocks of each run; NaN for a run without rocks.
 
-
-def calibrate(row: Row, some: Sequence[int]) -> Found:
-    """Find the set of parameters with the smallest mean absolute error of runout over some runs."""
-
-    def error(parameters: Mapping[str, float]) -> float:
-        return float(np.abs(_flown_errors(row.name, tuple(parameters.items()))[some]).mean())
-
-    return search(error, row.free)
-
-
-@cache
-def _flown_errors(model: str, parameters: tuple[tuple[str, float], ...]) -> FloatArray:
-    """Return the error of runout of each run (R,) m for a set of parameters; the flight is kept for other searches."""
-    row = row_named(model)
-    return errors_of(site(SEARCH_ROCKS_A_RUN, SEARCH_SEED).fly(row.keys(dict(parameters))))
-
-
-def _by_run(values: FloatArray) -> FloatArray:
-    """Return the mean over the rocks of each run; the values are ordered by run."""
-    return values.reshape(len(runs().names), -1).mean(axis=1)
+    run : (N,) number of the run of each rock
+    """
+    count = len(runs().names)
+    rocks, summed = np.bincount(run, minlength=count), np.bincount(run, values, count)
+    return np.divide(summed, rocks, out=np.full(count, np.nan), where=rocks > 0)
 
 
 def _table(path: Path) -> dict[str, dict[str, str]]:

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from field_cases import authume, chant_sura, tschamut
-from field_cases.blocks import impacts, meadow, measuring, quarry
-from field_cases.measuring import CALIBRATED, rounded
+from field_cases import authume, chant_sura
+from field_cases.blocks import impacts, quarry
+from field_cases.measuring import rounded
+from field_cases.models import AUTHUME, CALIBRATED, CHANT_SURA, SHAPES
 
 DOCS = Path(__file__).parents[2] / "docs"
 RESULTS: dict[str, Any] = json.loads((DOCS / "field_cases" / "results.json").read_text())
 BLOCKS = RESULTS["blocks"]
-QUARRY = BLOCKS["authume"]
-FITTED = {line["model"]: line for line in RESULTS["authume"]["lines"] if line["values"] == CALIBRATED}
+QUARRY = BLOCKS["quarry"]
+FITTED = {line["model"]: line for line in RESULTS[AUTHUME]["lines"] if line["values"] == CALIBRATED}
 OTHER_MACHINE = 0.5
 """m; a few of 4,000 rocks may end elsewhere on another machine, whose sin differs in the last bit."""
 ROCKS = 600
@@ -25,18 +26,24 @@ STANDARD_ERRORS = 3.0
 """Allowance of a figure of few rocks: chance exceeds it in 1 of 700 cases if the true figure is at the goal's end."""
 
 needs_data = pytest.mark.skipif(
-    not all(site.DATA.is_dir() for site in (authume, tschamut, chant_sura)), reason="the field data is not there"
+    not all(site.DATA.is_dir() for site in (authume, chant_sura)), reason="the field data is not there"
 )
 
 
-def test_the_scene_has_the_calibrated_set_four_blocks_and_one_source() -> None:
+def test_the_scene_has_the_best_set_in_x_four_blocks_and_one_source() -> None:
     scene = yaml.safe_load(quarry.SCENE.read_text(encoding="utf-8"))
     assert scene["materials"] == {"default": QUARRY["parameters"]}
     assert len(scene["rock"]["shape"]["files"]) == 4 and "rocks" not in scene
     assert len(scene["sources"]) == 1 and "above_ground" not in scene["sources"][0]
 
 
-def test_the_calibrated_set_is_the_best_of_the_search_in_x() -> None:
+def test_the_set_of_the_scene_lies_within_the_intervals_of_the_calibration() -> None:
+    calibrated = RESULTS[AUTHUME]["calibrations"][SHAPES.name]["parameters"]
+    for name, value in QUARRY["parameters"].items():
+        assert calibrated[name]["low"] <= value <= calibrated[name]["high"], name
+
+
+def test_the_set_of_the_scene_is_the_best_of_the_search_in_x() -> None:
     errors = [one["error"] for one in QUARRY["near"]]
     assert errors == sorted(errors) and QUARRY["near"][0]["parameters"] == QUARRY["parameters"]
     assert QUARRY["error"] == errors[0] and QUARRY["at_edge"] == []
@@ -46,44 +53,31 @@ def test_the_stated_bars_are_those_of_the_stated_figures() -> None:
     found = QUARRY["all"]
     for name, (low, high) in quarry.BARS.items():
         assert found["bars"][name] == (low <= found[name] <= high), name
-    assert [name for name, met in found["bars"].items() if not met] == ["side_sd"]
-    assert found["side_sd"] - quarry.BARS["side_sd"][1] < QUARRY["chance"]["side_sd"], "at the edge of the interval"
+    assert all(found["bars"].values())
+    assert abs(found["side_sd"] - quarry.BARS["side_sd"][1]) < QUARRY["chance"]["side_sd"], "at the interval's edge"
 
 
 def test_the_sphere_is_the_control() -> None:
     sphere = FITTED["rigid sphere"]
-    assert sphere["side_sd"] < 3.0 and sphere["sd"] < quarry.BARS["sd"][0]
-    assert sphere["beyond"] > 0.08 and FITTED["Coulomb-limited"]["beyond"] > 0.08, "this goal does not distinguish"
+    assert sphere["side_sd"] < 0.5 * RESULTS[AUTHUME]["field"]["side_sd"], "half of the field's"
+    assert 0.9 * quarry.BARS["sd"][0] < sphere["sd"] < quarry.BARS["sd"][0] and sphere["beyond"] > 0.07, "nearly enough"
 
 
 def test_what_the_page_says_of_rocks_with_a_shape_is_what_its_figures_say() -> None:
     """Fails where new figures ask for new words: `BLOCKS_FAIL` of docs/field_cases/prose_blocks.py."""
-    assert sum(one["side_sd"] > quarry.BARS["side_sd"][1] for one in QUARRY["near"]) == 3
-    for which, half in enumerate(QUARRY["halves"]):
-        others = [RESULTS["authume"]["calibrations"][model]["halves"][which]["errors"][2 - which] for model in FITTED]
-        worse = half["all"]["errors"][2 - which] - np.array(others)
-        assert worse.min() > 0.35 and worse.max() < 1.55
-        assert not half["all"]["bars"]["mean"]
+    assert sum(one["side_sd"] > quarry.BARS["side_sd"][1] for one in QUARRY["near"]) == 4
     alike = QUARRY["variants"]["proportions"]
     assert alike["mean"] > QUARRY["all"]["mean"] + 2.0 and alike["side_sd"] > QUARRY["all"]["side_sd"]
-    assert BLOCKS["tschamut"]["at_edge"] == ["restitution", "friction"]
-    carried = BLOCKS["tschamut"]["from_authume"]
-    assert abs(carried["correlation"]) < 0.1 and -21.0 < carried["error_mean"] < -10.0
-    heavy = next(one for one in BLOCKS["tschamut"]["by_block"]["from_authume"] if one["block"] == "Most heavy")
-    assert heavy["field"] - heavy["simulated"] > 40.0
-    points = [line for line in RESULTS["tschamut"]["lines"] if line["values"] == CALIBRATED][:2]
-    assert all(line["errors"][0] < BLOCKS["tschamut"]["all"]["errors"][0] for line in points)
-    assert QUARRY["from_tschamut"]["mean"] - authume.MEAN_X > 10.0
 
 
 def test_what_the_page_says_of_single_impacts_is_what_its_figures_say() -> None:
-    own, field = BLOCKS["chant_sura"], RESULTS["chant_sura"]["field"]["published"]
+    own, field = BLOCKS["impacts"], RESULTS[CHANT_SURA]["field"]["published"]
     for spin in ("published", "spinning"):
         assert (np.array(own["from_authume"][spin]["ratios"]) > field).sum() == 5
         assert max(own["from_authume"][spin]["largest"] + own["all"][spin]["largest"]) <= 1.0 < max(field)
     assert all(of["speed_mean"] < 0.0 for of in own["from_authume"]["contacts"].values())
     assert own["at_edge"] == ["restitution", "friction", "rolling_resistance"]
-    others = [of["contacts"]["speed_rms"] for of in RESULTS["chant_sura"]["calibrations"].values()]
+    others = [of["contacts"]["speed_rms"] for of in RESULTS[CHANT_SURA]["calibrations"].values()]
     assert max(others) < own["all"]["contacts"]["speed_rms"]
 
 
@@ -93,9 +87,7 @@ def test_the_way_in_measures_rocks_with_a_shape_alone(tmp_path: Path, monkeypatc
     results.write_text(json.dumps({**RESULTS, "blocks": {}}))
     monkeypatch.setattr(module, "RESULTS", results)
     monkeypatch.setattr(module, "PAGE", tmp_path / "page.md")
-    monkeypatch.setattr(module, "draw", lambda *_: None)
-    found = measuring.BlocksMeasured(BLOCKS, np.zeros((1, 3)))
-    monkeypatch.setattr(module.blocks_measuring, "measured", lambda _: found)
+    monkeypatch.setattr(module.blocks_measuring, "measured", lambda _: BLOCKS)
     assert module.main(["--blocks"]) == 0
     assert json.loads(results.read_text()) == RESULTS
     assert (tmp_path / "page.md").read_text() == (DOCS / "explanation" / "validation.md").read_text()
@@ -133,13 +125,9 @@ def test_the_stated_figures_of_the_quarry_come_out_again() -> None:
 
 @pytest.mark.long
 @needs_data
-def test_the_stated_figures_of_the_meadow_and_of_impacts_come_out_again() -> None:
-    stated = BLOCKS["tschamut"]["from_authume"]
-    again = meadow.simulated(QUARRY["parameters"])[0]
-    for name in ("error_mean", "error_absolute", "side_sd"):
-        assert again[name] == pytest.approx(stated[name], abs=OTHER_MACHINE), name
+def test_the_stated_figures_of_impacts_come_out_again() -> None:
     six = impacts.of_impacts(QUARRY["parameters"], chant_sura.published())
-    assert six["ratios"] == pytest.approx(BLOCKS["chant_sura"]["from_authume"]["published"]["ratios"], abs=0.01)
+    assert six["ratios"] == pytest.approx(BLOCKS["impacts"]["from_authume"]["published"]["ratios"], abs=0.01)
 
 
 def _validation() -> ModuleType:

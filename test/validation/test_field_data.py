@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from field_cases import authume, calibrated_tschamut, chant_sura, tschamut
+from field_cases import authume, chant_sura, tschamut
+from field_cases.models import MODELS, SHAPES, TSCHAMUT
+from field_cases.scenes import write_scene
 
 from rpf3d_core.calibration.observations import calibration_of, field_of
 from rpf3d_core.scene.reading import read_scene
@@ -36,13 +38,6 @@ def test_authume_has_the_published_runout_spread_and_reach_angle() -> None:
 
 
 @needs_authume
-def test_the_halves_of_authume_have_every_block_once() -> None:
-    first, second = authume.halves()
-    assert (len(first), len(second)) == (21, 20)
-    assert sorted(first + second) == list(range(41))
-
-
-@needs_authume
 def test_authumes_shares_are_as_unsure_as_published() -> None:
     for low, high in list(authume.field()["section_intervals"].values())[1:]:
         assert 100.0 * (high - low) / 2.0 == pytest.approx(14.0, abs=1.0), "about 14 points"
@@ -54,8 +49,6 @@ def test_tschamut_has_18_runs_of_which_one_is_a_copy() -> None:
     assert len(field.names) == tschamut.RUNS
     copies = set(range(18)) - set(field.distinct())
     assert [field.names[i] for i in copies] == ["v034"]
-    first, second = field.halves()
-    assert sorted(first + second) == field.distinct()
 
 
 @needs_tschamut
@@ -112,10 +105,9 @@ def _lines() -> list[dict[str, str]]:
 
 @needs_tschamut
 def test_the_scenes_of_tschamut_can_be_calibrated(tmp_path: Path) -> None:
-    calibrated_tschamut.write_scenes(tmp_path)
-    for name, unknowns in (("points", 3), ("blocks", 3)):
-        scene = read_scene(tmp_path / f"{name}.yaml")
+    for model in MODELS:
+        scene = read_scene(write_scene(tmp_path, TSCHAMUT, model))
         field = field_of(scene, prepare(scene).terrain.frame)
         assert len(field.stops) == tschamut.RUNS == len(scene.sources)
-        assert len(calibration_of(scene).unknowns) == unknowns
-        assert (field.shapes is None) == (name == "points")
+        assert len(calibration_of(scene).unknowns) == len(model.unknown)
+        assert (field.shapes is None) == (model != SHAPES)

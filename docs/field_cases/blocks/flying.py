@@ -13,13 +13,12 @@ import numpy as np
 from field_cases.flying import Ends
 from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.scene.material import Material
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, releases_in_ranges, scene_materials
 from rpf3d_core.setup.shapes import polyhedra_of
 from rpf3d_core.shapes.polyhedron import Polyhedron
-from rpf3d_core.shapes.table import UNIT_SPHERE_VOLUME, shape_table
+from rpf3d_core.shapes.table import shape_table
 from rpf3d_core.values import Outcome
 
 Ground = Mapping[str, float]
@@ -37,13 +36,11 @@ class BlockSite:
     """A prepared scene of rocks with a shape, which fly many times over ground with other numbers.
 
     shapes : the shapes of the rocks, each of its own size; those of the scene if not given
-    by_source : number of the shape of each source's rocks; shapes are drawn if not given
     """
 
-    def __init__(self, scene: Scene, shapes: Sequence[Polyhedron] = (), by_source: Sequence[int] | None = None) -> None:
+    def __init__(self, scene: Scene, shapes: Sequence[Polyhedron] = ()) -> None:
         prepared = prepare(scene)
         self.shapes = list(shapes) or polyhedra_of(scene)[0]
-        self.by_source = by_source
         table = shape_table(self.shapes, [1.0] * len(self.shapes))
         volumes = np.array([shape.volume for shape in self.shapes])
         models = prepared.flight.models
@@ -57,24 +54,14 @@ class BlockSite:
         """Fly the rocks of each source whose numbers are in a range; all rocks of the scene if no range is given."""
         prepared = self.prepared
         scene = prepared.scene.model_copy(update={"materials": {"default": Material.model_validate(dict(ground))}})
-        releases = self._releases([range(source.rocks) if rocks is None else rocks for source in prepared.sources])
+        ranges = [range(source.rocks) if rocks is None else rocks for source in prepared.sources]
+        releases = releases_in_ranges(prepared, ranges)
         check_releases(prepared, releases)
         flight = replace(prepared.flight, materials=scene_materials(scene, prepared.terrain.zones))
         flown = fly_ensemble(prepared.engine, flight, releases, record=False, paths=0).deposits
         end = prepared.terrain.frame.points_to_input(flown.x)
         assert releases.shape is not None, "the scene's rocks have a shape"
         return Flown(Ends(flown.source, end, flown.outcome == Outcome.STOPPED), releases.shape)
-
-    def _releases(self, ranges: Sequence[range]) -> Releases:
-        """Return the releases of each source for a range of its rock numbers, with the shapes of this site."""
-        drawn = releases_in_ranges(self.prepared, ranges)
-        if self.by_source is None:
-            return drawn
-        shape = np.asarray(self.by_source, dtype=np.int64)[drawn.source]
-        volume = self.prepared.rock.volumes[shape]
-        return replace(
-            drawn, shape=shape, mass=self.prepared.rock.density * volume, radius=np.cbrt(volume / UNIT_SPHERE_VOLUME)
-        )
 
 
 def joined(parts: Sequence[Flown]) -> Flown:

@@ -1,0 +1,66 @@
+"""Calibrate every model at Authume and Tschamut with `rpf3d calibrate`, and keep what the page needs of the results."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from field_cases.models import AUTHUME, MODELS, TSCHAMUT, Model
+from field_cases.scenes import name_of, scene_file
+from rpf3d_core.unknowns.parameter_sets import ParameterSets, parameter_sets, read_parameter_sets
+
+BUDGET = 3600.0
+"""Time (s) that a calibration may take at most."""
+SETS = 64
+"""Number of parameter sets of each calibration that the page's predictions fly."""
+PREFIX = "materials.*."
+"""Start of the key path of each coefficient: one value for all zones."""
+
+
+def calibrate(folder: Path, say: Callable[[str], None]) -> dict[str, dict[str, Any]]:
+    """Calibrate each model at both sites, unless the folder has the result; return the results by site and model.
+
+    folder : has or gets a folder for each calibration, such as tschamut_coulomb_limited
+    """
+    return {site: {model.name: _calibrated(folder, site, model, say) for model in MODELS}
+            for site in (AUTHUME, TSCHAMUT)}  # fmt: skip
+
+
+def _calibrated(folder: Path, site: str, model: Model, say: Callable[[str], None]) -> dict[str, Any]:
+    out = folder / name_of(site, model)
+    if not (out / "calibration.json").exists():
+        say(f"{site}, {model.name}: rpf3d calibrate")
+        words = ["calibrate", str(scene_file(site, model)), "--out", str(out), "--budget", f"{BUDGET:g}"]
+        subprocess.run([sys.executable, "-m", "rpf3d_core.cli", *words], check=True)
+    found = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
+    return {**_summary(found), "sets": _equal_sets(read_parameter_sets(out / "posterior.parquet"))}
+
+
+def _summary(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parts of calibration.json that the page shows; coefficients have their short names."""
+    coverage = found["coverage"]
+    return {
+        "parameters": {name.removeprefix(PREFIX): of for name, of in found["parameters"].items()},
+        "effective_samples": found["effective_samples"],
+        "score": found["score"],
+        "kept_out": {**coverage["90"], "misfit": coverage["with_misfit"]["misfit"],
+                     "with_misfit": coverage["with_misfit"]["90"]},
+    }  # fmt: skip
+
+
+def _equal_sets(sample: ParameterSets) -> dict[str, list[float]]:
+    """Return `SETS` parameter sets of equal weight, by key path: systematic resampling (Kitagawa 1996)."""
+    weights = np.ones(len(sample)) if sample.weights is None else sample.weights
+    summed = np.cumsum(weights / weights.sum())
+    rows = np.minimum(np.searchsorted(summed, (np.arange(SETS) + 0.5) / SETS), len(summed) - 1)
+    return {name: sample.values[rows, column].tolist() for column, name in enumerate(sample.names)}
+
+
+def sample_of(calibration: Mapping[str, Any]) -> ParameterSets:
+    """Return the parameter sets of a result of `calibrate`."""
+    sets = calibration["sets"]
+    return parameter_sets(list(sets), np.stack(list(sets.values()), axis=1))
