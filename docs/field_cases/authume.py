@@ -64,9 +64,6 @@ def field() -> dict[str, Any]:
         "rocks": len(x),
         "mean_interval": bootstrap(x, lambda s: float(s.mean())),
         "sd_interval": bootstrap(x, lambda s: float(s.std(ddof=1))),
-        "percentile_intervals": {
-            f"p{p}": bootstrap(x, lambda s, p=p: float(np.percentile(s, p))) for p in PERCENTILES
-        },
         "side_sd_interval": bootstrap(across, lambda s: float(s.std(ddof=1))),
         "section_intervals": {n: wilson_interval(_between(x, *edges), len(x)) for n, edges in SECTIONS.items()},
         "by_chance": distance_of_resamples(x),

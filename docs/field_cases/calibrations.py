@@ -11,6 +11,7 @@ import numpy as np
 
 from field_cases.models import AUTHUME, MODELS, TSCHAMUT, Model
 from field_cases.scenes import name_of, scene_file
+from rpf3d_core.errors import InputError
 from rpf3d_core.unknowns.parameter_sets import ParameterSets, parameter_sets, read_parameter_sets
 
 BUDGET = 3600.0
@@ -24,18 +25,27 @@ PREFIX = "materials.*."
 def calibrate(folder: Path, say: Callable[[str], None]) -> dict[str, dict[str, Any]]:
     """Calibrate each model at both sites, unless the folder has the result; return the results by site and model.
 
-    folder : has or gets a folder for each calibration, such as tschamut_coulomb_limited
+    folder : has or gets a folder for each calibration, such as tschamut_coulomb_limited, and next to it the scene of
+        the calibration. Another scene is calibrated again; delete the folder after a change of the simulation.
+
+    Raises
+    ------
+    InputError
+        A calibration was refused, or failed.
     """
     return {site: {model.name: _calibrated(folder, site, model, say) for model in MODELS}
             for site in (AUTHUME, TSCHAMUT)}  # fmt: skip
 
 
 def _calibrated(folder: Path, site: str, model: Model, say: Callable[[str], None]) -> dict[str, Any]:
-    out = folder / name_of(site, model)
-    if not (out / "calibration.json").exists():
+    scene, out = scene_file(site, model).read_text(encoding="utf-8"), folder / name_of(site, model)
+    flown = out.with_suffix(".yaml")
+    if not flown.exists() or flown.read_text(encoding="utf-8") != scene:
         say(f"{site}, {model.name}: rpf3d calibrate")
         words = ["calibrate", str(scene_file(site, model)), "--out", str(out), "--budget", f"{BUDGET:g}"]
-        subprocess.run([sys.executable, "-m", "rpf3d_core.cli", *words], check=True)
+        if subprocess.run([sys.executable, "-m", "rpf3d_core.cli", *words], check=False).returncode:
+            raise InputError(f"{site}, {model.name}: the calibration was refused or failed, as it says above")
+        flown.write_text(scene, encoding="utf-8")
     found = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
     return {**_summary(found), "sets": _equal_sets(read_parameter_sets(out / "posterior.parquet"))}
 
@@ -46,16 +56,28 @@ def _summary(found: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "parameters": {name.removeprefix(PREFIX): of for name, of in found["parameters"].items()},
         "effective_samples": found["effective_samples"],
+        "strongest": _strongest(found["correlation"]),
+        "gain": found["gain"],
         "score": found["score"],
         "kept_out": {**coverage["90"], "misfit": coverage["with_misfit"]["misfit"],
                      "with_misfit": coverage["with_misfit"]["90"]},
     }  # fmt: skip
 
 
+def _strongest(correlation: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
+    """Return the two coefficients that correlate most, and their correlation (-)."""
+    names = list(correlation)
+    pairs = {(one, other): correlation[one][other] for k, one in enumerate(names) for other in names[k + 1 :]}
+    both, value = max(pairs.items(), key=lambda pair: abs(pair[1]))
+    return {"names": [name.removeprefix(PREFIX) for name in both], "correlation": value}
+
+
 def _equal_sets(sample: ParameterSets) -> dict[str, list[float]]:
-    """Return `SETS` parameter sets of equal weight, by key path: systematic resampling (Kitagawa 1996)."""
-    weights = np.ones(len(sample)) if sample.weights is None else sample.weights
-    summed = np.cumsum(weights / weights.sum())
+    """Return `SETS` parameter sets of equal weight, by key path: systematic resampling (Kitagawa 1996).
+
+    A set of large weight may come more than once.
+    """
+    summed = np.cumsum(sample.shares)
     rows = np.minimum(np.searchsorted(summed, (np.arange(SETS) + 0.5) / SETS), len(summed) - 1)
     return {name: sample.values[rows, column].tolist() for column, name in enumerate(sample.names)}
 

@@ -1,10 +1,10 @@
 """Build the section of docs/explanation/validation.md on Authume from the file of results."""
 
 from field_cases import page_calibrations
-from field_cases.models import AUTHUME
-from field_cases.page_tables import Results, among_sets, interval_of, label, table, wrapped
+from field_cases.models import AUTHUME, CONSTANT, COULOMB_LIMITED, POINTS_AND_SPHERES, SPHERE
+from field_cases.page_tables import NAMES, Results, among_sets, interval_of, label, listed, table, wrapped
 from field_cases.prose import AUTHUME as WORDS
-from field_cases.prose import AUTHUME_FAILS, OF_ONE_SLOPE
+from field_cases.prose import AUTHUME_FAILS
 
 
 def section(results: Results) -> str:
@@ -17,15 +17,24 @@ def section(results: Results) -> str:
     )
     return "\n".join([
         WORDS, "![Authume](../pictures/validation_authume.png)\n", _ends(results), by_chance,
-        page_calibrations.section(AUTHUME, results["calibrations"]), AUTHUME_FAILS,
+        page_calibrations.section(AUTHUME, results["calibrations"]), _fails(results["calibrations"]),
     ])  # fmt: skip
+
+
+def _fails(calibrations: Results) -> str:
+    """Return the text on where the models fail, with the strongest correlation of each model of a point or a sphere."""
+    strongest = {model.name: calibrations[model.name]["strongest"] for model in POINTS_AND_SPHERES}
+    values = {name: strongest[model.name]["correlation"] for name, model in
+              (("constant", CONSTANT), ("limited", COULOMB_LIMITED), ("sphere", SPHERE))}  # fmt: skip
+    pair = listed([NAMES[name] for name in strongest[SPHERE.name]["names"]])
+    return wrapped(AUTHUME_FAILS.format(**values, pair=pair))
 
 
 def _ends(results: Results) -> str:
     """Return the table of end points: field, published values, calibrated values."""
     head = ("x of ends (m)", "mean", "sd", "p5", "p50", "p95", "beyond 55 m (%)", "lateral mean (m)",
             "lateral sd (m)", "distance of x (m)", "lateral distance (m)", "not at rest (%)")  # fmt: skip
-    return OF_ONE_SLOPE + "\n" + table(head, [_field(results["field"]), *map(_line, results["lines"])])
+    return table(head, [_field(results["field"]), *map(_line, results["lines"])])
 
 
 def _field(field: Results) -> tuple[str, ...]:

@@ -3,7 +3,9 @@
 from field_cases.page_tables import NAMES, Results, table
 from field_cases.predictions import held_of_all
 from field_cases.prose import COEFFICIENTS, SCORES
-from rpf3d_core.calibration.verdict import LITTLE
+
+LITTLE = 0.15
+"""Shrinkage of the prior (-) below which the page says that the stops hardly determine a coefficient."""
 
 
 def section(site: str, calibrations: Results) -> str:
@@ -34,7 +36,8 @@ def _narrower(shrinkage: float) -> str:
 
 def _scores(site: str, calibrations: Results) -> str:
     """Return the table of scores and coverage of kept-out stops."""
-    head = ("model", "score, kept out", "prior", "books", "curve without physics", "held along", "held across",
+    head = ("model", "score, kept out", "prior", "books", "curve", "better than the curve by", "held along",
+            "held across",
             "misfit (m)", "with the misfit: along", "across", "effective samples")  # fmt: skip
     rows = []
     for model, found in calibrations.items():
@@ -42,6 +45,7 @@ def _scores(site: str, calibrations: Results) -> str:
         rows.append((
             model, *("" if score[key] is None else f"{score[key]:.2f}" for key in
                      ("held_out", "prior", "book", "curve")),
+            f"{found['gain']['over_curve']:+.2f} ± {found['gain']['standard_error']:.2f}",
             held_of_all(kept, "along"), held_of_all(kept, "across"), f"{kept['misfit']:.1f}",
             *(held_of_all({"site": site, **kept["with_misfit"]}, way) for way in ("along", "across")),
             f"{found['effective_samples']:.0f}",

@@ -9,7 +9,7 @@ from field_cases.prose import CHANT_SURA
 def section(results: Results) -> str:
     """Return the section on Chant Sura as Markdown."""
     parts = [
-        CHANT_SURA,
+        CHANT_SURA.format(widest=widest(results)),
         "![Chant Sura](../pictures/validation_chant_sura.png)\n",
         _six(results),
         _eleven(results["lines"]),
@@ -19,6 +19,12 @@ def section(results: Results) -> str:
         names = ", ".join(f"`{name}`" for name in results["left_out"])
         parts.append(f"Not in the tables: {names}, because the user gives all of its figures.\n")
     return "\n".join(parts)
+
+
+def widest(results: Results) -> float:
+    """Return the largest ratio of the energy ratios of two of the six impacts that one model predicts."""
+    found = [line["published"]["ratios"] for line in (*results["lines"], *results["calibrations"].values())]
+    return max(max(ratios) / min(ratios) for ratios in found)
 
 
 def _six(results: Results) -> str:

@@ -1,6 +1,7 @@
 """The first section of docs/explanation/validation.md: the conclusion, with the range of the figures of all models."""
 
 from collections.abc import Iterable
+from typing import Any
 
 from field_cases import authume, predictions, tschamut
 from field_cases.models import AUTHUME, CALIBRATED, POINTS_AND_SPHERES, SHAPES, TSCHAMUT
@@ -22,6 +23,7 @@ def section(results: Results) -> str:
         impacts_quarry=_errors(line[AUTHUME] for line in results["impacts"]),
         impacts_meadow=_errors(line[TSCHAMUT] for line in results["impacts"]),
         bar=tschamut.OTHER_CODE["translational"],
+        bar_sphere=tschamut.OTHER_CODE["sphere"],
     )
     return f"## Can I trust a predicted runout?\n{wrapped(words)}"
 
@@ -34,18 +36,21 @@ def _of_books(results: Results) -> dict[str, float]:
 
 
 def _spreads(results: Results) -> dict[str, float]:
-    """Return the spreads (m) of calibrated rocks and of the field at Authume, under the names that the text uses."""
+    """Return the spreads (m) of calibrated rocks and of the field, under the names that the text uses."""
     fitted = {line["model"]: line for line in results[AUTHUME]["lines"] if line["values"] == CALIBRATED}
     sides = [fitted[name]["side_sd"] for name in PLAIN]
+    shaped = next(line for line in results[TSCHAMUT]["lines"] if line["model"] == SHAPES.name)
     return {
+        "meadow_along": shaped["runout_sd"], "field_along": results[TSCHAMUT]["field"]["runout_sd"],
         "side_low": min(sides), "side_high": max(sides), "shaped_side": fitted[SHAPES.name]["side_sd"],
         "field_side": results[AUTHUME]["field"]["side_sd"],
     }  # fmt: skip
 
 
-def _kept_out(results: Results) -> dict[str, int | str]:
+def _kept_out(results: Results) -> dict[str, Any]:
     """Return how many kept-out stops the calibrations hold, under the names that the text uses."""
-    found: dict[str, int | str] = {}
+    gain = results[AUTHUME]["calibrations"][SHAPES.name]["gain"]
+    found: dict[str, Any] = {"gain": gain["over_curve"], "doubt": gain["standard_error"]}
     for site, short in ((AUTHUME, "quarry"), (TSCHAMUT, "meadow")):
         kept = {name: {"site": site, **of["kept_out"]} for name, of in results[site]["calibrations"].items()}
         across = [predictions.held(kept[name], "across") for name in PLAIN]

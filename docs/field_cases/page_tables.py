@@ -33,11 +33,6 @@ def wrapped(text: str) -> str:
     ) + "\n"  # fmt: skip
 
 
-def mean_and_sd_of(figures: Results, name: str, decimals: int = 1) -> str:
-    """Return mean and standard deviation of a quantity in the format of a table cell."""
-    return f"{figures[f'{name}_mean']:.{decimals}f} ± {figures[f'{name}_sd']:.{decimals}f}"
-
-
 def label(line: Results) -> str:
     """Return the label of a line: its model and its values."""
     values = line["values"]

@@ -4,14 +4,14 @@ from field_cases import page_calibrations, tschamut
 from field_cases.models import TSCHAMUT
 from field_cases.page_tables import Results, among_sets, interval_of, label, table
 from field_cases.predictions import held_of_all
-from field_cases.prose import OF_ONE_SLOPE, OWN_RELEASE, TSCHAMUT_FAILS
+from field_cases.prose import OWN_RELEASE, TSCHAMUT_FAILS
 from field_cases.prose import TSCHAMUT as WORDS
 
 
 def section(results: Results) -> str:
     """Return the section on Tschamut as Markdown."""
     return "\n".join([
-        WORDS, "![Tschamut](../pictures/validation_tschamut.png)\n", OF_ONE_SLOPE, _runouts(results), OWN_RELEASE,
+        WORDS, "![Tschamut](../pictures/validation_tschamut.png)\n", _runouts(results), OWN_RELEASE,
         page_calibrations.section(TSCHAMUT, results["calibrations"]), TSCHAMUT_FAILS,
     ])  # fmt: skip
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from field_cases.authume import REPORT_SEED, ROOT
 from field_cases.basis import EndPoints, horizontal_axes, mean_and_sd, measured_from
@@ -28,6 +29,8 @@ SPREAD = 0.5
 CELL, CORNER = 5.0, (-32.5, 87.5)
 """Side of a cell of the terrain (m), and the centre of the south-western cell (m)."""
 ROCKS_A_RUN = 500
+STAYED = 10.0
+"""Runout (m) below which a rock has stayed near its release; no block has."""
 
 
 class Runs:
@@ -51,7 +54,7 @@ class Runs:
         return seen(np.arange(len(self.names)), self.end)
 
     def distinct(self) -> list[int]:
-        """Return the runs without copies, for the calibration: v034 repeats v033 to the last digit."""
+        """Return the runs without copies: v034 repeats v033 to the last digit."""
         rows = [(*self.release[i], *self.end[i]) for i in range(len(self.names))]
         return [i for i, row in enumerate(rows) if row not in rows[:i]]
 
@@ -111,7 +114,6 @@ def field_figures() -> dict[str, Any]:
     field = runs()
     return {
         "runs": len(field.names),
-        "distinct": len(field.distinct()),
         **figures_of(np.arange(len(field.names)), field.end),
     }
 
@@ -132,9 +134,24 @@ def compared(ends: Ends) -> dict[str, Any]:
         "error_interval": bootstrap(errors, lambda s: float(s.mean())),
         "error_absolute": float(np.abs(errors).mean()),
         "correlation": correlation(errors),
+        "east": _at_release(ends, errors, east()),
+        "west": _at_release(ends, errors, ~east()),
         "end_off": float(far.mean()),
         "left": float(1.0 - ends.stopped.mean()),
     }
+
+
+def east() -> NDArray[np.bool_]:
+    """Return for each run (R,) whether it was released at the eastern one of two places, 25 m from the other runs."""
+    return np.asarray(runs().release[:, 0] > 50.0)
+
+
+def _at_release(ends: Ends, errors: FloatArray, chosen: NDArray[np.bool_]) -> dict[str, float]:
+    """Return the mean error of the chosen (R,) runs, and the share of their rocks that end within `STAYED`."""
+    if not chosen.any():
+        return {"error_mean": np.nan, "stayed": np.nan}
+    runout = seen(ends.source, ends.end).runout[chosen[ends.source]]
+    return {"error_mean": float(errors[chosen].mean()), "stayed": float((runout < STAYED).mean())}
 
 
 def errors_of(ends: Ends) -> FloatArray:

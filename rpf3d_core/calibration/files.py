@@ -13,7 +13,7 @@ from rpf3d_core.calibration.flying import Slope
 from rpf3d_core.calibration.normal_space import values_of
 from rpf3d_core.calibration.report import report_text
 from rpf3d_core.calibration.rounds import Result
-from rpf3d_core.calibration.verdict import is_refused, verdict_of
+from rpf3d_core.calibration.verdict import gain_of, is_refused, verdict_of
 from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
 
@@ -33,6 +33,7 @@ def content_of(found: Findings) -> dict[str, Any]:
         "effective_samples": found.effective,
         "noise": found.noise,
         "score": {name: None if score is None else score.mean for name, score in scores.items()},
+        "gain": dict(zip(("over_curve", "standard_error"), gain_of(found), strict=True)) if found.curve else None,
         "coverage": found.coverage(),
         "verdict": verdict_of(found),
     }  # fmt: skip

@@ -141,8 +141,9 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
     if len(stops):
         found["curve"] = curve_score(stops, folds)
         places = [one.stops for one in result.flown]
-        found["rank"] = ranks(places, weights.sum(axis=2, keepdims=True), stops, np.array([slope.error]))
-        found["whole_rank"] = ranks(places, weights, stops, np.hypot(slope.error, slope.misfits))
+        without = weights.sum(axis=2, keepdims=True)
+        found["rank"] = ranks(places, without, stops, np.array([slope.error]), slope.alike)
+        found["whole_rank"] = ranks(places, weights, stops, np.hypot(slope.error, slope.misfits), slope.alike)
     return found
 
 

@@ -76,26 +76,43 @@ def curve_score(observed: FloatArray, folds: IntArray) -> Score:
     return Score(each)
 
 
-def ranks(stops: list[Stops], weights: FloatArray, observed: FloatArray, errors: FloatArray) -> FloatArray:
+def ranks(
+    stops: list[Stops], weights: FloatArray, observed: FloatArray, errors: FloatArray, alike: FloatArray | None = None
+) -> FloatArray:
     """Return the predicted probability (N, 2) of a stop nearer than each observed stop (N, 2), along and across.
 
     weights : (N, S, M) weights of the sets and errors for each observation; rocks that left the terrain are left out
     errors : (M,) m, standard deviations of the difference between a simulated stop and an observed one
+    alike : (N, R) how far each rock stands for each observed block, >= 0; None if every rock stands for every block
 
     Where all sets together have many rocks, the first rocks of each set stand for it: their order is random.
     """
     below, total = np.zeros(observed.shape), np.zeros((len(observed), 1))
     most = max(RANKED // len(stops), LEAST_RANKED)
     for number, one in enumerate(stops):
-        places = one.place[one.deposited][:most]
+        standing = np.ones((1, len(one.place))) if alike is None else alike
+        chosen = np.flatnonzero(one.deposited)[:most]
         for error, share in zip(errors.tolist(), weights[:, number].T, strict=True):
-            if not len(places) or share.max() < NEGLIGIBLE / len(stops):
+            if not len(chosen) or share.max() < NEGLIGIBLE / len(stops):
                 continue
-            widths = kernel_widths(places, error)
-            part = one.deposited.mean() * share[:, None]
-            below += part * _probabilities((observed[:, None, :] - places[None, :, :]) / widths).mean(axis=1)
+            places, of_rocks = one.place[chosen], standing[:, chosen]
+            z = (observed[:, None, :] - places[None, :, :]) / kernel_widths(places, error)
+            part = share[:, None] * _deposited(one, standing, of_rocks)
+            below += part * _weighted_mean(_probabilities(z), of_rocks)
             total += part
     return np.asarray(below / np.maximum(total, 1e-300))
+
+
+def _deposited(stops: Stops, standing: FloatArray, chosen: FloatArray) -> FloatArray:
+    """Return the share (N, 1) or (1, 1) of the rocks that stand for a block and stopped; 0 if none of `chosen` does."""
+    share = standing @ stops.deposited / np.maximum(standing.sum(axis=1), 1e-300)
+    return np.asarray(np.where(chosen.sum(axis=1) > 0.0, share, 0.0))[:, None]
+
+
+def _weighted_mean(values: FloatArray, of_rocks: FloatArray) -> FloatArray:
+    """Return the mean (N, D) of values (N, R, D) over rocks of weights (N, R) or (1, R); 0 where all weigh nothing."""
+    shares = of_rocks / np.maximum(of_rocks.sum(axis=1, keepdims=True), 1e-300)
+    return np.asarray((values * shares[:, :, None]).sum(axis=1))
 
 
 def covered(rank: FloatArray, share: float) -> FloatArray:

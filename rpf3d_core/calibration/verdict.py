@@ -18,6 +18,8 @@ MANY_LEFT = 0.02
 """Share (-) of rocks that left the terrain from which a calibration warns."""
 NOISY = 1.5
 """Noise of the log-likelihood (-) above which more rocks for each set help more than more sets."""
+SURELY = 2.0
+"""Standard errors by which a score must be better than a curve's to be called better."""
 LITTLE = 0.1
 """Shrinkage (-) below which the data says nothing about a parameter."""
 BAND = 0.15
@@ -75,11 +77,11 @@ def _of_data(found: Findings) -> list[str]:
         sentences.append(f"{100 * found.left:.0f} % of the simulated rocks left the terrain or did not stop; they "
                          "count as wrong; extend the terrain if the observed rocks may have gone there")  # fmt: skip
     if found.held_out is not None and found.curve is not None:
-        gain, doubt = _difference(found)
-        if gain <= doubt:
-            sentences.append(f"the score of kept-out blocks ({found.held_out.mean:.2f}) is no better than a normal "
-                             f"curve without physics ({found.curve.mean:.2f}; difference {gain:+.2f} +- {doubt:.2f}): "
-                             "on this slope the physics adds nothing that its end points show")  # fmt: skip
+        gain, doubt = gain_of(found)
+        if gain <= SURELY * doubt:
+            sentences.append(f"the score of kept-out blocks ({found.held_out.mean:.2f}) is not clearly better than that "
+                             f"of a normal curve without physics ({found.curve.mean:.2f}; difference {gain:+.2f} +- "
+                             f"{doubt:.2f}): the end points do not show what the physics adds on this slope")  # fmt: skip
     coverage = found.coverage()
     for axis in ("along", "across") if coverage else ():
         if coverage and coverage["90"][axis] < 0.9 - BAND:
@@ -88,8 +90,8 @@ def _of_data(found: Findings) -> list[str]:
     return sentences
 
 
-def _difference(found: Findings) -> tuple[float, float]:
-    """Return how much better the calibration scores than the curve, per block, and its standard error."""
+def gain_of(found: Findings) -> tuple[float, float]:
+    """Return how much better the calibration scores than the curve, per block, and its standard error; 0 without."""
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
     each = found.held_out.each - found.curve.each

@@ -56,12 +56,15 @@ def test_all_files_are_written(done: Path) -> None:
 
 def test_the_keys_of_calibration_json(done: Path) -> None:
     found = content(done)
-    assert list(found) == ["parameters", "correlation", "effective_samples", "noise", "score", "coverage", "verdict"]
+    keys = "parameters correlation effective_samples noise score gain coverage verdict"
+    assert list(found) == keys.split()
     assert set(found["score"]) == {"held_out", "prior", "book", "curve"}
     assert found["score"]["book"] is None  # the scene names no values of a book
     for one in found["parameters"].values():
         assert set(one) == {"prior", "mean", "low", "high", "shrinkage"}
         assert one["low"] < one["mean"] < one["high"]
+    assert found["gain"]["over_curve"] == pytest.approx(found["score"]["held_out"] - found["score"]["curve"])
+    assert found["gain"]["standard_error"] > 0.0
     assert found["coverage"]["blocks"] == BLOCKS
     assert set(found["coverage"]["with_misfit"]) == {"50", "90", "misfit"}
 

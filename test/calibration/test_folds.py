@@ -45,6 +45,30 @@ def test_ranks_are_predicted_probabilities_and_ignore_lost_rocks() -> None:
     np.testing.assert_allclose(found, expected, atol=0.012)
 
 
+def test_a_block_is_predicted_by_the_rocks_that_stand_for_it() -> None:
+    """Two kinds of rocks stop 10 m apart, and most of the second kind leave: a block has only its own kind's stops."""
+    near, far = (RANDOM.normal(mean, 1.0, (20_000, 2)) for mean in (0.0, 10.0))
+    deposited = np.concatenate([np.ones(20_000, dtype=bool), np.arange(20_000) % 4 == 0])
+    kind = np.repeat([0, 1], 20_000)
+    alike = (kind[None, :] == np.array([[0], [1], [0]])).astype(float)
+    seen = np.array([[-1.0, 0.5], [9.0, 10.5], [9.0, 10.5]])
+    stops = [Stops(np.concatenate([near, far]), deposited)]
+    found = ranks(stops, np.ones((3, 1, 1)), seen, np.zeros(1), alike)
+    expected = [0.5 * (1 + erf(x / sqrt(2))) for x in seen[0]]
+    np.testing.assert_allclose(found[:2], [expected, expected], atol=0.015)
+    np.testing.assert_allclose(found[2], 1.0, atol=1e-6)
+
+
+def test_sets_count_by_the_share_of_a_blocks_own_rocks_that_stopped() -> None:
+    """One set keeps all rocks of the block at 0 m, the other half of them at 10 m: two of three stops are at 0 m."""
+    half = np.arange(20_000) % 2 == 0
+    stops = [Stops(RANDOM.normal(0.0, 0.1, (20_000, 2)), np.ones(20_000, dtype=bool)),
+             Stops(RANDOM.normal(10.0, 0.1, (20_000, 2)), half)]  # fmt: skip
+    for alike in (None, np.ones((1, 20_000))):
+        found = ranks(stops, np.full((1, 2, 1), 0.5), np.full((1, 2), 5.0), np.zeros(1), alike)
+        np.testing.assert_allclose(found, 2.0 / 3.0, atol=1e-9)
+
+
 def test_an_error_of_the_model_widens_the_prediction() -> None:
     place = RANDOM.normal(0.0, 1.0, (20_000, 2))
     seen = np.array([[-1.0, 0.5], [0.0, 2.0]])

@@ -172,7 +172,7 @@ def test_the_meadows_field_flown_as_a_simulation_has_the_fields_figures(
     found, _ = tschamut.simulated({})
     field = tschamut.field_figures()
     assert {name: found[name] for name in set(field) & set(found)} == {
-        name: value for name, value in field.items() if name not in ("runs", "distinct")
+        name: value for name, value in field.items() if name != "runs"
     }
     assert found["error_mean"] == found["error_absolute"] == found["end_off"] == 0.0
     assert found["correlation"] == pytest.approx(1.0)

@@ -2,12 +2,14 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from field_cases import authume, predictions, tschamut
 from field_cases.basis import EndPoints
+from field_cases.blocks import meadow
 from field_cases.flying import Ends
 from field_cases.models import AUTHUME, COULOMB_LIMITED, SHAPES, TSCHAMUT
 
@@ -46,6 +48,27 @@ def test_a_rock_flies_with_the_set_that_the_run_deals_it() -> None:
     assert all(sets[k] == set_of_rock(int(rock[k]), predictions.SETS, int(source[k])) for k in range(256))
 
 
+def test_at_tschamut_each_stop_is_compared_with_the_rocks_of_its_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two runs whose rocks stop 0 to 20 m and 100 to 120 m down: stops at 10 and 60 m are held, and not held."""
+    monkeypatch.setattr(tschamut, "RUNS", 2)
+    monkeypatch.setattr(tschamut, "seen", lambda run, x: ends(x[:, 0].tolist(), x[:, 1].tolist()))
+    field = ends([10.0, 60.0], [0.0, 0.0])
+    monkeypatch.setattr(tschamut, "runs", lambda: SimpleNamespace(seen=lambda: field))
+    x = np.concatenate([np.linspace(0.0, 20.0, 41), np.linspace(100.0, 120.0, 41)])
+    y = np.tile(np.linspace(-1.0, 1.0, 41), 2)
+    rocks = Ends(np.repeat([0, 1], 41), np.stack([x, y, 0.0 * x], axis=1), np.ones(82, bool))
+    assert predictions.coverage(TSCHAMUT, predictions.Predicted(rocks, np.zeros(82, int))) == (0.5, 1.0)
+
+
+@needs_data
+def test_a_rock_has_the_shape_of_its_runs_block_or_not() -> None:
+    run, shape = np.repeat(np.arange(tschamut.RUNS), 3), np.tile(np.arange(3), tschamut.RUNS)
+    own = meadow.of_its_block(run, shape)
+    numbers = list(meadow.blocks())
+    assert own.reshape(-1, 3).sum(axis=1).tolist() == [1] * tschamut.RUNS
+    assert [numbers[k] for k in shape[own]] == meadow.block_of_run()
+
+
 def test_the_range_over_sets_is_that_of_each_set_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """A set whose rocks all stop at one place has this place as its mean."""
     x = np.repeat(np.arange(predictions.SETS, dtype=float), 3)
@@ -80,6 +103,20 @@ def test_the_stated_figures_come_out_again(k: int) -> None:
     found = dict(zip(("along", "across"), predictions.coverage(case.site, predictions.predicted(case)), strict=True))
     for way in ("along", "across"):
         assert found[way] == pytest.approx(stated[way], abs=ONE_STOP[case.site] + 0.01), way
+
+
+@pytest.mark.long
+@needs_data
+@pytest.mark.parametrize("site", [AUTHUME, TSCHAMUT])
+def test_the_stated_figures_with_a_calibration_of_the_other_slope_come_out_again(site: str) -> None:
+    """Points only: the other models fly the same way, and take longer."""
+    calibrations = {name: RESULTS[name]["calibrations"] for name in (AUTHUME, TSCHAMUT)}
+    cases = predictions.cases_of_calibrations(calibrations, same_site=False)
+    case = next(one for one in cases if (one.site, one.model) == (site, COULOMB_LIMITED))
+    stated = next(x for x in RESULTS["elsewhere"] if (x["site"], x["model"]) == (site, COULOMB_LIMITED.name))
+    found = dict(zip(("along", "across"), predictions.coverage(site, predictions.predicted(case)), strict=True))
+    for way in ("along", "across"):
+        assert found[way] == pytest.approx(stated[way], abs=ONE_STOP[site] + 0.01), way
 
 
 def shares(lines: list[dict[str, Any]], way: str = "along") -> dict[tuple[str, str, str], float]:

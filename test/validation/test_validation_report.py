@@ -23,13 +23,13 @@ from field_cases.models import (
     POINTS_AND_SPHERES,
     PUBLISHED,
     SHAPES,
-    SPHERE,
     STONE,
     TSCHAMUT,
     Model,
     model_named,
 )
 from field_cases.page import document
+from field_cases.page_calibrations import LITTLE
 from field_cases.page_elsewhere import error_of
 from field_cases.scenes import scene_file
 from field_cases.search import FINER, Free, search
@@ -87,9 +87,13 @@ def fit(site: str, model: Model) -> Mapping[str, Any]:
 
 
 def gain(site: str, model: Model) -> float:
-    """Return by how much the score of kept-out stops is better than that of a curve without physics."""
-    score = fit(site, model)["score"]
-    return float(score["held_out"] - score["curve"])
+    """Return by how many standard errors the score of kept-out stops is better than a curve's without physics."""
+    found = fit(site, model)["gain"]
+    return float(found["over_curve"] / found["standard_error"])
+
+
+def score(site: str, model: Model) -> float:
+    return float(fit(site, model)["score"]["held_out"])
 
 
 def narrower(site: str, model: Model) -> dict[str, float]:
@@ -113,10 +117,15 @@ def test_what_the_page_says_first_is_what_its_figures_say() -> None:
         for model in MODELS:
             shares = [fit(site, model)["kept_out"]["with_misfit"][way] for way in ("along", "across")]
             assert (min(shares) >= 0.8) == ((site, model) != (TSCHAMUT, CONSTANT)), (site, model.name)
-    known = [share > 0.5 for model in MODELS for share in narrower(TSCHAMUT, model).values()]
-    assert sum(known) < 0.5 * len(known), "most stay as uncertain as before"
-    assert gain(AUTHUME, SHAPES) > 0.1, "clearly better than a curve"
-    assert all(gain(AUTHUME, model) < 0.1 for model in POINTS_AND_SPHERES)
+    known = [share < LITTLE for model in MODELS for share in narrower(TSCHAMUT, model).values()]
+    assert sum(known) > 0.5 * len(known), "most stay nearly as uncertain as before"
+    gains = {(site, model): gain(site, model) for site in SITES for model in MODELS}
+    assert max(gains.values()) == gains[AUTHUME, SHAPES] > 1.0 and gains[AUTHUME, SHAPES] < 2.0, "not clearly better"
+    misfits = [fit(TSCHAMUT, model)["kept_out"]["misfit"] for model in POINTS_AND_SPHERES]
+    field = tschamut.runs().seen()
+    spread = math.sqrt(field.along.std(ddof=1) * field.across.std(ddof=1)) if tschamut.DATA.is_dir() else 0.0
+    assert min(misfits) > 0.9 * spread, "as large as the spread of the stops themselves"
+    assert calibrated(TSCHAMUT, SHAPES)["runout_sd"] > 1.5 * RESULTS[TSCHAMUT]["field"]["runout_sd"]
 
 
 def test_where_the_page_says_that_models_fail_at_authume_they_do() -> None:
@@ -128,10 +137,14 @@ def test_where_the_page_says_that_models_fail_at_authume_they_do() -> None:
         assert kept["across"] < 0.62 and kept["with_misfit"]["across"] > 0.8
     angle = fit(AUTHUME, CONSTANT)["parameters"]["friction_angle_deg"]
     assert angle["high"] < angle["prior"]["min"] + 1.0
-    assert narrower(AUTHUME, SPHERE)["normal_restitution"] < 0.1
-    assert narrower(AUTHUME, COULOMB_LIMITED)["tangential_restitution"] < 0.15
-    upper = {model.name: calibrated(AUTHUME, model)["sections"]["upper"] for model in MODELS}
-    assert [round(100 * upper[model.name]) for model in MODELS] == [2, 0, 0, 2]
+    R_n = fit(AUTHUME, COULOMB_LIMITED)["parameters"]["normal_restitution"]
+    assert R_n["low"] < R_n["prior"]["min"] + 0.01 and R_n["mean"] < R_n["prior"]["min"] + 0.05
+    assert held(AUTHUME, COULOMB_LIMITED, "along") == 27
+    assert max(held(AUTHUME, model, "across") for model in POINTS_AND_SPHERES) == 25
+    for model in POINTS_AND_SPHERES:
+        assert abs(fit(AUTHUME, model)["strongest"]["correlation"]) > 0.7, "only combinations are determined"
+    by_chance = RESULTS[AUTHUME]["field"]["by_chance"]
+    assert [m.name for m in MODELS if calibrated(AUTHUME, m)["distance"] > by_chance] == [COULOMB_LIMITED.name]
 
 
 def test_where_the_page_says_that_models_fail_at_tschamut_they_do() -> None:
@@ -143,24 +156,34 @@ def test_where_the_page_says_that_models_fail_at_tschamut_they_do() -> None:
     assert all(abs(line["correlation"]) < 0.25 for line in lines.values())
     angle = fit(TSCHAMUT, CONSTANT)["parameters"]["friction_angle_deg"]
     assert angle["low"] < angle["prior"]["min"] + 0.1 and angle["high"] < 18.0
-    assert lines["constant"]["over_sets"]["error_mean"][1] < -20.0 and held(TSCHAMUT, CONSTANT, "along") == 0
+    low, high = lines["constant"]["over_sets"]["error_mean"]
+    assert (round(low), round(high)) == (-29, -26) and lines["constant"]["runout_sd"] < 7.0
+    assert held(TSCHAMUT, CONSTANT, "along") == 0
     for model in MODELS:
-        assert all(share < 0.15 for name, share in narrower(TSCHAMUT, model).items()
+        assert all(share < LITTLE for name, share in narrower(TSCHAMUT, model).items()
                    if "restitution" in name or model == SHAPES), model.name  # fmt: skip
-        assert gain(TSCHAMUT, model) < 0.2
+    for name, line in lines.items():
+        assert line["east"]["error_mean"] < line["west"]["error_mean"]
+        assert (abs(line["west"]["error_mean"]) <= 6.0) == (name != CONSTANT.name), name
+    stayed = [line["east"]["stayed"] for (site, _, _), line in LINES.items() if site == TSCHAMUT]
+    assert 0.4 < max(stayed) < 0.5, "up to half"
 
 
 def test_where_the_page_prefers_one_of_the_two_models_of_a_point_its_figures_do() -> None:
     """Fails where new figures ask for new words: `DEFAULT` of docs/field_cases/prose.py."""
-    assert gain(TSCHAMUT, COULOMB_LIMITED) > gain(TSCHAMUT, CONSTANT) + 0.3
-    assert abs(gain(AUTHUME, COULOMB_LIMITED) - gain(AUTHUME, CONSTANT)) < 0.05
+    assert score(TSCHAMUT, COULOMB_LIMITED) > score(TSCHAMUT, CONSTANT) + 0.3
+    doubt = fit(AUTHUME, CONSTANT)["gain"]["standard_error"]
+    assert abs(score(AUTHUME, COULOMB_LIMITED) - score(AUTHUME, CONSTANT)) < doubt, "equal"
     for site in SITES:
         angle = fit(site, COULOMB_LIMITED)["parameters"]["friction_angle_deg"]
         assert 20.0 < angle["low"] < angle["high"] < 35.0 < angle["prior"]["max"]
     at_meadow = [abs(calibrated(TSCHAMUT, model)["error_mean"]) for model in (COULOMB_LIMITED, CONSTANT)]
     assert at_meadow[0] < at_meadow[1] - 15.0
-    six = RESULTS[CHANT_SURA]["calibrations"]
-    assert six[COULOMB_LIMITED.name]["published"]["ratio_absolute"] < six["constant"]["published"]["ratio_absolute"]
+    six = {model.name: RESULTS[CHANT_SURA]["calibrations"][model.name] for model in (CONSTANT, COULOMB_LIMITED)}
+    books = {line["model"]: line for line in RESULTS[CHANT_SURA]["lines"] if line["values"] == HOEK}
+    off = {name: (six[page]["published"]["ratio_absolute"], books[name]["published"]["ratio_absolute"])
+           for page, name in ((CONSTANT.name, "constant"), (COULOMB_LIMITED.name, "coulomb_limited"))}  # fmt: skip
+    assert off["coulomb_limited"][0] < off["constant"][0] and off["constant"][1] < off["coulomb_limited"][1]
     for name in ("sd", "side_sd"):
         assert calibrated(AUTHUME, COULOMB_LIMITED)[name] < calibrated(AUTHUME, CONSTANT)[name]
     assert all(held(AUTHUME, COULOMB_LIMITED, way) < held(AUTHUME, CONSTANT, way) for way in ("along", "across"))
@@ -239,11 +262,11 @@ def test_what_is_calibrated_stands_within_its_prior() -> None:
 
 
 def test_equal_sets_of_a_weighted_sample_have_its_mean() -> None:
-    draws = np.random.default_rng(4)
-    values, weights = draws.random((500, 2)), draws.random(500) ** 3
-    sets = calibrations._equal_sets(parameter_sets(["a.b", "a.c"], values, weights))
-    found = np.array(list(sets.values())).mean(axis=1)
-    assert found == pytest.approx(np.average(values, axis=0, weights=weights), abs=0.1)
+    values = np.sort(np.random.default_rng(4).random((500, 1)), axis=0)
+    weights = values[:, 0] ** 3
+    sets = calibrations._equal_sets(parameter_sets(["a.b"], values, weights))
+    expected = np.average(values[:, 0], weights=weights)
+    assert np.mean(sets["a.b"]) == pytest.approx(expected, abs=0.01) and expected > values.mean() + 0.2
 
 
 @pytest.mark.parametrize("model", POINTS_AND_SPHERES, ids=lambda model: model.name)

@@ -2,14 +2,12 @@
 
 import csv
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from field_cases import tschamut
-from field_cases.blocks.shapes import DENSITY, equant
-from field_cases.flying import Ends
+from field_cases.blocks.shapes import equant
 from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.shapes.polyhedron import Polyhedron
 
@@ -41,20 +39,6 @@ def of_its_block(run: IntArray, shape: IntArray) -> NDArray[np.bool_]:
     numbers = list(blocks())
     own = np.array([numbers.index(block) for block in block_of_run()])
     return np.asarray(shape == own[run])
-
-
-def by_block(ends: Ends) -> list[dict[str, Any]]:
-    """Return the observed and the simulated mean runout of each block's distinct runs."""
-    errors, seen = tschamut.errors_of(ends), tschamut.runs().seen().runout
-    distinct, of_run = tschamut.runs().distinct(), block_of_run()
-    found = []
-    for number, (name, shape) in blocks().items():
-        runs = [i for i in distinct if of_run[i] == number]
-        found.append({
-            "block": name, "mass": DENSITY * shape.volume, "runs": len(runs), "field": float(seen[runs].mean()),
-            "simulated": float((seen + errors)[runs].mean()),
-        })  # fmt: skip
-    return found
 
 
 def _lines(name: str) -> list[dict[str, str]]:

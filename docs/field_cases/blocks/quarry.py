@@ -33,10 +33,10 @@ SEARCH_SEED = 1
 ROCKS = 4000
 """Rocks of the figures on the page, with another seed than the search."""
 OTHER_ROCKS = 2000
-"""Rocks of the variants, and of parameters from halves of the blocks or from another site."""
+"""Rocks of the variants."""
 CHANCE_SAMPLES = 1000
 BARS = {"mean": (41.0, 47.0), "sd": (9.0, 14.0), "side_sd": (5.5, 8.2), "beyond": (0.08, 1.0)}
-"""Goals: mean and sd of x (m), lateral sd (m, the field's interval), share beyond 55 m; the last two are in no fit."""
+"""Goals: mean and sd of x (m), lateral sd (m, the field's interval; in no fit), share beyond 55 m."""
 
 
 def scene(rocks: int, seed: int) -> Scene:
@@ -141,7 +141,7 @@ def _from_one_point() -> Scene:
 
 
 def by_block(flown: Flown, hulls: int) -> dict[str, Any]:
-    """Return how mean simulated x and observed x of the 41 blocks hang together, and what each is correlated with.
+    """Return how mean simulated x and observed x of the 41 blocks correlate, and what each is correlated with.
 
     hulls : number of shapes in a row that belong to one block
     """
