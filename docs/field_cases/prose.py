@@ -117,8 +117,8 @@ AUTHUME_FAILS = """**Where it fails.**
 TSCHAMUT_FAILS = """**Where it fails.**
 - The seven runs that were released in the east, near (59, 258), are the ones that no model follows. There the
   approximated terrain is gentler, and up to half of the rocks of a model stop within 10 m of their release, as no block
-  did. At the other eleven runs, all calibrated models but `constant` are wrong by 6 m or less in the mean. Whether this
-  is due to the terrain or to the models, these data cannot tell.
+  did. At the other eleven runs, all calibrated models but `constant` are wrong by 6 m or less in the mean. These data
+  do not show whether the terrain or the models are the reason.
 - With the known release of each run, points and spheres hold 0 to 7 of 18 stops along the slope and 1 or 2 across.
 - No calibrated model distinguishes long runs from short runs: the correlation over runs is within 0.25 of zero (by
   chance, within 0.47).
