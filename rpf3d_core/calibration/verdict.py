@@ -79,9 +79,11 @@ def _of_data(found: Findings) -> list[str]:
     if found.held_out is not None and found.curve is not None:
         gain, doubt = gain_of(found)
         if gain <= SURELY * doubt:
-            sentences.append(f"the score of kept-out blocks ({found.held_out.mean:.2f}) is not clearly better than "
-                             f"that of a normal curve without physics ({found.curve.mean:.2f}; difference {gain:+.2f} "
-                             f"+- {doubt:.2f}): the end points do not show that the physics adds anything here")  # fmt: skip
+            sentences.append(
+                f"the score of kept-out blocks ({found.held_out.mean:.2f}) is not clearly better than that of a normal "
+                f"curve without physics ({found.curve.mean:.2f}; difference {gain:+.2f} +- {doubt:.2f}): the end points "
+                "do not show that the physics adds anything here"
+            )
     coverage = found.coverage()
     for axis in ("along", "across") if coverage else ():
         if coverage and coverage["90"][axis] < 0.9 - BAND:
