@@ -15,6 +15,7 @@ from rpf3d_core.alerts.evidence import AreaEvidence, areas_in, unfinished_of
 from rpf3d_core.alerts.origins import Origin, all_from
 from rpf3d_core.ensemble.flights import Deposits, Impacts, IntArray
 from rpf3d_core.hazard.layers import layers_of
+from rpf3d_core.hazard.maps import Layers
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.live.areas import AreaOutline
@@ -99,22 +100,21 @@ class ClusterTally:
 
     def evidence(self, names: Sequence[str]) -> tuple[AreaEvidence, ...]:
         """Return the evidence of the areas with the given names from the rocks of this cluster."""
-        found = areas_in(layers_of(self.inside), names, self.flown)
+        layers = layers_of(self.inside)
+        found = areas_in(layers, names, self.flown)
         left = zip(found, self.left.tolist(), strict=True)
         areas = tuple(area._replace(left=min(n, area.flown - area.reached), origins=self._origins) for area, n in left)
-        return areas if self.over_sets is None else _with_predictive(areas, self.over_sets)
+        return areas if self.over_sets is None else _with_ends(areas, self.over_sets, layers)
 
 
-def _with_predictive(areas: tuple[AreaEvidence, ...], sets: ClusterSets) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of areas with their predictive intervals, where enough rocks have flown."""
-    found = sets.predictive()
-    if found is None:
-        return tuple(area._replace(sets=sets.count) for area in areas)
-    ends = zip(areas, found.low.tolist(), found.high.tolist(), sets.left_high(found).tolist(), strict=True)
-    return tuple(
-        area._replace(sets=sets.count, predictive_low=low, predictive_high=high, left_high=with_left)
-        for area, low, high, with_left in ends
-    )
+def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layers) -> tuple[AreaEvidence, ...]:
+    """Return the evidence of areas with their ends over the parameter sets, where enough rocks have flown.
+
+    layers : map values of the areas
+    """
+    ends = sets.ends(layers)
+    over_sets = [area._replace(sets=sets.count) for area in areas]
+    return tuple(over_sets if ends is None else (ends.added_to(area, number) for number, area in enumerate(over_sets)))
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:
