@@ -24,9 +24,10 @@ from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.runs.over_sets import flights_over_sets
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.unknowns import displacements_of_scene
+from rpf3d_core.setup.unknowns import displacements_of_scene, place_of_sample
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.unknowns.places import Surroundings
 from rpf3d_core.unknowns.predictive import Interval, holding, predictive_shares, ranked_if_enough
 
 Flags = NDArray[np.bool_]
@@ -43,10 +44,12 @@ class LiveSets(NamedTuple):
 
     flights : of the S sets, all with the same compiled loop
     moves : (S, 2) m, displacement of the rocks of each set in plan by the misfit of the model; None if none is stated
+    place : where the sample of the scene was calibrated, survey coordinates; None if that is not known
     """
 
     flights: tuple[Flight, ...]
     moves: FloatArray | None
+    place: Surroundings | None = None
 
     @property
     def least_rocks(self) -> int:
@@ -76,7 +79,8 @@ def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None
     if not scene.has_unknowns:
         return None
     sets, flights = flights_over_sets(_Ready(scene, terrain, flight))
-    return LiveSets(flights=tuple(flights), moves=displacements_of_scene(scene, sets))
+    moves, place = displacements_of_scene(scene, sets), place_of_sample(scene)
+    return LiveSets(flights=tuple(flights), moves=moves, place=place)
 
 
 class SafeEnds(NamedTuple):

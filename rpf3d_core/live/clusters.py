@@ -19,11 +19,12 @@ from rpf3d_core.hazard.maps import Layers
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.live.areas import AreaOutline
-from rpf3d_core.live.cluster_sets import ClusterSets
+from rpf3d_core.live.cluster_sets import ClusterSets, LiveSets
 from rpf3d_core.live.evidence import scaled, worst_of
 from rpf3d_core.live.leaving import left_ahead_of
 from rpf3d_core.live.released import Flags
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.unknowns.places import OF_ANOTHER_SLOPE, SOME_ELSEWHERE, are_away
 from rpf3d_core.values import Outcome
 
 
@@ -65,6 +66,27 @@ def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: in
     """
     fewest = min((sum(first[i] for i in cluster.tolist()) for cluster in clusters), default=1)
     return -(-least * sum(first) // fewest)
+
+
+def calibrated_elsewhere(
+    sets: LiveSets | None, positions: FloatArray, origin: tuple[float, float, float], clusters: Sequence[IntArray]
+) -> str:
+    """Return a sentence on the sources away from the place where the sample of the scene was calibrated; "" if few.
+
+    As in a run, 5 % of the rocks are enough. The rocks are those of a cluster, because many sources at the place must
+    not hide a few elsewhere. All sources of a cluster release the same number of rocks.
+
+    sets : of the scene, None without unknowns; positions : (S, 3) m, of the sources, map frame
+    origin : m, survey coordinates of the origin of the map frame; clusters : as from `clusters_of`
+    """
+    if sets is None or sets.place is None or not clusters:
+        return ""
+    away = are_away(sets.place, (positions + np.array(origin))[:, :2])
+    count = sum(int(away[cluster].sum()) for cluster in clusters if away[cluster].mean() >= SOME_ELSEWHERE)
+    if not count:
+        return ""
+    return (f"{count} of {len(positions)} sources are away from the place where the sample was calibrated "
+            f"(is map_origin right?). {OF_ANOTHER_SLOPE}")  # fmt: skip
 
 
 class ClusterTally:
