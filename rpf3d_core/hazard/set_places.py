@@ -66,7 +66,7 @@ class PlaceTally:
 
     @property
     def reached(self) -> FloatArray:
-        """The number of rocks (S, P) of each set that reached each place."""
+        """The number of rocks (S, P) (-) of each set that reached each place."""
         return self._counts[:, 0].astype(float)
 
     def energies(self, fewest: int) -> FloatArray:

@@ -23,8 +23,9 @@ from rpf3d_core.live.cluster_sets import ClusterSets, LiveSets
 from rpf3d_core.live.evidence import scaled, worst_of
 from rpf3d_core.live.leaving import left_ahead_of
 from rpf3d_core.live.released import Flags
+from rpf3d_core.results.certainty import OF_ANOTHER_SLOPE, SOME_ELSEWHERE
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.unknowns.places import OF_ANOTHER_SLOPE, SOME_ELSEWHERE, are_away
+from rpf3d_core.unknowns.places import are_away
 from rpf3d_core.values import Outcome
 
 

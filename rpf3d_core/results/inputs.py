@@ -8,12 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rpf3d_core.results.certainty import share_calibrated_elsewhere, surer_than_it_may_be
+from rpf3d_core.results.certainty import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.unknowns.places import SOME_ELSEWHERE
 
 if TYPE_CHECKING:
     from rpf3d_core.scene.library_entries import Range

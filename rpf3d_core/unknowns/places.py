@@ -5,16 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-SOME_ELSEWHERE = 0.05
-"""Share of the rocks (-) that start away from the place of a calibration, from which the ground is not calibrated."""
-ELSEWHERE_HELD = "0 of 18, 3 of 18, 9 of 41 and 40 of 41"
-"""What docs/explanation/validation.md measured; test/validation/test_ranges.py compares it."""
-OF_ANOTHER_SLOPE = (
-    f"Samples of another slope held {ELSEWHERE_HELD} observed stops in four cases (90 % intervals along the slope, "
-    "without misfit): take ranges of the library, or calibrate here"
-)
-"""Sentence on what the sample of a calibration on another slope is worth, for the table of a run and for alerts."""
-
 
 class Surroundings(NamedTuple):
     """A rectangle in plan (m) around the releases and the observed stops of a calibration.

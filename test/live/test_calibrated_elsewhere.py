@@ -18,8 +18,9 @@ from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_core.results.certainty import ELSEWHERE_HELD
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
-from rpf3d_core.unknowns.places import ELSEWHERE_HELD, Surroundings
+from rpf3d_core.unknowns.places import Surroundings
 
 HERE = Surroundings(west=5.0, south=15.0, east=25.0, north=30.0)
 """A place of 20 m by 15 m around the source, so that "near" ends 25 m from it."""

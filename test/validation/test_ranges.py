@@ -9,8 +9,8 @@ import pytest
 from field_cases import authume, ranges, tschamut
 from field_cases.basis import EndPoints
 
+from rpf3d_core.results import certainty
 from rpf3d_core.scene.library_entries import UNSTATED
-from rpf3d_core.unknowns import places
 
 RESULTS: dict[str, Any] = json.loads((Path(__file__).parents[2] / "docs" / "field_cases" / "results.json").read_text())[
     "ranges"
@@ -79,4 +79,4 @@ def test_the_words_of_the_page_hold() -> None:
 def test_what_a_run_says_of_samples_of_another_slope_was_measured() -> None:
     found = sorted(RESULTS["elsewhere"], key=lambda line: ranges.held(line, "along"))
     words = [ranges.held_of_all(line, "along") for line in found]
-    assert f"{', '.join(words[:-1])} and {words[-1]}" == places.ELSEWHERE_HELD
+    assert f"{', '.join(words[:-1])} and {words[-1]}" == certainty.ELSEWHERE_HELD
