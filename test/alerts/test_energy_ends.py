@@ -1,4 +1,4 @@
-"""Decisions on energy and first arrival with ends over parameter sets: what is compared, said, logged and refused."""
+"""Decisions on energy and first arrival with ends over parameter sets: what is compared, stated, logged and refused."""
 
 import json
 from pathlib import Path
