@@ -226,7 +226,8 @@ def _reasons(
     """Return why the alert has its level, as sentences for the mine; the most important reasons are first.
 
     The order is: faults, why an acknowledgement is void, why the level is held, the findings for the areas (highest
-    level first), and the areas without limits. If `evacuate` is held, the faults follow after the findings.
+    level first), the notes of the evidence, and the areas without limits. If `evacuate` is held, the faults follow
+    after the findings.
     """
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()
@@ -237,7 +238,8 @@ def _reasons(
     void = (f"the acknowledgement {counts}: {held.void}",) if held.void else ()
     void = (*void, *waiting_sentences(acknowledged))
     unwatched = () if evidence is None else without_limits(evidence, thresholds)
-    notes = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
+    unlimited = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
+    notes = unlimited if evidence is None else (*evidence.notes, *unlimited)
     if held.level == Level.EVACUATE:
         return (*void, *holding, *said, *faults, *notes)
     return (*faults, *void, *holding, *said, *notes)

@@ -41,6 +41,11 @@ class AreaEvidence(NamedTuple):
         unknowns, and while too few rocks of each set have flown
     left_high : as predictive_high, of the share of rocks that reached the area or are in `left`; set by set, because
         most rocks may leave in the few sets that also decide the upper end
+    energy_high : J, upper end of the predictive interval of the p95 energy over the parameter sets; the largest of all
+        sets if fewer than 39 have a p95; never below `pooled_energy`
+    energy_sets : number of parameter sets with enough rocks in the area for a p95 energy
+    first_arrival_low_s : s, lower end of the first arrival: the shortest of all sets, never above `first_arrival_s`;
+        both ends are None like `predictive_high`, and if no rock reached the area
     origins : the cluster that gave each figure; None if no rock flew
     outline : digest of the outline within which the rocks were counted; "" if that is not known
     outlined_ns : time since when the present outline of the area is watched; 0 since before the first message
@@ -66,6 +71,14 @@ class AreaEvidence(NamedTuple):
     origins: Origins | None = None
     outline: str = ""
     outlined_ns: int = 0
+    energy_high: float | None = None
+    energy_sets: int = 0
+    first_arrival_low_s: float | None = None
+
+    @property
+    def pooled_energy(self) -> float | None:
+        """The energy (J) of all rocks that a limit is compared with: the p95, or the largest if there is no p95."""
+        return self.largest_energy if self.p95_energy is None else self.p95_energy
 
 
 class Outdated(NamedTuple):
@@ -86,6 +99,7 @@ class Evidence(NamedTuple):
     faults : sentences from the program that made the evidence, each a reason not to believe the evidence
     unfinished : number of rocks whose flight was cut off (`unfinished_of`)
     outdated : areas whose present place is not in the answers to all sources
+    notes : sentences that the reader of the alert must know, but that are no reason not to believe the evidence
     """
 
     result: int
@@ -102,6 +116,7 @@ class Evidence(NamedTuple):
     faults: tuple[str, ...] = ()
     unfinished: int = 0
     outdated: tuple[Outdated, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:

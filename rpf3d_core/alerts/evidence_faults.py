@@ -114,6 +114,7 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
         elif value is not None and area.reached <= 0:
             yield f"no rock came, but there is a {what}"
     yield from _predictive_faults(area)
+    yield from _end_faults(area)
     yield from _missing_faults(area)
 
 
@@ -126,6 +127,20 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
         yield f"the predictive interval {low} to {high} does not hold the sampling interval"
     elif area.left_high is not None and not (high is not None and high <= area.left_high <= 1.0):
         yield f"with the rocks that left, the upper end {high} becomes {area.left_high}, which cannot be"
+
+
+def _end_faults(area: AreaEvidence) -> Iterator[str]:
+    """Yield a fault for an end over the parameter sets that is impossible, or less safe than the pooled figure."""
+    energy, arrival = area.energy_high, area.first_arrival_low_s
+    for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):
+        if end is not None and not (area.sets > 0 and 0.0 <= end < math.inf):
+            yield f"the {what} is {end} over {area.sets} parameter sets, which cannot be"
+    if not 0 <= area.energy_sets <= max(area.sets, 0):
+        yield f"{area.energy_sets} of {area.sets} parameter sets have a p95 energy, which cannot be"
+    if energy is not None and area.pooled_energy is not None and energy < area.pooled_energy:
+        yield f"the upper end of the energy {energy} is below that of all rocks, {area.pooled_energy}"
+    if arrival is not None and area.first_arrival_s is not None and arrival > area.first_arrival_s:
+        yield f"the lower end of the first arrival {arrival} is later than that of all rocks, {area.first_arrival_s}"
 
 
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:

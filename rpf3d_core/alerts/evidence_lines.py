@@ -9,24 +9,38 @@ from rpf3d_core.alerts.origins import Origin, Origins
 TEXTS = ("name", "outline")
 """Fields of the evidence of an area that hold text; text in any other field is a number that JSON does not have."""
 
+OVER_SETS = ("energy_high", "energy_sets", "first_arrival_low_s")
+"""Fields of the evidence of an area that are left out where they have their default, as without unknowns."""
+
+DEFAULTS = AreaEvidence._field_defaults
+
+SAME_IF_LEFT_OUT = ("energy_high", "first_arrival_low")
+"""Fields of the origins that are left out where they have no cluster of their own."""
+
 
 def evidence_content(evidence: Evidence) -> dict[str, Any]:
     """Return evidence as plain values for the log."""
-    return {
+    content = {
         **evidence._asdict(),
         "areas": [_area_evidence_content(area) for area in evidence.areas],
         "outdated": [outdated._asdict() for outdated in evidence.outdated],
     }
+    return {name: value for name, value in content.items() if value or name != "notes"}
 
 
 def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
-    content = {key: _written(value) for key, value in area._asdict().items() if key != "origins"}
+    told = {key: value for key, value in area._asdict().items() if key not in OVER_SETS or value != DEFAULTS[key]}
+    content = {key: _written(value) for key, value in told.items() if key != "origins"}
     return content if area.origins is None else {**content, "origins": _origins_content(area.origins)}
 
 
 def _origins_content(origins: Origins) -> dict[str, Any]:
     """Return the origins of an area's figures; figures with the same origin as `reached` are left out."""
-    others = {name: origin for name, origin in origins._asdict().items() if origin != origins.reached}
+    others = {
+        name: origin
+        for name, origin in origins._asdict().items()
+        if (origin is not None if name in SAME_IF_LEFT_OUT else origin != origins.reached)
+    }
     return {name: origin_content(origin) for name, origin in {"reached": origins.reached, **others}.items()}
 
 
@@ -41,7 +55,8 @@ def evidence_of(content: dict[str, Any]) -> Evidence:
     """Return the evidence in a line of the log, from the values that `evidence_content` wrote."""
     areas = tuple(_area_evidence(area) for area in content["areas"])
     outdated = tuple(Outdated(**each) for each in content.get("outdated", ()))
-    return Evidence(**{**content, "areas": areas, "faults": tuple(content["faults"]), "outdated": outdated})
+    sentences = {"faults": tuple(content["faults"]), "notes": tuple(content.get("notes", ()))}
+    return Evidence(**{**content, **sentences, "areas": areas, "outdated": outdated})
 
 
 def _area_evidence(content: dict[str, Any]) -> AreaEvidence:
@@ -52,7 +67,8 @@ def _area_evidence(content: dict[str, Any]) -> AreaEvidence:
 def _origins(content: dict[str, Any] | None) -> Origins | None:
     if content is None:
         return None
-    return Origins(**{name: origin_of(content.get(name, content["reached"])) for name in Origins._fields})
+    missing = {name: None if name in SAME_IF_LEFT_OUT else content["reached"] for name in Origins._fields}
+    return Origins(**{name: origin_of(content.get(name, other)) for name, other in missing.items()})
 
 
 def origin_of(content: dict[str, Any] | None) -> Origin | None:

@@ -13,6 +13,7 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.origins import NOT_KNOWN, Origin
 from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpec, Thresholds
 from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.unknowns.predictive import ENOUGH
 
 
 class LimitFinding(NamedTuple):
@@ -117,7 +118,20 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
         if reached:
             why = f"{level.word}, for {'; '.join(each.sentence for each in reached)}"
             return LimitFinding(name=area.name, level=level, why=why, origin=reached[0].origin)
-    return LimitFinding(name=area.name, level=Level.NORMAL, why=f"no limit is reached; {_share(area, terms)}")
+    why = "; ".join(["no limit is reached", _share(area, terms), *_ends_below(area, spec, terms)])
+    return LimitFinding(name=area.name, level=Level.NORMAL, why=why)
+
+
+def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
+    """Yield the energy and the first arrival over unknown ground that no limit is reached by, with their ends.
+
+    Only figures for which the area has limits; none without unknowns.
+    """
+    limits = [each for each in (spec.watch, spec.restrict, spec.evacuate) if each is not None and area.sets > 0]
+    if energies_of(area, terms) and any(each.p95_energy_j is not None for each in limits):
+        yield _energy(area, terms)
+    if arrivals_of(area, terms) and any(each.first_arrival_s is not None for each in limits):
+        yield _arrival(area, terms)
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[ReachedLimit]:
@@ -127,15 +141,17 @@ def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Ite
         is_predictive = _share_of(area) < limit and _is_predictive(area, terms)
         origin = origins.predictive if is_predictive else origins.reached
         yield ReachedLimit(sentence=f"{_share(area, terms)}, limit {_percent(limit)}", origin=origin)
-    energy = area.largest_energy if area.p95_energy is None else area.p95_energy
-    if (energy_limit := limits.p95_energy_j) is not None and energy is not None and energy >= energy_limit:
-        what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
-        yield ReachedLimit(sentence=f"{what} {energy:.6g} J, limit {energy_limit:g} J", origin=origins.energy)
-    soonest = limits.first_arrival_s
-    if soonest is not None and area.first_arrival_s is not None and area.first_arrival_s <= soonest.seconds:
+    energies, energy_limit = energies_of(area, terms), limits.p95_energy_j
+    if energy_limit is not None and any(energy >= energy_limit for energy in energies):
+        is_pooled = area.pooled_energy is not None and area.pooled_energy >= energy_limit
+        origin = origins.energy if is_pooled else origins.energy_high or origins.energy
+        yield ReachedLimit(sentence=f"{_energy(area, terms)}, limit {energy_limit:g} J", origin=origin)
+    arrivals, soonest = arrivals_of(area, terms), limits.first_arrival_s
+    if soonest is not None and any(arrival <= soonest.seconds for arrival in arrivals):
         needed = f"{soonest.evacuation:g} s to clear it and {soonest.margin:g} s to spare"
-        sentence = f"the first rock after {area.first_arrival_s:.1f} s, needed {needed}"
-        yield ReachedLimit(sentence=sentence, origin=origins.first_arrival)
+        is_pooled = area.first_arrival_s is not None and area.first_arrival_s <= soonest.seconds
+        origin = origins.first_arrival if is_pooled else origins.first_arrival_low or origins.first_arrival
+        yield ReachedLimit(sentence=f"{_arrival(area, terms)}, needed {needed}", origin=origin)
 
 
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
@@ -170,6 +186,50 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
     if _is_predictive(area, terms):
         return f", predictive over {area.sets:,} parameter sets"
     return ", by the number of rocks alone"
+
+
+def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
+    """Return the energies (J) that are compared with a limit: of all rocks, and the upper end over parameter sets.
+
+    Empty if no rock reached the area. The upper end is left out if the site compares sampling intervals. The energy of
+    all rocks is compared always, so that a wrong upper end hides no danger.
+    """
+    return _known(area.pooled_energy, area.energy_high, terms)
+
+
+def arrivals_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
+    """Return the first arrivals (s) that are compared with a limit: of all rocks, and the lower end (`energies_of`)."""
+    return _known(area.first_arrival_s, area.first_arrival_low_s, terms)
+
+
+def _known(pooled: float | None, end: float | None, terms: EvidenceSpec) -> tuple[float, ...]:
+    compared = (pooled, end if terms.interval == "predictive" else None)
+    return tuple(value for value in compared if value is not None)
+
+
+def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
+    """Return the energy in an area as words for a reason; with unknowns, also which end over the sets is compared."""
+    what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
+    told = "no rock came" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
+    if area.sets == 0:
+        return told
+    if terms.interval != "predictive" or area.energy_high is None:
+        return f"{told} (of all parameter sets together)"
+    if area.energy_sets >= ENOUGH:
+        return f"{told} (up to {area.energy_high:.6g} J, predictive over {area.energy_sets:,} parameter sets)"
+    few = f"only {area.energy_sets} have a p95, {ENOUGH} are needed for a predictive interval"
+    return f"{told} (up to {area.energy_high:.6g} J, the largest of all {area.sets:,} parameter sets: {few})"
+
+
+def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
+    """Return the first arrival in an area as words for a reason; with unknowns, also which end is compared."""
+    first = area.first_arrival_s
+    told = "no rock came" if first is None else f"the first rock after {first:.1f} s"
+    if area.sets == 0:
+        return told
+    if terms.interval != "predictive" or area.first_arrival_low_s is None:
+        return f"{told} (of all parameter sets together)"
+    return f"{told} (from {area.first_arrival_low_s:.1f} s on, the fastest of {area.sets:,} parameter sets)"
 
 
 def _pooled(area: AreaEvidence) -> str:

@@ -24,12 +24,15 @@ class Origins(NamedTuple):
 
     reached : of the share of rocks and its sampling interval; predictive : of the upper end of the predictive interval
     energy : of the p95 or largest energy; first_arrival : of the first arrival
+    energy_high, first_arrival_low : of their ends over the parameter sets; None if it is the same cluster
     """
 
     reached: Origin | None
     predictive: Origin | None
     energy: Origin | None
     first_arrival: Origin | None
+    energy_high: Origin | None = None
+    first_arrival_low: Origin | None = None
 
 
 NOT_KNOWN = Origins(reached=None, predictive=None, energy=None, first_arrival=None)

@@ -131,8 +131,8 @@ class EvidenceSpec(StrictModel):
     )
     interval: Literal["predictive", "sampling"] = Field(
         "predictive",
-        description="predictive or sampling: which interval the upper end is of where the scene has unknowns; the "
-        "predictive interval holds what is not known about the ground, the sampling interval the number of rocks alone",
+        description="predictive or sampling: which figures are compared where the scene has unknowns; the predictive "
+        "interval holds what is not known about the ground, sampling is of the rocks of all parameter sets together",
     )
     reach_probability_is: Literal["upper_end", "share"] = Field(
         "upper_end",

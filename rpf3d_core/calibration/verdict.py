@@ -81,8 +81,8 @@ def _of_data(found: Findings) -> list[str]:
         if gain <= SURELY * doubt:
             sentences.append(
                 f"the score of kept-out blocks ({found.held_out.mean:.2f}) is not clearly better than that of a normal "
-                f"curve without physics ({found.curve.mean:.2f}; difference {gain:+.2f} +- {doubt:.2f}): the end points "
-                "do not show that the physics adds anything here"
+                f"curve without physics ({found.curve.mean:.2f}; difference {gain:+.2f} +- {doubt:.2f}): the end "
+                "points do not show that the physics adds anything here"
             )
     coverage = found.coverage()
     for axis in ("along", "across") if coverage else ():

@@ -4,9 +4,9 @@ from typing import Any
 
 from rpf3d_core.desk.coefficients import drawn_elsewhere, materials_of
 from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, text_header, text_rows
-from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import PLACES
 

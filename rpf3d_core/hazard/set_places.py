@@ -59,9 +59,22 @@ class PlaceTally:
 
     def counts(self) -> PlaceCounts:
         """Return the counts of all sets."""
-        energy = np.array([self._energies(filled) for filled in self._filled])
-        reached, stopped = self._counts[:, 0].astype(float), self._counts[:, 1].astype(float)
-        return PlaceCounts(reached=reached, stopped=stopped, energy=energy, energy_sampling=self._sampling())
+        stopped, sampling = self._counts[:, 1].astype(float), self._sampling()
+        return PlaceCounts(
+            reached=self.reached, stopped=stopped, energy=self.energies(FEWEST_ROCKS), energy_sampling=sampling
+        )
+
+    @property
+    def reached(self) -> FloatArray:
+        """The number of rocks (S, P) (-) of each set that reached each place."""
+        return self._counts[:, 0].astype(float)
+
+    def energies(self, fewest: int) -> FloatArray:
+        """Return the p95 energies (S, P) J of the rocks of each set in each place; NaN for fewer rocks than `fewest`.
+
+        Of fewer than 20 rocks, the p95 is the largest energy.
+        """
+        return np.array([self._energies(filled, fewest) for filled in self._filled])
 
     def _sampling(self) -> FloatArray:
         """Return the sampling intervals (P, 2) J of the p95 energies of all rocks, by ranks as in `Sample.interval`."""
@@ -76,14 +89,14 @@ class PlaceTally:
                 ends[tally.slots.cell[some], end] = values
         return ends
 
-    def _energies(self, filled: "list[Filled]") -> FloatArray:
+    def _energies(self, filled: "list[Filled]", fewest: int) -> FloatArray:
         """Return the p95 energy (P,) J of the rocks of a set in each place, from the bins that they fill."""
         tally, energy = self.tally, np.full(len(self.tally.slot), np.nan)
         bins = np.zeros(self._bins.shape, dtype=np.uint32)
         for slot, column, rocks in filled:
             bins[slot, column] += rocks
         rocks = bins.sum(axis=1, dtype=np.int64)
-        many = np.flatnonzero(rocks >= FEWEST_ROCKS)
+        many = np.flatnonzero(rocks >= fewest)
         if len(many):
             energy[tally.slots.cell[many]] = rank_values(tally, ENERGY, bins[many], -((-rocks[many] * P95) // 100))
         return energy

@@ -27,6 +27,7 @@ from rpf3d_core.live.areas import outlines_for_places
 from rpf3d_core.live.cluster_sets import ClusterSets, tallies_of_displaced
 from rpf3d_core.live.clusters import (
     ClusterTally,
+    calibrated_elsewhere,
     clusters_of,
     first_of_clusters,
     least_in_total,
@@ -85,7 +86,7 @@ class Answer:
     areas : outlines of the areas of interest in the maps, local frame
     evidence : for each area, the worst of all clusters of sources; unfinished : rocks cut off in the worst cluster
     seconds : s, since the work on the trigger began; left_out : which sources were not released, and why
-    doubtful : which sources are too far from the ground
+    doubtful : which sources are too far from the ground; elsewhere : which are far from where the scene was calibrated
     """
 
     result: int
@@ -103,6 +104,7 @@ class Answer:
     evidence: tuple[AreaEvidence, ...] = ()
     unfinished: int = 0
     doubtful: str = ""
+    elsewhere: str = ""
 
     @property
     def rocks(self) -> int:
@@ -140,13 +142,14 @@ def answers(
     tallies = standing.empty_tallies(outlines, released.fastest, released.highest, trigger.diameters)
     clusters = _clusters(standing, trigger, released, tallies, outlines, size.cluster)
     names, groups = tuple(outlines), [cluster.sources for cluster in clusters]
+    elsewhere = calibrated_elsewhere(standing.sets, trigger.positions, around.map_origin, groups)
 
     def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
         areas, unfinished = _evidence(standing, clusters, outlines, digests)
         seconds = time.perf_counter() - began
         return Answer(
             next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, _outcomes(clusters),
-            maps, outlines, seconds, released.left_out, areas, unfinished, released.doubtful,
+            maps, outlines, seconds, released.left_out, areas, unfinished, released.doubtful, elsewhere,
         )  # fmt: skip
 
     if not clusters:

@@ -1,7 +1,8 @@
 """Parameter sets of a live scene with unknowns: their flights, and what each set does in the areas of interest.
 
 The rocks of a cluster of sources are shared out among the sets as in a run (`unknowns.dealing`), so the set of a rock
-depends on its number and source alone. The shares of the sets give the predictive interval of an area.
+depends on its number and source alone. The shares of the sets give the predictive interval of an area, their p95
+energies the upper end of the energy there.
 """
 
 from dataclasses import dataclass, replace
@@ -10,20 +11,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.alerts.evidence import AreaEvidence
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import Flight, Watch
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.hazard.displaced import displaced_batch, tallies_of_places
+from rpf3d_core.hazard.layers import layers_of
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, Layers
+from rpf3d_core.hazard.set_places import PlaceTally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
-from rpf3d_core.hazard.walks.cache_lines import LINE_ROCKS
 from rpf3d_core.runs.over_sets import flights_over_sets
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.unknowns import displacements_of_scene
+from rpf3d_core.setup.unknowns import displacements_of_scene, place_of_sample
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.unknowns.predictive import Interval, holding, predictive_shares
+from rpf3d_core.unknowns.places import Surroundings
+from rpf3d_core.unknowns.predictive import Interval, holding, predictive_shares, ranked_if_enough
+
+Flags = NDArray[np.bool_]
 
 ROCKS_A_SET = 50
 """Mean number of rocks of a parameter set from which a cluster has predictive intervals.
@@ -37,10 +44,12 @@ class LiveSets(NamedTuple):
 
     flights : of the S sets, all with the same compiled loop
     moves : (S, 2) m, displacement of the rocks of each set in plan by the misfit of the model; None if none is stated
+    place : where the sample of the scene was calibrated, survey coordinates; None if that is not known
     """
 
     flights: tuple[Flight, ...]
     moves: FloatArray | None
+    place: Surroundings | None = None
 
     @property
     def least_rocks(self) -> int:
@@ -70,11 +79,46 @@ def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None
     if not scene.has_unknowns:
         return None
     sets, flights = flights_over_sets(_Ready(scene, terrain, flight))
-    return LiveSets(flights=tuple(flights), moves=displacements_of_scene(scene, sets))
+    moves, place = displacements_of_scene(scene, sets), place_of_sample(scene)
+    return LiveSets(flights=tuple(flights), moves=moves, place=place)
+
+
+class SafeEnds(NamedTuple):
+    """The ends over the parameter sets of a cluster that are compared with limits, of A areas; NaN where unknown.
+
+    share : predictive intervals of the share (-) of rocks that reach each area
+    left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had gone on
+    energy_high : (A,) J, upper ends of the p95 energy; energy_sets : (A,) number of sets that have a p95 energy
+    first_arrival : (A,) s, of the fastest rock of all sets, with displaced paths where the scene states a misfit
+    """
+
+    share: Interval
+    left_high: FloatArray
+    energy_high: FloatArray
+    energy_sets: IntArray
+    first_arrival: FloatArray
+
+    def added_to(self, area: AreaEvidence, number: int) -> AreaEvidence:
+        """Return the evidence of the area with a number and its ends, none less safe than the pooled figures."""
+        energies = _known(area.pooled_energy, self.energy_high[number])
+        arrivals = _known(area.first_arrival_s, self.first_arrival[number])
+        return area._replace(
+            predictive_low=float(self.share.low[number]),
+            predictive_high=float(self.share.high[number]),
+            left_high=float(self.left_high[number]),
+            energy_high=max(energies, default=None),
+            energy_sets=int(self.energy_sets[number]),
+            first_arrival_low_s=min(arrivals, default=None),
+        )
+
+
+def _known(pooled: float | None, end: float) -> list[float]:
+    """Return a pooled figure and an end without those that are unknown: None or NaN."""
+    return [float(value) for value in (pooled, end) if value is not None and not np.isnan(value)]
 
 
 class ClusterSets:
-    """Counts how many rocks of each parameter set of a cluster reach each area of interest."""
+    """Counts what the rocks of each parameter set of a cluster do in each area of interest."""
 
     def __init__(self, sets: LiveSets, tallies: Tallies, places: Tallies | None, engine: Engine) -> None:
         """Begin without rocks.
@@ -87,9 +131,9 @@ class ClusterSets:
         if places is not None:
             self._places = replace(places, inside=_empty(tallies.inside))
             counted.append(self._places.inside)
-        self._reached = [_Differences(tally, len(sets.flights)) for tally in counted]
+        self._areas = [PlaceTally(tally, len(sets.flights)) for tally in counted]
         self._flown = np.zeros(len(sets.flights))
-        self._left = np.zeros_like(self._reached[0].counts)
+        self._left = np.zeros_like(self._areas[0].reached)
 
     @property
     def count(self) -> int:
@@ -116,26 +160,42 @@ class ClusterSets:
         """
         self._flown[number] += flown
         self._left[number] += left
-        for reached in self._reached:
-            reached.end(number)
+        for areas in self._areas:
+            areas.end(number)
 
-    def predictive(self) -> Interval | None:
-        """Return the predictive intervals of the share of rocks that reach each area; None for too few rocks."""
+    def ends(self, flown: Layers) -> SafeEnds | None:
+        """Return the ends over the parameter sets; None for too few rocks.
+
+        flown : map values of the areas, of the paths that flew
+        """
         if self._flown.sum() < self._sets.least_rocks:
             return None
-        flown, totals = self._reached[0].counts, self._totals()
-        found = predictive_shares(self._reached[-1].counts, totals)
+        counted = flown if self._sets.moves is None else layers_of(self._areas[-1].tally)
+        share, energies = self._share(), self._areas[-1].energies(1) * (1.0 + counted.percentiles_within)
+        has_p95 = self._areas[-1].reached >= FEWEST_ROCKS
+        return SafeEnds(
+            share=share,
+            left_high=self._left_high(share),
+            energy_high=np.fmin(_upper_energies(energies, has_p95), _laid_out(counted, counted.energy.largest)),
+            energy_sets=has_p95.sum(axis=0),
+            first_arrival=_laid_out(counted, counted.first_arrival),
+        )
+
+    def _share(self) -> Interval:
+        """Return the predictive intervals of the share of rocks that reach each area."""
+        flown, totals = self._areas[0].reached, self._totals()
+        found = predictive_shares(self._areas[-1].reached, totals)
         return holding(found, flown.sum(axis=0), totals.sum(axis=0))
 
-    def left_high(self, found: Interval) -> FloatArray:
+    def _left_high(self, found: Interval) -> FloatArray:
         """Return the upper ends (A,) of the predictive intervals if every rock that left the terrain had gone on.
 
         A rock that left the terrain with an area ahead then counts as a rock that reached this area.
 
-        found : result of `predictive`; no upper end is below its own
+        found : result of `_share`; no upper end is below its own
         """
         totals = self._totals()
-        counts = np.minimum(self._reached[-1].counts + self._left, totals)
+        counts = np.minimum(self._areas[-1].reached + self._left, totals)
         return np.maximum(predictive_shares(counts, totals).high, found.high)
 
     def _totals(self) -> FloatArray:
@@ -148,26 +208,20 @@ def tallies_of_displaced(sets: LiveSets | None, tallies: Tallies) -> Tallies | N
     return None if sets is None or sets.moves is None else tallies_of_places(tallies)
 
 
-class _Differences:
-    """How many rocks of each set reached each area: (S, A), as differences of the common counts of a tally."""
+def _upper_energies(energies: FloatArray, has_p95: Flags) -> FloatArray:
+    """Return the upper ends (A,) J of the p95 energy in areas, as in the tables of a run; NaN if no rock reached one.
 
-    def __init__(self, tally: CellTally, sets: int) -> None:
-        self._tally = tally
-        self._before = np.zeros(len(tally.slot), dtype=np.int64)
-        self.counts = np.zeros((sets, len(tally.slot)))
+    If fewer than 39 sets have a p95, the end is the largest energy of all sets.
 
-    def end(self, number: int) -> None:
-        """Add the rocks counted since the last call to the counts of a set; number : of the set."""
-        after = _reached_in(self._tally)
-        self.counts[number] += after - self._before
-        self._before = after
+    energies : (S, A) J, p95 of each set, else its largest; has_p95 : (S, A) False where too few rocks of a set came
+    """
+    known = ranked_if_enough(np.where(has_p95, energies, np.nan)).high
+    return np.where(np.isnan(known), np.fmax.reduce(energies, axis=0), known)
 
 
-def _reached_in(tally: CellTally) -> NDArray[np.int64]:
-    """Return how many rocks reached each of the cells (C,) of a tally."""
-    counts = np.zeros(len(tally.slot), dtype=np.int64)
-    counts[tally.slots.cell[: tally.used]] = tally.slots.lines.short[: tally.used, LINE_ROCKS]
-    return counts
+def _laid_out(layers: Layers, values: FloatArray) -> FloatArray:
+    """Return values (S,) of the areas that rocks reached as an array (A,) of all areas; NaN elsewhere."""
+    return layers.everywhere(np.asarray(values, dtype=float), np.nan)
 
 
 def _empty(tally: CellTally) -> CellTally:

@@ -15,14 +15,17 @@ from rpf3d_core.alerts.evidence import AreaEvidence, areas_in, unfinished_of
 from rpf3d_core.alerts.origins import Origin, all_from
 from rpf3d_core.ensemble.flights import Deposits, Impacts, IntArray
 from rpf3d_core.hazard.layers import layers_of
+from rpf3d_core.hazard.maps import Layers
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.live.areas import AreaOutline
-from rpf3d_core.live.cluster_sets import ClusterSets
+from rpf3d_core.live.cluster_sets import ClusterSets, LiveSets
 from rpf3d_core.live.evidence import scaled, worst_of
 from rpf3d_core.live.leaving import left_ahead_of
 from rpf3d_core.live.released import Flags
+from rpf3d_core.results.overconfidence import OF_ANOTHER_SLOPE, SOME_ELSEWHERE
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.unknowns.places import are_away
 from rpf3d_core.values import Outcome
 
 
@@ -66,6 +69,27 @@ def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: in
     return -(-least * sum(first) // fewest)
 
 
+def calibrated_elsewhere(
+    sets: LiveSets | None, positions: FloatArray, origin: tuple[float, float, float], clusters: Sequence[IntArray]
+) -> str:
+    """Return a sentence on the sources away from the place where the sample of the scene was calibrated; "" if few.
+
+    As in a run, 5 % of the rocks are enough. The rocks are those of a cluster, because many sources at the place must
+    not hide a few elsewhere. All sources of a cluster release the same number of rocks.
+
+    sets : of the scene, None without unknowns; positions : (S, 3) m, of the sources, map frame
+    origin : m, survey coordinates of the origin of the map frame; clusters : as from `clusters_of`
+    """
+    if sets is None or sets.place is None or not clusters:
+        return ""
+    away = are_away(sets.place, (positions + np.array(origin))[:, :2])
+    count = sum(int(away[cluster].sum()) for cluster in clusters if away[cluster].mean() >= SOME_ELSEWHERE)
+    if not count:
+        return ""
+    return (f"{count} of {len(positions)} sources are away from the place where the sample was calibrated "
+            f"(is map_origin right?). {OF_ANOTHER_SLOPE}")  # fmt: skip
+
+
 class ClusterTally:
     """The counts of the rocks of one cluster: outcomes, visits of areas, and rocks that left with an area ahead.
 
@@ -99,22 +123,21 @@ class ClusterTally:
 
     def evidence(self, names: Sequence[str]) -> tuple[AreaEvidence, ...]:
         """Return the evidence of the areas with the given names from the rocks of this cluster."""
-        found = areas_in(layers_of(self.inside), names, self.flown)
+        layers = layers_of(self.inside)
+        found = areas_in(layers, names, self.flown)
         left = zip(found, self.left.tolist(), strict=True)
         areas = tuple(area._replace(left=min(n, area.flown - area.reached), origins=self._origins) for area, n in left)
-        return areas if self.over_sets is None else _with_predictive(areas, self.over_sets)
+        return areas if self.over_sets is None else _with_ends(areas, self.over_sets, layers)
 
 
-def _with_predictive(areas: tuple[AreaEvidence, ...], sets: ClusterSets) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of areas with their predictive intervals, where enough rocks have flown."""
-    found = sets.predictive()
-    if found is None:
-        return tuple(area._replace(sets=sets.count) for area in areas)
-    ends = zip(areas, found.low.tolist(), found.high.tolist(), sets.left_high(found).tolist(), strict=True)
-    return tuple(
-        area._replace(sets=sets.count, predictive_low=low, predictive_high=high, left_high=with_left)
-        for area, low, high, with_left in ends
-    )
+def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layers) -> tuple[AreaEvidence, ...]:
+    """Return the evidence of areas with their ends over the parameter sets, where enough rocks have flown.
+
+    layers : map values of the areas
+    """
+    ends = sets.ends(layers)
+    over_sets = [area._replace(sets=sets.count) for area in areas]
+    return tuple(over_sets if ends is None else (ends.added_to(area, number) for number, area in enumerate(over_sets)))
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:

@@ -3,6 +3,7 @@
 import hashlib
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.origins import NOT_KNOWN, Origins
@@ -32,6 +33,7 @@ def together(parts: Sequence[Evidence]) -> Evidence:
         sources=sum(part.sources for part in parts),
         areas=tuple(worst_of(list(_told(parts, area.name)), flown) for area in watched),
         faults=tuple(dict.fromkeys(fault for part in parts for fault in part.faults)),
+        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
         unfinished=max(scaled(part.unfinished, _flown(part), flown) for part in parts),
     )
 
@@ -50,7 +52,7 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
     reached = max(scaled(area.reached, area.flown, flown) for area in said)
     left = max(scaled(area.left, area.flown, flown) for area in said)
     low, high = wilson_interval(reached, max(flown, 1))
-    p95 = [energy for area in said if (energy := _p95_or_largest(area)) is not None]
+    p95 = [energy for area in said if (energy := area.pooled_energy) is not None]
     largest = [area.largest_energy for area in said if area.largest_energy is not None]
     first = [area.first_arrival_s for area in said if area.first_arrival_s is not None]
     has_p95 = any(area.p95_energy is not None for area in said)
@@ -75,6 +77,7 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
         left_high=_left_high_of(said, predictive_high),
         origins=_origins_of(said, flown),
         outline=said[-1].outline,
+        **_ends_over_sets(said),
     )
 
 
@@ -84,14 +87,46 @@ def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
         return None
     most = max(said, key=lambda area: scaled(area.reached, area.flown, flown))
     widest = max(said, key=lambda area: -1.0 if area.predictive_high is None else area.predictive_high)
-    strongest = max(said, key=lambda area: -1.0 if (energy := _p95_or_largest(area)) is None else energy)
+    strongest = max(said, key=lambda area: -1.0 if area.pooled_energy is None else area.pooled_energy)
     first = min(said, key=lambda area: math.inf if area.first_arrival_s is None else area.first_arrival_s)
+    energy, first_arrival = (strongest.origins or NOT_KNOWN).energy, (first.origins or NOT_KNOWN).first_arrival
+    high, low = max(said, key=_energy_high).origins, min(said, key=_arrival_low).origins
+    of_high = None if high is None else high.energy_high or high.energy
+    of_low = None if low is None else low.first_arrival_low or low.first_arrival
     return Origins(
         reached=(most.origins or NOT_KNOWN).reached,
         predictive=(widest.origins or NOT_KNOWN).predictive,
-        energy=(strongest.origins or NOT_KNOWN).energy,
-        first_arrival=(first.origins or NOT_KNOWN).first_arrival,
+        energy=energy,
+        first_arrival=first_arrival,
+        energy_high=None if of_high == energy else of_high,
+        first_arrival_low=None if of_low == first_arrival else of_low,
     )
+
+
+def _ends_over_sets(said: list[AreaEvidence]) -> dict[str, Any]:
+    """Return the fields of the worst ends of energy and first arrival over the parameter sets; none without such ends.
+
+    A result without an end takes part with its pooled figure, so that no end is less safe than the pooled figures.
+    """
+    ends: dict[str, Any] = {}
+    if any(area.energy_high is not None for area in said):
+        strongest = max(said, key=_energy_high)
+        ends |= {"energy_high": _energy_high(strongest), "energy_sets": strongest.energy_sets}
+    if any(area.first_arrival_low_s is not None for area in said):
+        ends |= {"first_arrival_low_s": min(map(_arrival_low, said))}
+    return ends
+
+
+def _energy_high(area: AreaEvidence) -> float:
+    """Return the upper end (J) of the energy in an area, else the pooled energy; -1 if no rock reached the area."""
+    ends = [end for end in (area.pooled_energy, area.energy_high) if end is not None]
+    return max(ends, default=-1.0)
+
+
+def _arrival_low(area: AreaEvidence) -> float:
+    """Return the lower end (s) of the first arrival in an area, else the pooled one; infinite if no rock reached it."""
+    ends = [end for end in (area.first_arrival_s, area.first_arrival_low_s) if end is not None]
+    return min(ends, default=math.inf)
 
 
 def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[float | None, float | None]:
@@ -113,11 +148,6 @@ def _left_high_of(said: list[AreaEvidence], predictive_high: float | None) -> fl
     if predictive_high is None or not ends or len(known) < len(ends):
         return None
     return max(predictive_high, *known)
-
-
-def _p95_or_largest(area: AreaEvidence) -> float | None:
-    """Return the energy that is compared with a limit: the p95, or the largest if too few rocks reached the area."""
-    return area.largest_energy if area.p95_energy is None else area.p95_energy
 
 
 def scaled(count: int, of: int, to: int) -> int:

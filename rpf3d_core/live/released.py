@@ -43,12 +43,14 @@ class ReleaseSpread:
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
     above_ground : height of each source above the ground (m); None for the height at which the source was seen
     highest : height above the ground (m) above which a source is doubtful, such as over terrain with z down
+    map_origin : (east, north, height) m, survey coordinates of the origin of the map frame
     """
 
     position: float = 0.0
     velocity: float = 0.0
     above_ground: float | None = None
     highest: float = math.inf
+    map_origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rpf3d_core.results.certainty import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.results.overconfidence import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
 

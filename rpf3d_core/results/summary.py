@@ -19,11 +19,11 @@ from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_word
 from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
-from rpf3d_core.results.certainty import MISFIT_HELD, MISFIT_LEFT_OUT
 from rpf3d_core.results.findings import Run, sentence_of
 from rpf3d_core.results.hazard_files.zones_geojson import zones_section
 from rpf3d_core.results.observed import compare
 from rpf3d_core.results.orientations import blocks_of
+from rpf3d_core.results.overconfidence import MISFIT_HELD, MISFIT_LEFT_OUT
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import releases_digest, scene_digest
 from rpf3d_core.scene.zone_materials import without_friction

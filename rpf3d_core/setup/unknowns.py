@@ -11,8 +11,14 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.unknowns import PriorSpec
 from rpf3d_core.scene.zone_materials import name_of_material, used_coefficients
 from rpf3d_core.unknowns.displacements import displacements
-from rpf3d_core.unknowns.parameter_sets import FloatArray, ParameterSets, parameter_sets, read_parameter_sets
-from rpf3d_core.unknowns.places import share_away
+from rpf3d_core.unknowns.parameter_sets import (
+    FloatArray,
+    ParameterSets,
+    parameter_sets,
+    read_parameter_sets,
+    read_place,
+)
+from rpf3d_core.unknowns.places import Surroundings, share_away
 from rpf3d_core.unknowns.points import spread_points
 
 
@@ -72,10 +78,20 @@ def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
     InputError
         The file of the sample is refused.
     """
-    if scene.unknowns is None or scene.unknowns.sample is None or not len(releases):
-        return 0.0
-    place = read_parameter_sets(scene.unknowns.sample).place
-    return 0.0 if place is None else share_away(place, releases)
+    place = place_of_sample(scene)
+    return 0.0 if place is None or not len(releases) else share_away(place, releases)
+
+
+def place_of_sample(scene: Scene) -> Surroundings | None:
+    """Return where the sample of a scene was calibrated; None without a sample, or if the sample does not say so.
+
+    Raises
+    ------
+    InputError
+        The file of the sample is refused.
+    """
+    spec = scene.unknowns
+    return None if spec is None or spec.sample is None else read_place(spec.sample)
 
 
 def outside_sample(scene: Scene) -> tuple[str, ...]:

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.folder import SUMMARY, check_folder
 from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.results.summary import plain, versions
 from rpf3d_core.runs.parallel import as_they_finish
 from rpf3d_core.runs.run import RunControl, run_scene

@@ -106,7 +106,7 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
     InputError
         The file cannot be read, or as `parameter_sets`; the message names the file.
     """
-    from rpf3d_core.unknowns.sample_files import read_columns, read_note
+    from rpf3d_core.unknowns.sample_files import read_columns
 
     columns = read_columns(Path(path))
     names = [name for name in columns if name != WEIGHT and (name == "stop_speed" or "." in name)]
@@ -117,7 +117,20 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
         sets = parameter_sets(names, np.stack([columns[name] for name in names], axis=1), columns.get(WEIGHT))
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from None
-    return replace(sets, place=_place_of(read_note(Path(path)).get(PLACE)))
+    return replace(sets, place=read_place(path))
+
+
+def read_place(path: str | Path) -> Surroundings | None:
+    """Read where the parameter sets in a Parquet file were calibrated; None if the file does not say so.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read; the message names the file.
+    """
+    from rpf3d_core.unknowns.sample_files import read_note
+
+    return _place_of(read_note(Path(path)).get(PLACE))
 
 
 def _place_of(note: str | None) -> Surroundings | None:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 
 class Surroundings(NamedTuple):
@@ -26,8 +26,13 @@ def place_around(points: ArrayLike) -> Surroundings:
 
 def share_away(place: Surroundings, points: ArrayLike) -> float:
     """Return the share (-) of points (N, 2) m, N > 0, that lie farther from a place than its diagonal."""
+    return float(are_away(place, points).mean())
+
+
+def are_away(place: Surroundings, points: ArrayLike) -> NDArray[np.bool_]:
+    """Return flags (N,), True for points (N, 2) m that lie farther from a place than its diagonal."""
     x, y = np.asarray(points, dtype=float).T
     away_x = np.maximum(np.maximum(place.west - x, x - place.east), 0.0)
     away_y = np.maximum(np.maximum(place.south - y, y - place.north), 0.0)
     diagonal = np.hypot(place.east - place.west, place.north - place.south)
-    return float((np.hypot(away_x, away_y) > diagonal).mean())
+    return np.asarray(np.hypot(away_x, away_y) > diagonal)

@@ -23,14 +23,18 @@ class EvidenceContext:
 
 
 def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
-    """Return the evidence of an answer, for the alert decision; left-out and doubtful sources are faults."""
+    """Return the evidence of an answer, for the alert decision; left-out and doubtful sources are faults.
+
+    Sources far from where the scene was calibrated are a note.
+    """
     faults = tuple(sentence for sentence in (answer.left_out, answer.doubtful) if sentence)
     without_sources = evidence_without_answer(answer.trigger, "", context)._replace(
         result=answer.result, stage=answer.stage, faults=faults, areas=answer.evidence
     )
     if not answer.sources:
         return without_sources
-    return without_sources._replace(sources=answer.sources, unfinished=answer.unfinished)
+    notes = (answer.elsewhere,) if answer.elsewhere else ()
+    return without_sources._replace(sources=answer.sources, unfinished=answer.unfinished, notes=notes)
 
 
 def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceContext) -> Evidence:

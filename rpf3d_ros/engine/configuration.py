@@ -133,7 +133,7 @@ def spread_of(parameters: SimulatorParameters) -> ReleaseSpread:
     above = parameters.above_ground if parameters.above_ground >= 0.0 else None
     return ReleaseSpread(
         position=parameters.position_spread, velocity=parameters.velocity_spread, above_ground=above,
-        highest=parameters.highest_source,
+        highest=parameters.highest_source, map_origin=parameters.frame.origin,
     )  # fmt: skip
 
 

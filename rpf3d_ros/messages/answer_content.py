@@ -72,12 +72,12 @@ def figures_of(answer: Answer) -> dict[str, str]:
 def warnings_of(answer: Answer) -> tuple[str, ...]:
     """Return the warnings of an answer, one sentence each.
 
-    The warnings name refused and doubtful sources, and every outcome that ends a path too early
-    (`alerts.evidence.UNFINISHED`).
+    The warnings name refused and doubtful sources, those far from where the scene was calibrated, and every outcome
+    that ends a path too early (`alerts.evidence.UNFINISHED`).
     """
     counts = {outcome: answer.outcomes.get(outcome, 0) for outcome in UNFINISHED}
     left_out = (f"sources refused: {answer.left_out}",) if answer.left_out else ()
-    left_out += (answer.doubtful,) if answer.doubtful else ()
+    left_out += tuple(sentence for sentence in (answer.doubtful, answer.elsewhere) if sentence)
     return left_out + tuple(f"rocks: {n}, each {OUTCOME_SENTENCES[outcome]}" for outcome, n in counts.items() if n)
 
 

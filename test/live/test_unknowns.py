@@ -1,11 +1,11 @@
 """A live scene with unknowns flies its parameter sets, and the predictive upper end decides by default."""
 
-from itertools import count
 from pathlib import Path
 
 import numpy as np
 import pytest
-from alert_evidence import NOW, S, area, decided, evidence, site
+from alert_evidence import NOW, area, decided, evidence, site
+from unknown_slope import RANGE, SCENE, SETS, stages, standing_with
 from watched_road import LIMITS, ON_THE_SLOPE, ROAD, WANTED, behind_a_bank, decided_on, slope
 
 from rpf3d_core.alerts.audit import audit_log
@@ -14,44 +14,12 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.errors import InputError
-from rpf3d_core.live.answers import EnsembleSize, answers
 from rpf3d_core.live.cluster_sets import ROCKS_A_SET
 from rpf3d_core.live.evidence import together
 from rpf3d_core.live.ground import Workshop
-from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
 from rpf3d_core.live.standing import stand_after, stand_on
 from rpf3d_core.live.survey import GridSurvey
-from rpf3d_core.live.triggers import trigger_of
-
-SETS = 40
-SCENE = """\
-terrain: {{pit: {{}}}}
-sources: [{{name: sources, points: [[0, 0, 0]]}}]
-materials:
-  default: {{normal_restitution: {R_n}, tangential_restitution: 0.8, friction_angle_deg: 30}}
-ground: sliding
-target: {{most_rocks: 1000}}
-engine: compiled
-unknowns: {{sets: 40{misfit}}}
-"""
-RANGE = "{prior: {min: 0.2, max: 0.7}}"
-FAR = np.array([[66.0, 2.0], [72.0, 2.0], [72.0, 158.0], [66.0, 158.0]])
-"""Corners (m) of a road that only rocks on the hardest ground reach."""
-
-
-def standing_with(folder: Path, R_n: str = RANGE, misfit: str = "", points: np.ndarray | None = None):
-    path = folder / "live.yaml"
-    path.write_text(SCENE.format(R_n=R_n, misfit=misfit))
-    survey = GridSurvey(slope() if points is None else points)
-    return stand_on(Workshop().whole(survey), live_scene({"scene": str(path)}))
-
-
-def stages(standing, places, cluster=5.0, road=FAR, least=WANTED):
-    at = np.array(places, dtype=float).reshape(-1, 3)
-    trigger = trigger_of(at, np.zeros_like(at), None, NOW - S)
-    size, spread = EnsembleSize(100, least=least, cluster=cluster), ReleaseSpread(position=1.0, velocity=0.5)
-    return list(answers(standing, trigger, spread, {"road": [road]}, size, lambda stage: False, count(1)))
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ from command_line import call
 from sweeps import ANGLE, BERM, FENCE, SCENE, UNKNOWN, Here, road, table, written
 
 import rpf3d_core as rpf3d
-from rpf3d_core.results.certainty import surer_than_it_may_be
 from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.sweep.cells import cells_of

@@ -12,8 +12,9 @@ from field_cases.basis import EndPoints
 from field_cases.blocks import meadow
 from field_cases.flying import Ends
 from field_cases.models import AUTHUME, COULOMB_LIMITED, SHAPES, TSCHAMUT
+from field_cases.page_tables import listed
 
-from rpf3d_core.results import certainty
+from rpf3d_core.results import overconfidence
 from rpf3d_core.scene.library_entries import UNSTATED
 from rpf3d_core.unknowns.dealing import set_of_rock
 
@@ -134,6 +135,8 @@ def test_the_words_of_the_page_hold() -> None:
 
 
 def test_what_a_run_says_of_samples_of_another_slope_was_measured() -> None:
-    found = sorted(RESULTS["elsewhere"], key=lambda line: predictions.held(line, "along"))
-    words = [predictions.held_of_all(line, "along") for line in found]
-    assert f"{', '.join(words[:-1])} and {words[-1]}" == certainty.ELSEWHERE_HELD
+    words = []
+    for site in (TSCHAMUT, AUTHUME):
+        found = sorted(predictions.held(line, "along") for line in RESULTS["elsewhere"] if line["site"] == site)
+        words.append(f"{listed(list(map(str, found)))} of {predictions.STOPS[site]}")
+    assert " and ".join(words) == overconfidence.ELSEWHERE_HELD

@@ -1,6 +1,7 @@
 """The evidence of an answer over a scene with unknowns, as the thread that flies rocks makes it."""
 
 import itertools
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -10,12 +11,13 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from live_ground import over_the_wall, pit_ground, pit_scene
 
-from rpf3d_core.live.answers import EnsembleSize
+from rpf3d_core.live.answers import EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_ros.engine.answer_evidence import EvidenceContext, evidence_of_answer
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.waiting_sources import WaitingSources
+from rpf3d_ros.messages.answer_content import warnings_of
 
 PATIENCE = 120.0
 wait = partial(wait_for, seconds=PATIENCE)
@@ -42,6 +44,19 @@ class Answers:
 
     def failed(self, error, trigger=None):
         self.errors.append(error)
+
+
+def test_sources_far_from_the_calibration_are_a_warning_and_a_note_of_the_evidence_and_no_fault(tmp_path):
+    scene = pit_scene(tmp_path, "target: {most_rocks: 200}\n")
+    standing = stand_on(pit_ground(scene), scene)
+    size, spread = EnsembleSize(100), ReleaseSpread(above_ground=2.0)
+    answer = next(answers(standing, over_the_wall(2), spread, {}, size, lambda stage: False, itertools.count(1)))
+    context = EvidenceContext(standing=standing, at_ns=7, seed=scene.seed)
+    assert evidence_of_answer(answer, context).notes == () and warnings_of(answer) == ()
+    far = replace(answer, elsewhere="2 of 2 sources are away")
+    found = evidence_of_answer(far, context)
+    assert (found.notes, found.faults) == (("2 of 2 sources are away",), ())
+    assert warnings_of(far) == ("2 of 2 sources are away",)
 
 
 def test_each_stage_flies_the_parameter_sets_and_the_last_has_predictive_intervals(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
-from rpf3d_core.results.certainty import surer_than_it_may_be
+from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
 
 SCENE = """\

@@ -23,8 +23,13 @@ NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
 """Share of the rocks (-) that start away from the place of a calibration, from which the ground is not calibrated."""
-ELSEWHERE_HELD = "0 of 18, 3 of 18, 9 of 41 and 40 of 41"
-"""What docs/explanation/validation.md measured; test/validation/test_ranges.py compares it."""
+ELSEWHERE_HELD = "0, 1, 4 and 6 of 18 and 9, 33, 40 and 40 of 41"
+"""What docs/explanation/validation.md measured; test/validation/test_predictions.py compares it."""
+OF_ANOTHER_SLOPE = (
+    f"Samples of another slope held {ELSEWHERE_HELD} observed stops in eight cases (90 % intervals along the slope, "
+    "without misfit): take ranges of the library, or calibrate here"
+)
+"""Sentence on what the sample of a calibration on another slope is worth, for the table of a run and for alerts."""
 MISFIT_HELD = (
     "predictive intervals of shares of zones and areas, of their p95 energies, of the runout and of reach probability "
     "hold the misfit of the model: the paths of each parameter set are displaced by a draw of it"
@@ -51,9 +56,8 @@ def _of_the_ground(run: Run) -> Iterator[str]:
         yield (f"ranges of {_named(ranges)} are from books or estimates, because the sample of the "
                "calibration does not hold them")  # fmt: skip
     if (share := share_calibrated_elsewhere(run)) >= SOME_ELSEWHERE:
-        yield (f"{100 * share:.0f} % of the rocks start away from the place where the sample was calibrated. Samples "
-               f"of another slope held {ELSEWHERE_HELD} observed stops in four cases (90 % intervals along the slope, "
-               "without misfit): take ranges of the library, or calibrate here")  # fmt: skip
+        yield (f"{100 * share:.0f} % of the rocks start away from the place where the sample was calibrated. "
+               f"{OF_ANOTHER_SLOPE}")  # fmt: skip
     if run.scene.has_unknowns and (known := _counted_as_known(run)):
         yield (f"{_named(known)}: one value in all parameter sets, so no interval holds what is not "
                "known about it; give a range with `prior`")  # fmt: skip
