@@ -3,7 +3,10 @@
 import gc
 import os
 import signal
+from pathlib import Path
 
+import pytest
+from compiled_once import compile_once
 from hypothesis import HealthCheck, settings
 
 # How long an example takes on a machine with other work to do says nothing of what is tested.
@@ -21,6 +24,12 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 # 15,000 collected tests and a compiler that makes millions of objects: with Python's own numbers, the search for
 # garbage takes a quarter of the time of a worker.
 gc.set_threshold(50_000, 20, 10)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the workers of a run compile each loop once, all together."""
+    if hasattr(config, "workerinput"):
+        compile_once(Path(config.option.basetemp).parent)
 
 
 def pytest_collection_finish() -> None:
