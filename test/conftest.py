@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from compiled_once import compile_once
 from hypothesis import HealthCheck, settings
+from longest_first import longest_first
 
 # How long an example takes on a machine with other work to do says nothing of what is tested.
 settings.register_profile("rpf3d", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -30,6 +31,12 @@ def pytest_configure(config: pytest.Config) -> None:
     """Make the workers of a run compile each loop once, all together."""
     if hasattr(config, "workerinput"):
         compile_once(Path(config.option.basetemp).parent)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Put the files that take longest first, if workers share the tests."""
+    if hasattr(config, "workerinput"):
+        items[:] = [items[i] for i in longest_first([item.path for item in items])]
 
 
 def pytest_collection_finish() -> None:
