@@ -73,7 +73,9 @@ demo-ros: venv
 
 # A worker more than there are cores, for tests of live nodes mostly wait. Their children write no byte code
 # (test/conftest.py), so it is laid down before; it goes by what the source holds, not by a time that edits may share.
-PYTEST = $(BIN)/python -m pytest --dist loadfile -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
+# The byte code of the tests themselves is kept, whatever the environment says: 10 s a worker. The files that take longest
+# come first (test/support/longest_first.py).
+PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
 
 .byte-code: venv
 	@$(BYTE_CODE) --invalidation-mode checked-hash rpf3d_core rpf3d_ros

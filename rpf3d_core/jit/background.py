@@ -23,6 +23,7 @@ from typing import Any
 from rpf3d_core.jit.cache import compile_apart, compiled_apart, is_cached, keeps_compiled
 from rpf3d_core.jit.child_python import command_of, environment_of_child
 from rpf3d_core.jit.cores import has_spare_core
+from rpf3d_core.jit.garbage import collect_less_often
 
 PATIENCE = 60.0
 """Longest time (s) that the main process waits for the background process; an idle machine needs 15 s for all loops."""
@@ -170,6 +171,7 @@ def main(modules: Sequence[str]) -> None:
 
     The process ends as soon as standard input closes, because the main process has then ended.
     """
+    collect_less_often()  # the compiler makes millions of objects
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_take, args=(orders,), daemon=True).start()
     answers, sys.stdout = sys.stdout, sys.stderr  # other prints must not count as answers

@@ -7,6 +7,7 @@ functions that take numbers and arrays alike.
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,9 +38,14 @@ class Public(NamedTuple):
     node: ast.FunctionDef | ast.ClassDef
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
 def public(path: Path) -> Iterator[Public]:
     place = str(path.relative_to(ROOT))
-    for node in ast.parse(path.read_text()).body:
+    for node in tree_of(path).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
             yield Public(f"{place}:{node.name}", node)
             members = node.body if isinstance(node, ast.ClassDef) else []
@@ -52,11 +58,22 @@ PUBLIC = [item for path in CORE for item in public(path)]
 FUNCTIONS = [item for item in PUBLIC if isinstance(item.node, ast.FunctionDef)]
 
 
+def statements(tree: ast.Module) -> Iterator[ast.AST]:
+    """All statements at any depth; without their expressions, which hold no import and are most of a tree."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            if isinstance(inner := getattr(node, part, None), list):
+                waiting += inner
+
+
 def offered() -> set[str]:
     """Names of the core that are imported from another folder than their own, as place:name."""
     found = set()
     for path in [*CORE, *(ROOT / "rpf3d_ros").rglob("*.py"), *(ROOT / "test").rglob("*.py")]:
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in statements(tree_of(path) if path in CORE else ast.parse(path.read_text())):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rpf3d_core."):
                 origin = ROOT / Path(*str(node.module).split(".")).with_suffix(".py")
                 if origin.parent != path.parent:
@@ -103,7 +120,7 @@ def doc_of(item: Public) -> str:
 
 @pytest.mark.parametrize("path", CORE, ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_file_with_code_says_what_it_is_for(path: Path) -> None:
-    tree = ast.parse(path.read_text())
+    tree = tree_of(path)
     assert ast.get_docstring(tree) or not tree.body
 
 

@@ -1,0 +1,44 @@
+"""The order of the test files: the longest first, so that at the end no worker is left alone with a long one.
+
+    make test PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/longest_first.py
+
+rewrites the list of the files that take longest, from the durations that pytest prints.
+"""
+
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1]
+LIST = Path(__file__).with_name("longest_files.txt")
+"""A line a file, longest first: the seconds of its tests, and the file in the folder of tests."""
+SHORT = 3.0
+"""Files that take less (s) are not listed; they come last, in the order of their names."""
+DURATION = re.compile(r"^ *([\d.]+)s (?:setup|call|teardown) +test/([\w/]+\.py)::", re.MULTILINE)
+
+
+def seconds_of_files() -> dict[str, float]:
+    """Return the seconds of each listed file."""
+    rows = (line.split() for line in LIST.read_text(encoding="utf-8").splitlines())
+    return {file: float(seconds) for seconds, file in rows}
+
+
+def longest_first(files: Iterable[Path]) -> list[int]:
+    """Return the places of files in a list that is sorted by the listed seconds, longest first, otherwise as given."""
+    seconds = seconds_of_files()
+    taken = [seconds.get(file.relative_to(TESTS).as_posix(), 0.0) if TESTS in file.parents else 0.0 for file in files]
+    return sorted(range(len(taken)), key=lambda i: -taken[i])
+
+
+def listing(durations: str) -> str:
+    """Return the text of the list for the durations that pytest has printed."""
+    seconds: Counter[str] = Counter()
+    for taken, file in DURATION.findall(durations):
+        seconds[file] += float(taken)  # type: ignore[assignment]
+    return "".join(f"{taken:.0f} {file}\n" for file, taken in seconds.most_common() if taken >= SHORT)
+
+
+if __name__ == "__main__":
+    LIST.write_text(listing(sys.stdin.read()), encoding="utf-8")
