@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -20,49 +20,22 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.builder import Arrival
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
-from rpf3d_ros.engine.publisher_watch import PublisherWatch, SeenPublisher, WatchedTopic, sentences_by_topic
 from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.stamp_guards import StampGuards
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull
 from rpf3d_ros.interface.health_report import HealthReport
-from rpf3d_ros.interface.parameters import SensorTopics, SimulatorParameters
+from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, terrain_qos
-from rpf3d_ros.interface.recorded_topics import CLOUD, POSES, TOPICS
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
 from rpf3d_ros.messages.stamps import nanoseconds
 from rpf3d_ros.messages.terrain_messages import Buffer, check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
+from rpf3d_ros.nodes.publisher_reports import PublisherReports
 
 TERRAIN_KINDS = {"terrain/points": "whole", "terrain/mesh": "whole", "terrain/update": "patch"}
 """The topics of terrain, and whether their messages are whole surveys or patches."""
-
-
-SHARED = (BY_HAND, "terrain/update")
-"""Topics that several programs may publish: people click in several viewers, several scanners send patches."""
-
-LOOK = 1.0
-"""Time (s) between two looks at the publishers of all topics."""
-
-
-def watched_topics(inputs: Mapping[str, QoSProfile], sensors: SensorTopics) -> list[WatchedTopic]:
-    """Return the topics whose publishers are judged: all inputs, and the node's own alerts.
-
-    inputs : quality of service of the subscription to each input; sensors : topics of sources
-    """
-    poses, clouds = sensors.poses, sensors.clouds
-    groups = {**dict.fromkeys((*poses, *clouds), "sources"), "terrain/points": "terrain", "terrain/mesh": "terrain"}
-    kinds = {topic: POSES if topic in poses else CLOUD for topic in (*poses, *clouds)}
-    kinds |= {topic: TOPICS[topic].kind for topic in inputs if topic not in kinds}
-    return [
-        *(
-            WatchedTopic(name=topic, kind=kinds[topic], qos=qos, is_single=topic not in SHARED,
-                         group=groups.get(topic, ""))
-            for topic, qos in inputs.items()
-        ),
-        *(WatchedTopic(name=topic, kind=TOPICS[topic].kind, qos=None) for topic in ("alerts", "alarm")),
-    ]  # fmt: skip
 
 
 def part_of(topic: str) -> str:
@@ -91,7 +64,8 @@ class Inputs:
         self._middleware = ""
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
-        self._events, sensors = SubscriptionEventCallbacks(incompatible_qos=self._on_misfit), parameters.sensors
+        self._events = SubscriptionEventCallbacks(incompatible_qos=lambda _: self.publishers.look_soon())
+        sensors = parameters.sensors
         self._subscriptions = {
             **{topic: self._subscribe(PoseArray, topic, self.on_poses) for topic in sensors.poses},
             **{topic: self._subscribe(PointCloud2, topic, self.on_cloud) for topic in sensors.clouds},
@@ -108,9 +82,7 @@ class Inputs:
             node, surveys, self._report_middleware, self._refuse_after_error, events=self._events
         )
         own = {topic: each.qos_profile for topic, each in self._subscriptions.items()}
-        self._watched = watched_topics({**own, **self._surveys.qos}, sensors)
-        self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
-        self._look_at = 0.0
+        self.publishers = PublisherReports(node, {**own, **self._surveys.qos}, parameters, station, health)
 
     def close(self) -> None:
         """End all subscriptions."""
@@ -120,36 +92,6 @@ class Inputs:
         for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
         self._subscriptions = {}
-
-    def watch_publishers(self) -> None:
-        """Judge the publishers of all topics, at most every LOOK seconds; call this regularly."""
-        now = time.monotonic()
-        if now < self._look_at:
-            return
-        self._look_at = now + LOOK
-        seen = {topic.name: self._publishers(topic.name) for topic in self._watched}
-        findings = self._watch.findings(seen, now)
-        for topic, sentence in sentences_by_topic(findings, seen).items():
-            self._station.report_fault(f"publishers: {topic}", sentence)
-        level = ERROR if any(each.is_fault for each in findings) else WARN if findings else OK
-        counts = {f"publishers.{topic}": str(len(found)) for topic, found in seen.items()}
-        told = "; ".join(each.sentence for each in findings)
-        self._health.set("inputs", level, told or "every publisher can be received", counts)
-
-    def _publishers(self, topic: str) -> list[SeenPublisher]:
-        return [
-            SeenPublisher(
-                node=f"{one.node_namespace.rstrip('/')}/{one.node_name}",
-                kind=one.topic_type,
-                qos=one.qos_profile,
-                identity=tuple(one.endpoint_gid),
-            )
-            for one in self._node.get_publishers_info_by_topic(topic)
-        ]
-
-    def _on_misfit(self, info: Any) -> None:
-        """Judge the publishers soon, because one of them cannot be received."""
-        self._look_at = 0.0
 
     # --- on the thread of the surveys
 
@@ -293,7 +235,7 @@ class Inputs:
             self._refuse(topic, str(refusal), published_ns)
         else:
             if topic not in TERRAIN_KINDS:
-                self._station.input_understood(topic, lambda: len(self._publishers(topic)))
+                self._station.input_understood(topic, lambda: len(self.publishers.of(topic)))
 
     def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:
         """Report a refused message, which is a fault: the message may report danger, or other ground.

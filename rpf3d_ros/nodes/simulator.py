@@ -164,7 +164,7 @@ class SimulatorNode(LifecycleNode):
         now = self._notice_jump()
         if self.station is not None and self.inputs is not None:
             self._check_clock(now)
-            self.inputs.watch_publishers()
+            self.inputs.publishers.look()
             self.station.beat()
 
     def _notice_jump(self) -> int:

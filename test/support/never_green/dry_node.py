@@ -21,11 +21,13 @@ from rpf3d_ros.engine.configuration import StationConfiguration
 from rpf3d_ros.engine.outlets import NoOutput, Outlets
 from rpf3d_ros.interface import alert_publishers
 from rpf3d_ros.interface.alert_publishers import AlertPublishers
-from rpf3d_ros.nodes import inputs, simulator
+from rpf3d_ros.nodes import inputs, publisher_reports, simulator
 from rpf3d_ros.nodes.inputs import Inputs
 from rpf3d_ros.nodes.simulator import SimulatorNode
 
-WITH_TIME: tuple[ModuleType, ...] = (alert_publishers, flyer, inputs, simulator, station, waiting_terrain)
+WITH_TIME: tuple[ModuleType, ...] = (
+    alert_publishers, flyer, inputs, publisher_reports, simulator, station, waiting_terrain,
+)  # fmt: skip
 """Modules that read a steady clock, which is simulated."""
 
 IDLE_WITHIN = 300.0
