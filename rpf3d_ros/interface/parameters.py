@@ -105,7 +105,7 @@ class SimulatorParameters(InputParameters):
         ("source_cloud",), "topics of sources as clouds, one for each sensor, each with one publisher"
     )
     expected_topics: tuple[str, ...] = parameter(
-        ("",), "topics of sources that must publish: a fault until they do, for any other only once it has published"
+        ("",), "topics of sources that must publish: a fault until they do, for any other only once it has a publisher"
     )
     publisher_overlap: float = parameter(
         25.0, "time (s) for which a topic may have two publishers; one that was killed is visible for 20 s", 0.0, 1e6

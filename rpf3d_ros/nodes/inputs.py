@@ -196,6 +196,7 @@ class Inputs:
 
     def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
         self._notice_jump()
+        self.publishers.heard(topic)
 
         def take() -> None:
             found = convert()
