@@ -2,7 +2,7 @@
 
 A publisher whose quality of service or type does not fit is never received, and the middleware reports this only in
 the log. Two publishers of one topic contradict each other, or report different walls. A sensor that is connected and
-has never published a message does not watch its wall, although nothing that it said is wrong or old.
+has never published a message does not watch its wall, although nothing that it reported is wrong or old.
 """
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""One of two radars is silent while the other publishes: what it saw last, or never said, must not go unseen."""
+"""One of two radars is silent while the other publishes: what it saw last, or never reported, must not go unseen."""
 
 import time
 
