@@ -27,11 +27,14 @@ from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, terrain_qos
+from rpf3d_ros.interface.transforms import InputFrames, TransformLookup
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
 from rpf3d_ros.messages.stamps import nanoseconds
 from rpf3d_ros.messages.terrain_messages import Buffer, check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
+from rpf3d_ros.nodes.frames_on_arrival import FramesOnArrival
 from rpf3d_ros.nodes.publisher_reports import PublisherReports
 
 TERRAIN_KINDS = {"terrain/points": "whole", "terrain/mesh": "whole", "terrain/update": "patch"}
@@ -53,12 +56,17 @@ class Inputs:
 
     def __init__(
         self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport,
-        notice_jump: Callable[[], object],
+        notice_jump: Callable[[], object], transforms: TransformLookup | None = None,
     ) -> None:  # fmt: skip
-        """Subscribe; notice_jump : called before sources are taken, so that a clock that went back forgets none."""
+        """Subscribe.
+
+        notice_jump : called before sources are taken, so that a clock that went back forgets none
+        transforms : provider of transforms of other frames; None to refuse other frames
+        """
         self._notice_jump = notice_jump
         self._node, self._parameters, self._station, self._health = node, parameters, station, health
-        self._frame = parameters.frame
+        frames = InputFrames(parameters.frame, transforms, parameters.transforms_max_age_s)
+        self._frames = FramesOnArrival(frames, is_patient=transforms is not None)
         self.guards = StampGuards(parameters.most_ahead)
         self._refused, self._counting = 0, threading.Lock()
         self._middleware = ""
@@ -86,6 +94,7 @@ class Inputs:
 
     def close(self) -> None:
         """End all subscriptions."""
+        self._frames.close()
         self._surveys.close()
         if self._middleware:
             self._report_middleware("", time.time_ns())
@@ -125,7 +134,8 @@ class Inputs:
         now = self._now()
 
         def take() -> None:
-            frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
+            mesh_frame, most = self._parameters.mesh_frame, self._parameters.most_points
+            frame = self._frames.of(mesh_frame, now)
             frame.check(mesh_frame)
             check_mesh(data, most)
             arrival = Arrival(convert=lambda: mesh_of_cdr(data, frame, mesh_frame, most), stamp_ns=now, data=data)
@@ -147,24 +157,24 @@ class Inputs:
     def on_poses(self, topic: str, poses: PoseArray) -> None:
         """Take each pose as a source of rocks; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
-        self._sources(topic, poses.header, lambda: sources_of_poses(poses, self._frame, speed))
+        self._sources(topic, poses.header, lambda frame: sources_of_poses(poses, frame, speed))
 
     def on_point(self, topic: str, point: PointStamped) -> None:
         """Take a clicked point as a source of rocks."""
-        self._sources(topic, point.header, lambda: sources_of_point(point, self._frame))
+        self._sources(topic, point.header, lambda frame: sources_of_point(point, frame))
 
     def on_cloud(self, topic: str, cloud: PointCloud2) -> None:
         """Take each point of a cloud as a source of rocks, with size and velocity if the cloud has these fields."""
-        self._sources(topic, cloud.header, lambda: sources_of_cloud(cloud, self._frame))
+        self._sources(topic, cloud.header, lambda frame: sources_of_cloud(cloud, frame))
 
     def on_polygon(self, topic: str, polygon: PolygonStamped) -> None:
         """Set the live area of interest to a polygon."""
-        self._area(topic, polygon.header, LIVE_AREA, lambda: rings_of_polygon(polygon, self._frame))
+        self._area(topic, polygon.header, LIVE_AREA, lambda frame: rings_of_polygon(polygon, frame))
 
     def on_equipment(self, topic: str, poses: PoseArray) -> None:
         """Set the areas of interest around equipment to circles."""
         radius = self._parameters.equipment_radius
-        self._area(topic, poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
+        self._area(topic, poses.header, EQUIPMENT, lambda frame: rings_of_equipment(poses, frame, radius))
 
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
@@ -190,16 +200,19 @@ class Inputs:
         self._take(topic, cloud.header, lambda: take(cloud), published_ns)
 
     def _arrival(self, cloud: PointCloud2) -> Arrival:
-        frame, most, stamp = self._frame, self._parameters.most_points, nanoseconds(cloud.header.stamp)
+        frame, most, stamp = self._frame_of(cloud.header), self._parameters.most_points, nanoseconds(cloud.header.stamp)
         check_cloud(cloud, frame, most)
         return Arrival(convert=lambda: survey_of_cloud(cloud, frame, most), stamp_ns=stamp)
 
-    def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
+    def _frame_of(self, header: Header) -> MapFrame:
+        return self._frames.of(header.frame_id, nanoseconds(header.stamp))
+
+    def _sources(self, topic: str, header: Header, convert: Callable[[MapFrame], Sources]) -> None:
         self._notice_jump()
         self.publishers.heard(topic)
 
         def take() -> None:
-            found = convert()
+            found = convert(self._frame_of(header))
             stamp = nanoseconds(header.stamp)
             trigger = trigger_of(found.positions, found.velocities, found.diameters, stamp, topic)
             sentence = "received" if len(found.positions) else "received: watched, and nothing seen"
@@ -208,9 +221,9 @@ class Inputs:
 
         self._take(topic, header, take)
 
-    def _area(self, topic: str, header: Header, name: str, convert: Callable[[], Any]) -> None:
+    def _area(self, topic: str, header: Header, name: str, convert: Callable[[MapFrame], Any]) -> None:
         def take() -> None:
-            rings = convert()
+            rings = convert(self._frame_of(header))
             self._station.set_areas(topic, {name: rings} if rings else {})
             self._health.set("areas", OK, "received", {"topic": topic, "rings": str(len(rings))})
 
