@@ -115,6 +115,13 @@ def rigid_transform(source: str, quaternion: Sequence[float], translation: Seque
     return RigidTransform(source=source, rotation=rotation_of(turn / length), translation=shift)
 
 
+def same_transform(one: RigidTransform | None, other: RigidTransform | None) -> bool:
+    """True if two transforms have the same numbers, or both are None."""
+    if one is None or other is None:
+        return one is other
+    return np.array_equal(one.rotation, other.rotation) and np.array_equal(one.translation, other.translation)
+
+
 def rotation_of(quaternion: FloatArray) -> FloatArray:
     """Return the rotation matrix (3, 3) of a unit quaternion (4,) x, y, z, w."""
     x, y, z, w = quaternion.tolist()

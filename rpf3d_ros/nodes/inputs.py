@@ -138,7 +138,12 @@ class Inputs:
             frame = self._frames.of(mesh_frame, now)
             frame.check(mesh_frame)
             check_mesh(data, most)
-            arrival = Arrival(convert=lambda: mesh_of_cdr(data, frame, mesh_frame, most), stamp_ns=now, data=data)
+            arrival = Arrival(
+                convert=lambda: mesh_of_cdr(data, frame, mesh_frame, most),
+                stamp_ns=now,
+                data=data,
+                moved_by=frame.other,
+            )
             self._station.terrain.put_whole(arrival, Moment(published_ns))
 
         self._try("terrain/mesh", take, published_ns)
