@@ -148,7 +148,7 @@ def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
 
 
 def test_the_same_mesh_after_its_frame_was_surveyed_again_is_new_ground(made):
-    """The bytes of a mesh do not tell where it lies if its frame is that of a drone."""
+    """The bytes of a mesh do not show where it lies if its frame is that of a drone."""
     waiting, flyer, reports = made()
     places = [rigid_transform("drone", (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, height)) for height in (0.0, 0.0, 2.0)]
     for number, place in enumerate(places, 1):
