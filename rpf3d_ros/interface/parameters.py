@@ -66,6 +66,13 @@ class InputParameters(FrameParameters):
         "transient_local gets the last terrain of a latched publisher, and nothing at all of a volatile one",
         choices=("volatile", "transient_local"),
     )
+    use_tf: bool = parameter(
+        False, "whether inputs in other frames are transformed by tf2 (/tf, /tf_static); needs tf2_ros_py"
+    )
+    transforms_max_age_s: float = parameter(
+        1.0, "largest age (s) of a transform at the stamp of the message; an older one is refused, a static one never",
+        0.0, 1e6,
+    )  # fmt: skip
 
 
 class SensorTopics(NamedTuple):
@@ -113,13 +120,6 @@ class SimulatorParameters(InputParameters):
     clock_patience: float = parameter(
         3.0, "wall-clock time (s) for which /clock may stand still with use_sim_time before that is a fault", 0.1, 1e6
     )
-    use_tf: bool = parameter(
-        False, "whether inputs in other frames are transformed by tf2 (/tf, /tf_static); needs tf2_ros_py"
-    )
-    transforms_max_age_s: float = parameter(
-        1.0, "largest age (s) of a transform at the stamp of the message; an older one is refused, a static one never",
-        0.0, 1e6,
-    )  # fmt: skip
     waiting_sources: int = parameter(
         10, "messages of sources that may wait; of more, the oldest is answered last (no site file: dropped)", 1, 10_000
     )

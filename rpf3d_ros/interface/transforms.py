@@ -7,9 +7,9 @@ when it is received, and evidence of earlier messages stays as it is when the tr
 from dataclasses import replace
 from typing import NamedTuple, Protocol
 
+from rpf3d_core.alerts.time_units import NS
 from rpf3d_ros.messages.map_frame import MapFrame, rigid_transform
 from rpf3d_ros.messages.refusals import MessageRefused
-from rpf3d_ros.messages.stamps import SECOND
 
 
 class FoundTransform(NamedTuple):
@@ -73,7 +73,7 @@ class InputFrames:
     def _check_age(self, frame_id: str, found: FoundTransform, stamp_ns: int) -> None:
         if found.stamp_ns is None:
             return
-        age = (stamp_ns - found.stamp_ns) / SECOND
+        age = (stamp_ns - found.stamp_ns) / NS
         if not 0.0 <= age <= self._max_age_s:
             raise MessageRefused(
                 f"the transform of frame '{frame_id}' is {age:.3f} s older than the message; {self._max_age_s:g} s are "

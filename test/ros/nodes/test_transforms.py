@@ -15,6 +15,7 @@ from live_peer import ON_THE_SLOPE, SECOND, TOE, cloud, header, polygon, poses, 
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from rpf3d_ros.messages.health import ERROR
+from rpf3d_ros.nodes.node_process import BAD_INPUT
 
 STAND_IN = Path(__file__).parents[2] / "support" / "stand_in_tf2"
 OLDEST = 2.0
@@ -202,6 +203,33 @@ def test_a_latched_survey_that_arrives_before_its_transform_is_used(stage, with_
     surveyor.wait_until_received()
     surveyor.survey("drone", STILL, (0.0, 0.0, 0.0))
     assert latched.wait_for_health("rpf3d_simulator: terrain", "received").values["triangles"] == "7200"
+
+
+def test_a_recorder_records_sources_in_the_frame_of_a_radar(stage, with_stand_in):
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed")
+    stage.node("recorder_node", use_tf=True, file=stage.folder / "shift.rrd")
+    peer = stage.live_peer()
+    surveyor = Surveyor(peer)
+    surveyor.wait_until_received()
+    surveyor.survey("radar", TURNED, SHIFT)
+    peer.wait(lambda: "rpf3d_recorder: recording" in peer.health, "the recorder")
+
+    def is_recorded():
+        see(peer, "radar", seen_by_radar(HARMLESS))
+        peer.spin(0.3)
+        counts = {pair.key: int(pair.value) for pair in peer.health["rpf3d_recorder: recording"].values}
+        return counts.get("sources", 0) >= 1
+
+    peer.wait(is_recorded, "sources in the recording")
+
+
+def test_without_tf2_a_recorder_that_is_to_use_it_ends_with_the_reason(stage, monkeypatch):
+    if importlib.util.find_spec("tf2_ros"):
+        pytest.skip("tf2_ros is installed")
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    process = stage.node("recorder_node", use_tf=True, file=stage.folder / "shift.rrd")
+    assert process.wait(timeout=120.0) == BAD_INPUT
+    assert "use_tf is true, but tf2_ros cannot be imported" in stage.output("recorder_node")
 
 
 def test_without_tf2_a_node_that_is_to_use_it_says_what_is_missing(stage, monkeypatch):
