@@ -19,7 +19,7 @@ QUICK = 20.0
 
 
 class Late:
-    """A provider that knows no transform until it is told one."""
+    """A provider that knows no transform until it is given one."""
 
     found = "it is unknown"
 
