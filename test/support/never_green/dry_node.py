@@ -152,7 +152,7 @@ class DryNode:
             answers=self.health, alerts=AlertPublishers(self.ros), health=self.health, logger=self.health, now=now_ns
         )
         parameters = configuration.parameters
-        self._ticked, self._clock_stands = 0, False
+        self._ticked, self._clock_stands, self.transforms = 0, False, None
         self._clock_watch = ClockWatch(parameters.clock_patience)
         self.station = station.Station(configuration, outlets)
         self.inputs = Inputs(self.ros, parameters, self.station, self.health, self._notice_jump)
