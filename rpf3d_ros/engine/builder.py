@@ -6,7 +6,7 @@ It also stores the terrain.
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.ground import LiveTerrain, Workshop
@@ -16,6 +16,7 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_core.scene.model import Scene
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
+from rpf3d_ros.messages.map_frame import RigidTransform, same_transform
 from rpf3d_ros.messages.refusals import MessageRefused, report_error
 from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
 
@@ -26,11 +27,29 @@ class Arrival:
 
     convert : returns the survey in the message; stamp_ns : stamp (ns)
     data : bytes of a mesh, to detect that the same mesh is published again; empty for other messages
+    moved_by : transform of the frame of the message, None for the frames that the parameters know
     """
 
     convert: Callable[[], Survey]
     stamp_ns: int
     data: Buffer = b""
+    moved_by: RigidTransform | None = None
+
+    @property
+    def mesh(self) -> "PlacedMesh":
+        """The bytes and the place of a mesh; without bytes for other messages."""
+        return PlacedMesh(data=self.data, moved_by=self.moved_by)
+
+
+class PlacedMesh(NamedTuple):
+    """The bytes of a mesh, and the transform of its frame, None for the frames that the parameters know."""
+
+    data: Buffer = b""
+    moved_by: RigidTransform | None = None
+
+    def repeats(self, other: "PlacedMesh") -> bool:
+        """True if a mesh has the bytes and the place of another; a frame that was surveyed again moves its mesh."""
+        return same_transform(self.moved_by, other.moved_by) and same_bytes(self.data, other.data)
 
 
 class TerrainListener(Protocol):
@@ -60,7 +79,7 @@ class Builder:
     ) -> None:
         self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
         self._listener, self._store = listener, store
-        self._mesh: Buffer = b""
+        self._mesh = PlacedMesh()
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
 
@@ -110,17 +129,17 @@ class Builder:
         known = standing.ground if standing is not None else None
         # A mesh has no stamp: if the terrain in use is published again, it keeps its stamp, unless that is invalid.
         keeps = len(arrival.data) and isinstance(known, LiveTerrain) and 0 < known.stamp_ns <= arrival.stamp_ns
-        if keeps and same_bytes(arrival.data, self._mesh):
+        if keeps and arrival.mesh.repeats(self._mesh):
             return known, None
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
         if keeps and known.digest == ground.digest:  # as after a restart with the ground from the store
-            self._mesh = arrival.data
+            self._mesh = arrival.mesh
             return known, None
         standing = stand_on(ground, self._scene)
         _ = standing.cells  # computed here, so that the first answer need not wait
         self._flyer.hand_over(ready=standing)
-        self._mesh = arrival.data
+        self._mesh = arrival.mesh
         return ground, survey
 
     def _patched(self, arrival: Arrival) -> tuple[LiveTerrain, Survey]:
@@ -139,7 +158,7 @@ class Builder:
             return _stood_on(standing, grounds[0])
 
         self._flyer.hand_over(change=sewn_in)
-        self._mesh = b""
+        self._mesh = PlacedMesh()
         return grounds[0], patch
 
 

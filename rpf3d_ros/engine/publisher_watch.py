@@ -1,7 +1,8 @@
-"""Judge the publishers of each topic: one that is not received, or two where one is expected, is a fault.
+"""Judge the publishers of each topic: one that is not received, two where one is expected, or a mute one is a fault.
 
 A publisher whose quality of service or type does not fit is never received, and the middleware reports this only in
-the log. Two publishers of one topic contradict each other, or report different walls.
+the log. Two publishers of one topic contradict each other, or report different walls. A sensor that is connected and
+has never published a message does not watch its wall, although nothing that it reported is wrong or old.
 """
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -67,7 +68,7 @@ class PublisherWatch:
         return [*found, *self._without_publisher(seen)]
 
     def _of_topic(self, topic: WatchedTopic, seen: Sequence[SeenPublisher], at: float) -> Iterable[PublisherFinding]:
-        fitting = [each for each in seen if not _misfit(topic, each)]
+        fitting = fitting_of(topic, seen)
         for each in seen:
             if why := _misfit(topic, each):
                 yield PublisherFinding(topic.name, f"{topic.name}: nothing of {each.node} is received: {why}", True)
@@ -80,6 +81,64 @@ class PublisherWatch:
             names = [topic.name for topic in self._topics if topic.group == group]
             if not any(seen.get(name) for name in names):
                 yield PublisherFinding(group, f"no publisher of {group}: {', '.join(names)}", False)
+
+
+class Connection(NamedTuple):
+    """Times (s, of a steady clock) at which a publisher of a topic was seen: the first, and the last.
+
+    Several publishers count as one: a program that is started again and again is no new sensor each time.
+    """
+
+    since: float
+    last: float
+
+
+class MuteSensors:
+    """Finds topics of sources that have a publisher, and no message since the node subscribed to them.
+
+    longest_s : time (s) for which a publisher may be connected without a message; infinite for no limit
+    """
+
+    def __init__(self, topics: Iterable[WatchedTopic], longest_s: float) -> None:
+        self._topics, self._longest = tuple(topics), longest_s
+        self._heard: set[str] = set()
+        self._connected: dict[str, Connection] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the topics."""
+        return tuple(topic.name for topic in self._topics)
+
+    def heard(self, topic: str) -> None:
+        """Note a message of a topic, accepted or refused: from then on, its age and its refusal are judged."""
+        self._heard.add(topic)
+
+    def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
+        """Return a fault for each topic that has had a publisher for too long without a message.
+
+        Publishers that cannot be received do not count, because each is a fault already. A publisher that is gone
+        still counts for `longest_s`. seen, at : as in `PublisherWatch.findings`
+        """
+        there = {topic.name: fitting_of(topic, seen.get(topic.name, ())) for topic in self._topics}
+        for name, publishers in there.items():
+            self._note(name, bool(publishers), at)
+        return [
+            PublisherFinding(name, _mute(name, there[name], self._longest), True)
+            for name, each in self._connected.items()
+            if name not in self._heard and each.last - each.since > self._longest
+        ]
+
+    def _note(self, name: str, is_there: bool, at: float) -> None:
+        known = self._connected.get(name)
+        if is_there:
+            self._connected[name] = Connection(since=at if known is None else known.since, last=at)
+        elif known is not None and at - known.last > self._longest:
+            del self._connected[name]
+
+
+def fitting_of(topic: WatchedTopic, seen: Iterable[SeenPublisher]) -> list[SeenPublisher]:
+    """Return the publishers of a topic that can be received."""
+    return [each for each in seen if not _misfit(topic, each)]
 
 
 def sentences_by_topic(findings: Iterable[PublisherFinding], topics: Iterable[str]) -> dict[str, str]:
@@ -108,3 +167,11 @@ def _several(topic: WatchedTopic, seen: Sequence[SeenPublisher]) -> str:
     if topic.qos is None:
         return f"{len(seen)} programs publish {topic.name} ({nodes}): stop all but one"
     return f"{topic.name} has {len(seen)} publishers ({nodes}): stop all but one, or give each a topic of its own"
+
+
+def _mute(name: str, seen: Sequence[SeenPublisher], longest_s: float) -> str:
+    nodes = ", ".join(sorted(each.node for each in seen)) or "gone now"
+    return (
+        f"{name} has had a publisher ({nodes}) for more than {longest_s:g} s, and no message of it has ever been "
+        f"received: check the sensor; one that sees nothing must publish empty messages"
+    )

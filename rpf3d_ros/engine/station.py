@@ -80,6 +80,7 @@ class Station:
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
         age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)
+        self.sources_max_age_s = age if terms is not None else math.inf
         answered = AnsweredSources(age, REMEMBERED * parameters.waiting_sources)
         cluster = terms.cluster_m if terms is not None else math.inf
         size = EnsembleSize(first=parameters.first_rocks, least=least, cluster=cluster)

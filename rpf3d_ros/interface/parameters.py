@@ -66,6 +66,13 @@ class InputParameters(FrameParameters):
         "transient_local gets the last terrain of a latched publisher, and nothing at all of a volatile one",
         choices=("volatile", "transient_local"),
     )
+    use_tf: bool = parameter(
+        False, "whether inputs in other frames are transformed by tf2 (/tf, /tf_static); needs tf2_ros_py"
+    )
+    transforms_max_age_s: float = parameter(
+        1.0, "largest age (s) of a transform at the stamp of the message; an older one is refused, a static one never",
+        0.0, 1e6,
+    )  # fmt: skip
 
 
 class SensorTopics(NamedTuple):
@@ -105,7 +112,7 @@ class SimulatorParameters(InputParameters):
         ("source_cloud",), "topics of sources as clouds, one for each sensor, each with one publisher"
     )
     expected_topics: tuple[str, ...] = parameter(
-        ("",), "topics of sources that must publish: a fault until they do, for any other only once it has published"
+        ("",), "topics of sources that must publish: a fault until they do, for any other only once it has a publisher"
     )
     publisher_overlap: float = parameter(
         25.0, "time (s) for which a topic may have two publishers; one that was killed is visible for 20 s", 0.0, 1e6

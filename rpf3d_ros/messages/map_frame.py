@@ -1,10 +1,13 @@
 """The frame of every message: `map`, in metres, z up, with an origin near the site.
 
 Survey coordinates are large: a float32 step is 0.03 m at 5e5 and 0.5 m at 4.5e6. Messages therefore carry coordinates
-relative to `origin`. A message in the survey frame is shifted in float64 on arrival; any other frame is refused.
+relative to `origin`. A message in the survey frame is shifted in float64 on arrival. A message in another frame is
+refused, unless its transform into the map frame is given with the frame.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +17,28 @@ from rpf3d_ros.messages.refusals import MessageRefused
 FARTHEST = 1.0e5
 """Largest coordinate (m) that is accepted in the map frame, so that float32 has steps of 8 mm or less."""
 
+UNIT_TOLERANCE = 1.0e-3
+"""Largest deviation of a quaternion's length from 1: three decimals are enough."""
+
+
+class RigidTransform(NamedTuple):
+    """A transform from another frame into the map frame, float64.
+
+    source : name of the other frame; rotation : (3, 3), proper and orthogonal; translation : (3,) m
+    """
+
+    source: str
+    rotation: FloatArray
+    translation: FloatArray
+
+    def points(self, points: FloatArray) -> FloatArray:
+        """Return points (..., 3) m of the other frame in the map frame; a NaN makes all of its point NaN."""
+        return np.asarray(points @ self.rotation.T + self.translation)
+
+    def directions(self, directions: FloatArray) -> FloatArray:
+        """Return directions or velocities (..., 3) of the other frame in the map frame: rotated, not shifted."""
+        return np.asarray(directions @ self.rotation.T)
+
 
 @dataclass(frozen=True)
 class MapFrame:
@@ -22,11 +47,13 @@ class MapFrame:
     name : name of the map frame
     survey : name of the frame of survey coordinates; "" if messages never use it
     origin : (3,) m, survey coordinates (east, north, height) of the map frame's origin
+    other : the transform of one other frame, at the time of one message; None if there is none
     """
 
     name: str = "map"
     survey: str = ""
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    other: RigidTransform | None = None
 
     def points(self, points: FloatArray, frame_id: str) -> FloatArray:
         """Return the points (..., 3) m of a message, converted from frame_id to the map frame; NaN stays NaN.
@@ -34,20 +61,72 @@ class MapFrame:
         Raises MessageRefused for a foreign frame, and for a point farther than `FARTHEST` from the origin.
         """
         self.check(frame_id)
-        shifted = points - np.array(self.origin) if frame_id == self.survey else points
-        if not bool(np.any(np.abs(shifted) > FARTHEST)):
-            return shifted
+        moved = points
+        if frame_id == self.survey:
+            moved = points - np.array(self.origin)
+        elif self.other is not None and not self.knows(frame_id):
+            moved = self.other.points(points)
+        if not bool(np.any(np.abs(moved) > FARTHEST)):
+            return moved
         raise MessageRefused(
             f"a point lies beyond {FARTHEST:.0e} m from the origin of frame '{self.name}', where markers and float32 "
             f"clouds lose centimetres; publish coordinates less map_origin, or name survey_frame and set map_origin"
         )
 
+    def directions(self, directions: FloatArray, frame_id: str) -> FloatArray:
+        """Return directions or velocities (..., 3) of a message, converted from frame_id to the map frame.
+
+        Raises MessageRefused for a foreign frame.
+        """
+        self.check(frame_id)
+        if self.other is None or self.knows(frame_id):
+            return directions
+        return self.other.directions(directions)
+
+    def knows(self, frame_id: str) -> bool:
+        """True for the map frame and the survey frame, which need no transform of another frame."""
+        return bool(frame_id) and frame_id in (self.name, self.survey)
+
     def check(self, frame_id: str) -> None:
-        """Raise an error if a frame is neither the map frame nor the survey frame.
+        """Raise an error if a frame is neither the map frame nor the survey frame, and its transform is not given.
 
         Raises MessageRefused for any other name, and for an empty name.
         """
-        if frame_id and frame_id in (self.name, self.survey):
+        if self.knows(frame_id) or (self.other is not None and frame_id == self.other.source):
             return
         also = f" or '{self.survey}'" if self.survey else ""
         raise MessageRefused(f"frame_id is '{frame_id}'; it must be '{self.name}'{also}: no other frame is transformed")
+
+
+def rigid_transform(source: str, quaternion: Sequence[float], translation: Sequence[float]) -> RigidTransform:
+    """Return the transform of a frame from a quaternion x, y, z, w and a translation (m).
+
+    The quaternion is normalised, because a length that is off by 0.001 would move a point at 1 km by 2 m. Raises
+    MessageRefused if a number is not finite, or the quaternion is not a rotation.
+    """
+    turn, shift = np.array(quaternion, dtype=np.float64), np.array(translation, dtype=np.float64)
+    if not bool(np.isfinite(turn).all() and np.isfinite(shift).all()):
+        raise MessageRefused(f"the transform of frame '{source}' is not finite")
+    length = float(np.linalg.norm(turn))
+    if abs(length - 1.0) > UNIT_TOLERANCE:
+        raise MessageRefused(
+            f"the transform of frame '{source}' is not a rotation: its quaternion has length {length:.4g}, not 1"
+        )
+    return RigidTransform(source=source, rotation=rotation_of(turn / length), translation=shift)
+
+
+def same_transform(one: RigidTransform | None, other: RigidTransform | None) -> bool:
+    """True if two transforms have the same numbers, or both are None."""
+    if one is None or other is None:
+        return one is other
+    return np.array_equal(one.rotation, other.rotation) and np.array_equal(one.translation, other.translation)
+
+
+def rotation_of(quaternion: FloatArray) -> FloatArray:
+    """Return the rotation matrix (3, 3) of a unit quaternion (4,) x, y, z, w."""
+    x, y, z, w = quaternion.tolist()
+    return np.array([
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ])  # fmt: skip

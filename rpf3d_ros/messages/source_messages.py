@@ -131,8 +131,9 @@ def _sources(
     """Return the sources of a message, converted to the map frame."""
     ours = Header(stamp=header.stamp, frame_id=frame.name)
     return Sources(
-        header=ours, positions=frame.points(positions, header.frame_id), velocities=velocities, diameters=diameters
-    )
+        header=ours, positions=frame.points(positions, header.frame_id),
+        velocities=frame.directions(velocities, header.frame_id), diameters=diameters,
+    )  # fmt: skip
 
 
 def _check_no_data(cloud: PointCloud2) -> None:

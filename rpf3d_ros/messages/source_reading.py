@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.map_frame import UNIT_TOLERANCE, MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import PoseArray
-
-UNIT_TOLERANCE = 1.0e-3
-"""Largest deviation of a quaternion's length from 1: three decimals are enough; `placed` also accepts length 0."""
 
 
 def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]:
@@ -29,7 +26,8 @@ def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]
     turns = [(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w) for p in poses.poses]
     axes = np.array(turns, dtype=float).reshape(-1, 4)
     _check_poses(at, axes)
-    return frame.points(at, poses.header.frame_id), x_axes(axes)
+    frame_id = poses.header.frame_id
+    return frame.points(at, frame_id), frame.directions(x_axes(axes), frame_id)
 
 
 def x_axes(turns: FloatArray) -> FloatArray:
@@ -45,7 +43,7 @@ def _check_poses(positions: FloatArray, turns: FloatArray) -> None:
     finite = np.isfinite(positions).all(axis=1) & np.isfinite(turns).all(axis=1)
     if not bool(finite.all()):
         raise MessageRefused(f"pose {int(np.flatnonzero(~finite)[0])} is not finite")
-    length = np.linalg.norm(turns, axis=1)
+    length = np.linalg.norm(turns, axis=1)  # a pose without orientation has length 0
     turned = (length == 0.0) | (np.abs(length - 1.0) <= UNIT_TOLERANCE)
     if not bool(turned.all()):
         bad = int(np.flatnonzero(~turned)[0])

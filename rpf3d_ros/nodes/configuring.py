@@ -90,7 +90,7 @@ def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T
     return noted
 
 
-def watch_clock(node: LifecycleNode, went_back: Callable[[float], None]) -> None:
+def watch_clock(node: Any, went_back: Callable[[float], None]) -> None:
     """Call `went_back` each time the node's clock goes back, with the length of the step (s)."""
 
     def after(jump: TimeJump) -> None:

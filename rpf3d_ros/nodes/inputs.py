@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -20,49 +20,25 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.builder import Arrival
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
-from rpf3d_ros.engine.publisher_watch import PublisherWatch, SeenPublisher, WatchedTopic, sentences_by_topic
 from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.stamp_guards import StampGuards
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull
 from rpf3d_ros.interface.health_report import HealthReport
-from rpf3d_ros.interface.parameters import SensorTopics, SimulatorParameters
+from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, terrain_qos
-from rpf3d_ros.interface.recorded_topics import CLOUD, POSES, TOPICS
+from rpf3d_ros.interface.transforms import InputFrames, TransformLookup
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
 from rpf3d_ros.messages.stamps import nanoseconds
 from rpf3d_ros.messages.terrain_messages import Buffer, check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
+from rpf3d_ros.nodes.frames_on_arrival import FramesOnArrival
+from rpf3d_ros.nodes.publisher_reports import PublisherReports
 
 TERRAIN_KINDS = {"terrain/points": "whole", "terrain/mesh": "whole", "terrain/update": "patch"}
 """The topics of terrain, and whether their messages are whole surveys or patches."""
-
-
-SHARED = (BY_HAND, "terrain/update")
-"""Topics that several programs may publish: people click in several viewers, several scanners send patches."""
-
-LOOK = 1.0
-"""Time (s) between two looks at the publishers of all topics."""
-
-
-def watched_topics(inputs: Mapping[str, QoSProfile], sensors: SensorTopics) -> list[WatchedTopic]:
-    """Return the topics whose publishers are judged: all inputs, and the node's own alerts.
-
-    inputs : quality of service of the subscription to each input; sensors : topics of sources
-    """
-    poses, clouds = sensors.poses, sensors.clouds
-    groups = {**dict.fromkeys((*poses, *clouds), "sources"), "terrain/points": "terrain", "terrain/mesh": "terrain"}
-    kinds = {topic: POSES if topic in poses else CLOUD for topic in (*poses, *clouds)}
-    kinds |= {topic: TOPICS[topic].kind for topic in inputs if topic not in kinds}
-    return [
-        *(
-            WatchedTopic(name=topic, kind=kinds[topic], qos=qos, is_single=topic not in SHARED,
-                         group=groups.get(topic, ""))
-            for topic, qos in inputs.items()
-        ),
-        *(WatchedTopic(name=topic, kind=TOPICS[topic].kind, qos=None) for topic in ("alerts", "alarm")),
-    ]  # fmt: skip
 
 
 def part_of(topic: str) -> str:
@@ -80,18 +56,24 @@ class Inputs:
 
     def __init__(
         self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport,
-        notice_jump: Callable[[], object],
+        notice_jump: Callable[[], object], transforms: TransformLookup | None = None,
     ) -> None:  # fmt: skip
-        """Subscribe; notice_jump : called before sources are taken, so that a clock that went back forgets none."""
+        """Subscribe.
+
+        notice_jump : called before sources are taken, so that a clock that went back forgets none
+        transforms : provider of transforms of other frames; None to refuse other frames
+        """
         self._notice_jump = notice_jump
         self._node, self._parameters, self._station, self._health = node, parameters, station, health
-        self._frame = parameters.frame
+        frames = InputFrames(parameters.frame, transforms, parameters.transforms_max_age_s)
+        self._frames = FramesOnArrival(frames, is_patient=transforms is not None)
         self.guards = StampGuards(parameters.most_ahead)
         self._refused, self._counting = 0, threading.Lock()
         self._middleware = ""
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
-        self._events, sensors = SubscriptionEventCallbacks(incompatible_qos=self._on_misfit), parameters.sensors
+        self._events = SubscriptionEventCallbacks(incompatible_qos=lambda _: self.publishers.look_soon())
+        sensors = parameters.sensors
         self._subscriptions = {
             **{topic: self._subscribe(PoseArray, topic, self.on_poses) for topic in sensors.poses},
             **{topic: self._subscribe(PointCloud2, topic, self.on_cloud) for topic in sensors.clouds},
@@ -108,48 +90,17 @@ class Inputs:
             node, surveys, self._report_middleware, self._refuse_after_error, events=self._events
         )
         own = {topic: each.qos_profile for topic, each in self._subscriptions.items()}
-        self._watched = watched_topics({**own, **self._surveys.qos}, sensors)
-        self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
-        self._look_at = 0.0
+        self.publishers = PublisherReports(node, {**own, **self._surveys.qos}, parameters, station, health)
 
     def close(self) -> None:
         """End all subscriptions."""
+        self._frames.close()
         self._surveys.close()
         if self._middleware:
             self._report_middleware("", time.time_ns())
         for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
         self._subscriptions = {}
-
-    def watch_publishers(self) -> None:
-        """Judge the publishers of all topics, at most every LOOK seconds; call this regularly."""
-        now = time.monotonic()
-        if now < self._look_at:
-            return
-        self._look_at = now + LOOK
-        seen = {topic.name: self._publishers(topic.name) for topic in self._watched}
-        findings = self._watch.findings(seen, now)
-        for topic, sentence in sentences_by_topic(findings, seen).items():
-            self._station.report_fault(f"publishers: {topic}", sentence)
-        level = ERROR if any(each.is_fault for each in findings) else WARN if findings else OK
-        counts = {f"publishers.{topic}": str(len(found)) for topic, found in seen.items()}
-        told = "; ".join(each.sentence for each in findings)
-        self._health.set("inputs", level, told or "every publisher can be received", counts)
-
-    def _publishers(self, topic: str) -> list[SeenPublisher]:
-        return [
-            SeenPublisher(
-                node=f"{one.node_namespace.rstrip('/')}/{one.node_name}",
-                kind=one.topic_type,
-                qos=one.qos_profile,
-                identity=tuple(one.endpoint_gid),
-            )
-            for one in self._node.get_publishers_info_by_topic(topic)
-        ]
-
-    def _on_misfit(self, info: Any) -> None:
-        """Judge the publishers soon, because one of them cannot be received."""
-        self._look_at = 0.0
 
     # --- on the thread of the surveys
 
@@ -183,10 +134,16 @@ class Inputs:
         now = self._now()
 
         def take() -> None:
-            frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
+            mesh_frame, most = self._parameters.mesh_frame, self._parameters.most_points
+            frame = self._frames.of(mesh_frame, now)
             frame.check(mesh_frame)
             check_mesh(data, most)
-            arrival = Arrival(convert=lambda: mesh_of_cdr(data, frame, mesh_frame, most), stamp_ns=now, data=data)
+            arrival = Arrival(
+                convert=lambda: mesh_of_cdr(data, frame, mesh_frame, most),
+                stamp_ns=now,
+                data=data,
+                moved_by=frame.other,
+            )
             self._station.terrain.put_whole(arrival, Moment(published_ns))
 
         self._try("terrain/mesh", take, published_ns)
@@ -205,24 +162,24 @@ class Inputs:
     def on_poses(self, topic: str, poses: PoseArray) -> None:
         """Take each pose as a source of rocks; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
-        self._sources(topic, poses.header, lambda: sources_of_poses(poses, self._frame, speed))
+        self._sources(topic, poses.header, lambda frame: sources_of_poses(poses, frame, speed))
 
     def on_point(self, topic: str, point: PointStamped) -> None:
         """Take a clicked point as a source of rocks."""
-        self._sources(topic, point.header, lambda: sources_of_point(point, self._frame))
+        self._sources(topic, point.header, lambda frame: sources_of_point(point, frame))
 
     def on_cloud(self, topic: str, cloud: PointCloud2) -> None:
         """Take each point of a cloud as a source of rocks, with size and velocity if the cloud has these fields."""
-        self._sources(topic, cloud.header, lambda: sources_of_cloud(cloud, self._frame))
+        self._sources(topic, cloud.header, lambda frame: sources_of_cloud(cloud, frame))
 
     def on_polygon(self, topic: str, polygon: PolygonStamped) -> None:
         """Set the live area of interest to a polygon."""
-        self._area(topic, polygon.header, LIVE_AREA, lambda: rings_of_polygon(polygon, self._frame))
+        self._area(topic, polygon.header, LIVE_AREA, lambda frame: rings_of_polygon(polygon, frame))
 
     def on_equipment(self, topic: str, poses: PoseArray) -> None:
         """Set the areas of interest around equipment to circles."""
         radius = self._parameters.equipment_radius
-        self._area(topic, poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
+        self._area(topic, poses.header, EQUIPMENT, lambda frame: rings_of_equipment(poses, frame, radius))
 
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
@@ -248,15 +205,19 @@ class Inputs:
         self._take(topic, cloud.header, lambda: take(cloud), published_ns)
 
     def _arrival(self, cloud: PointCloud2) -> Arrival:
-        frame, most, stamp = self._frame, self._parameters.most_points, nanoseconds(cloud.header.stamp)
+        frame, most, stamp = self._frame_of(cloud.header), self._parameters.most_points, nanoseconds(cloud.header.stamp)
         check_cloud(cloud, frame, most)
         return Arrival(convert=lambda: survey_of_cloud(cloud, frame, most), stamp_ns=stamp)
 
-    def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
+    def _frame_of(self, header: Header) -> MapFrame:
+        return self._frames.of(header.frame_id, nanoseconds(header.stamp))
+
+    def _sources(self, topic: str, header: Header, convert: Callable[[MapFrame], Sources]) -> None:
         self._notice_jump()
+        self.publishers.heard(topic)
 
         def take() -> None:
-            found = convert()
+            found = convert(self._frame_of(header))
             stamp = nanoseconds(header.stamp)
             trigger = trigger_of(found.positions, found.velocities, found.diameters, stamp, topic)
             sentence = "received" if len(found.positions) else "received: watched, and nothing seen"
@@ -265,9 +226,9 @@ class Inputs:
 
         self._take(topic, header, take)
 
-    def _area(self, topic: str, header: Header, name: str, convert: Callable[[], Any]) -> None:
+    def _area(self, topic: str, header: Header, name: str, convert: Callable[[MapFrame], Any]) -> None:
         def take() -> None:
-            rings = convert()
+            rings = convert(self._frame_of(header))
             self._station.set_areas(topic, {name: rings} if rings else {})
             self._health.set("areas", OK, "received", {"topic": topic, "rings": str(len(rings))})
 
@@ -293,7 +254,7 @@ class Inputs:
             self._refuse(topic, str(refusal), published_ns)
         else:
             if topic not in TERRAIN_KINDS:
-                self._station.input_understood(topic, lambda: len(self._publishers(topic)))
+                self._station.input_understood(topic, lambda: len(self.publishers.of(topic)))
 
     def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:
         """Report a refused message, which is a fault: the message may report danger, or other ground.

@@ -14,8 +14,11 @@ from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import RecorderParameters, declare
 from rpf3d_ros.interface.qos import OVERRIDABLE, recorded_qos
 from rpf3d_ros.interface.recorded_topics import TOPICS
+from rpf3d_ros.interface.tf_buffer import TfTransforms
+from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.nodes.configuring import watch_clock
 from rpf3d_ros.recording import file_writer
 from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 from rpf3d_ros.recording.files import FAULTS, RecordingFiles, Rotation
@@ -50,7 +53,8 @@ class RecorderNode(Node):
         parameters = declare(self, RecorderParameters)
         self.now_ns = self._now_ns()
         thinning = Thinning(rocks=parameters.rocks_per_answer, maps_every=parameters.maps_every)
-        self.log = MessageLog(parameters.frame, parameters.mesh_frame, lambda: self.now_ns, thinning)
+        frames = self._frames(parameters)
+        self.log = MessageLog(parameters.frame, parameters.mesh_frame, lambda: self.now_ns, thinning, frames)
         self.bag = IncidentBag(parameters.bag)
         viewer = Viewer(kind=parameters.viewer, bind=parameters.viewer_bind, port=parameters.viewer_port)
         viewer.check()
@@ -66,6 +70,14 @@ class RecorderNode(Node):
             qos = recorded_qos(recorded.offered, parameters.terrain_durability)
             self._subscribe(topic, recorded.message_class, qos)
         self.create_timer(LOOK_AFTER, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _frames(self, parameters: RecorderParameters) -> InputFrames:
+        """Return the frames of the inputs. Raises InputError if transforms are wanted and there is no tf2."""
+        if not parameters.use_tf:
+            return InputFrames(parameters.frame)
+        transforms = TfTransforms(self)
+        watch_clock(self, lambda seconds: transforms.clear())
+        return InputFrames(parameters.frame, transforms, parameters.transforms_max_age_s)
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)

@@ -21,6 +21,8 @@ from rpf3d_ros.interface.answer_publishers import AnswerPublishers
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import ParameterLock, SimulatorParameters, declare, values_of
 from rpf3d_ros.interface.scene_parameters import SceneParameters
+from rpf3d_ros.interface.tf_buffer import TfTransforms
+from rpf3d_ros.interface.transforms import TransformLookup
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.nodes.configuring import (
     ContextEnded,
@@ -68,6 +70,7 @@ class SimulatorNode(LifecycleNode):
             answers=AnswerPublishers(self), alerts=AlertPublishers(self), health=self.health, logger=self.get_logger(),
             now=self._now,
         )  # fmt: skip
+        self.transforms: TransformLookup | None = None
         self.station: Station | None = None
         self.inputs: Inputs | None = None
         self.broken = ""
@@ -93,6 +96,7 @@ class SimulatorNode(LifecycleNode):
         self._report("configuring: reading, and compiling what the scene names", OK)
         try:
             parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
+            self.transforms = TfTransforms(self) if parameters.use_tf else None
             now = self._now()
             configuration = on_a_thread(self, lambda: _configuration(parameters, given, now), self.health.publish)
             exempt_from_collection()
@@ -101,6 +105,7 @@ class SimulatorNode(LifecycleNode):
             self.abandoned = True
             return FAILED
         except InputError as refusal:
+            self._close_transforms()
             self._report(f"not configured: {refusal}", ERROR)
             return FAILED
         self.lock.closed = True
@@ -112,7 +117,9 @@ class SimulatorNode(LifecycleNode):
         """Subscribe, answer and decide."""
         assert self.station is not None
         done = super().on_activate(state)
-        self.inputs = Inputs(self, values_of(self, SimulatorParameters), self.station, self.health, self._notice_jump)
+        self.inputs = Inputs(
+            self, values_of(self, SimulatorParameters), self.station, self.health, self._notice_jump, self.transforms
+        )
         self.station.activate()
         self.heartbeat.reset()
         self._report("active", OK)
@@ -164,7 +171,7 @@ class SimulatorNode(LifecycleNode):
         now = self._notice_jump()
         if self.station is not None and self.inputs is not None:
             self._check_clock(now)
-            self.inputs.watch_publishers()
+            self.inputs.publishers.look()
             self.station.beat()
 
     def _notice_jump(self) -> int:
@@ -186,6 +193,8 @@ class SimulatorNode(LifecycleNode):
 
     def _clock_went_back(self, seconds: float) -> None:
         self._ticked = self._now()
+        if self.transforms is not None:
+            self.transforms.clear()
         if self.inputs is not None and self.station is not None:
             self.inputs.guards.reset()
             self.station.forget(f"the clock went back by {seconds:.3f} s: what was heard before means nothing")
@@ -235,6 +244,12 @@ class SimulatorNode(LifecycleNode):
             self.abandoned = not self.station.close() or self.abandoned
             self.station = None
             free_unused_objects()
+        self._close_transforms()
+
+    def _close_transforms(self) -> None:
+        if self.transforms is not None:
+            self.transforms.close()
+            self.transforms = None
 
     def _unsubscribe(self) -> None:
         if self.inputs is not None:

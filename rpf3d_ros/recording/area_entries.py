@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import AREAS, outlines_of_markers
 from rpf3d_ros.messages.source_reading import placed
@@ -16,6 +17,7 @@ from rpf3d_ros.recording.entries import (
     RecordingEntry,
     by_name,
     finite_points,
+    frame_of,
     nanoseconds,
 )
 
@@ -23,9 +25,12 @@ from rpf3d_ros.recording.entries import (
 class AreaEntries:
     """Converts messages of areas of interest to entries of a recording."""
 
-    def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
-        """Begin without areas; `rings` has the outlines (T, 3) m of each area, map frame."""
-        self._frame, self._times = frame, times
+    def __init__(self, frame: MapFrame, frames: InputFrames, times: EntryTimes) -> None:
+        """Begin without areas; `rings` has the outlines (T, 3) m of each area, map frame.
+
+        frame : of the outlines that the simulator publishes; frames : of the inputs
+        """
+        self._frame, self._frames, self._times = frame, frames, times
         self._logged = LoggedStates()
         self._outlined: set[str] = set()
         self.rings: Mapping[str, list[FloatArray]] = {}
@@ -37,13 +42,13 @@ class AreaEntries:
     def polygon(self, polygon: Any) -> Iterator[RecordingEntry]:
         """Yield the live area."""
         corners = np.array([(p.x, p.y, p.z) for p in polygon.polygon.points], dtype=float).reshape(-1, 3)
-        corners = finite_points(corners, polygon.header.frame_id, self._frame)
+        corners = finite_points(corners, polygon.header.frame_id, frame_of(polygon, self._frames))
         stamp_ns = nanoseconds(polygon.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.area("live_area", corners), "areas/live_area")
 
     def equipment(self, poses: Any) -> Iterator[RecordingEntry]:
         """Yield the places of equipment."""
-        positions, _ = placed(poses, self._frame)
+        positions, _ = placed(poses, frame_of(poses, self._frames))
         stamp_ns = nanoseconds(poses.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
@@ -125,6 +126,11 @@ class LastContents:
         is_new = self.differs(name, *arrays)
         self.note(name, *arrays)
         return is_new
+
+
+def frame_of(message: Any, frames: InputFrames) -> MapFrame:
+    """Return the map frame that converts a message with a header. Raises MessageRefused without a transform."""
+    return frames.of(message.header.frame_id, nanoseconds(message.header.stamp))
 
 
 def finite_points(points: FloatArray, frame_id: str, frame: MapFrame) -> FloatArray:

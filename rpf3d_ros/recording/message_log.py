@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
+from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.recording.alert_entries import AlertEntries
 from rpf3d_ros.recording.answer_entries import AnswerEntries
@@ -38,18 +39,23 @@ class MessageLog:
     All messages with the stamp of the same sources belong to one event. A refused message gives no entry.
     """
 
-    def __init__(self, frame: MapFrame, mesh_frame: str, now: Callable[[], int], thinning: Thinning = WHOLE) -> None:
+    def __init__(
+        self, frame: MapFrame, mesh_frame: str, now: Callable[[], int], thinning: Thinning = WHOLE,
+        frames: InputFrames | None = None,
+    ) -> None:  # fmt: skip
         """Begin without terrain, areas or alerts.
 
         mesh_frame : frame of terrain/mesh
         now : returns the time (ns since the epoch) at which the current message was received
+        frames : of the inputs; None if only `frame` is known
         """
+        frames = frames or InputFrames(frame)
         self._now, self._thinning, times = now, thinning, EntryTimes(now)
-        self._times, areas, self._alerts = times, AreaEntries(frame, times), AlertEntries(times)
+        self._times, areas, self._alerts = times, AreaEntries(frame, frames, times), AlertEntries(times)
         answers = AnswerEntries(frame, times, None if thinning.is_whole else LastContents())
         self._makers: dict[str, EntryMaker] = {
-            **TerrainEntries(frame, mesh_frame, times).makers(),
-            **SourceEntries(frame, times).makers(),
+            **TerrainEntries(frames, mesh_frame, times).makers(),
+            **SourceEntries(frames, times).makers(),
             **areas.makers(),
             **answers.makers(),
             **self._alerts.makers(),

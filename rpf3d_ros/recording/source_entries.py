@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.source_reading import placed
 from rpf3d_ros.recording.entries import (
     EntryMaker,
@@ -15,14 +15,15 @@ from rpf3d_ros.recording.entries import (
     column_of,
     finite_points,
     finite_positions,
+    frame_of,
 )
 
 
 class SourceEntries:
     """Converts messages of sources to entries of a recording; each stamp begins an event."""
 
-    def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
-        self._frame, self._times = frame, times
+    def __init__(self, frames: InputFrames, times: EntryTimes) -> None:
+        self._frames, self._times = frames, times
 
     def makers(self) -> Mapping[str, EntryMaker]:
         """Return for each topic the method that converts its messages."""
@@ -30,21 +31,23 @@ class SourceEntries:
 
     def poses(self, poses: Any) -> Iterator[RecordingEntry]:
         """Yield the sources of a PoseArray."""
-        positions, directions = placed(poses, self._frame)
+        positions, directions = placed(poses, frame_of(poses, self._frames))
         yield self._entry(poses, positions, directions)
 
     def click(self, point: Any) -> Iterator[RecordingEntry]:
         """Yield the one source of a clicked point."""
         at = np.array([[point.point.x, point.point.y, point.point.z]], dtype=float)
-        yield self._entry(point, finite_points(at, point.header.frame_id, self._frame), np.zeros((1, 3)))
+        frame = frame_of(point, self._frames)
+        yield self._entry(point, finite_points(at, point.header.frame_id, frame), np.zeros((1, 3)))
 
     def cloud(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the sources of a cloud; a cloud without points means that no rock is moving."""
+        frame = frame_of(cloud, self._frames)
         if cloud.width * cloud.height == 0:
-            self._frame.check(cloud.header.frame_id)
+            frame.check(cloud.header.frame_id)
             yield self._entry(cloud, np.empty((0, 3)), np.empty((0, 3)))
             return
-        points = finite_positions(cloud, self._frame)
+        points = finite_positions(cloud, frame)
         names = [field.name for field in cloud.fields]
         directions = np.zeros_like(points)
         if {"vx", "vy", "vz"} <= set(names) and len(points):
@@ -52,7 +55,7 @@ class SourceEntries:
             with np.errstate(over="ignore"):
                 speed = np.linalg.norm(velocity, axis=1, keepdims=True)
             directions = np.divide(velocity, speed, out=directions, where=(speed > 0.0) & np.isfinite(speed))
-        yield self._entry(cloud, points, directions)
+        yield self._entry(cloud, points, frame.directions(directions, cloud.header.frame_id))
 
     def _entry(self, message: Any, positions: FloatArray, directions: FloatArray) -> RecordingEntry:
         return self._times.of_message(message, lambda r: r.sources(positions, directions), "sources")

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.cloud_reading import positions_of_cloud
-from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.survey_mesh import ground_mesh
 from rpf3d_ros.messages.terrain_messages import MeshSurvey, grid_of_cloud, mesh_of_cdr
-from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, nanoseconds
+from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, frame_of, nanoseconds
 
 UPDATES_SHOWN = 200
 """Number of terrain patches that are shown together; the next patch replaces the oldest."""
@@ -23,9 +23,9 @@ LARGEST_PATCH = 10_000_000
 class TerrainEntries:
     """Converts surveys to entries of a recording; a repeated survey gives no entry."""
 
-    def __init__(self, frame: MapFrame, mesh_frame: str, times: EntryTimes) -> None:
+    def __init__(self, frames: InputFrames, mesh_frame: str, times: EntryTimes) -> None:
         """Begin without terrain; mesh_frame : frame of terrain/mesh."""
-        self._frame, self._mesh_frame, self._times = frame, mesh_frame, times
+        self._frames, self._mesh_frame, self._times = frames, mesh_frame, times
         self._digest, self._updates = b"", 0
 
     def makers(self) -> Mapping[str, EntryMaker]:
@@ -34,22 +34,24 @@ class TerrainEntries:
 
     def grid(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the terrain from a point cloud with points in rows."""
-        survey = grid_of_cloud(cloud, self._frame)
+        survey = grid_of_cloud(cloud, frame_of(cloud, self._frames))
         digest = hashlib.sha256(survey.points.tobytes()).digest()
         if digest != self._digest:
             yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))
 
     def mesh(self, data: bytes) -> Iterator[RecordingEntry]:
         """Yield the terrain of a mesh, at the current time, because a mesh has no stamp."""
-        digest = hashlib.sha256(data).digest()
+        frame = self._frames.of(self._mesh_frame, self._times.now())
+        digest = hashlib.sha256(data).digest() + b"".join(each.tobytes() for each in (frame.other or ())[1:])
         if digest != self._digest:
-            yield self._terrain(mesh_of_cdr(data, self._frame, self._mesh_frame), digest, self._times.now())
+            yield self._terrain(mesh_of_cdr(data, frame, self._mesh_frame), digest, self._times.now())
 
     def update(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield a patch of the terrain."""
         if cloud.width * cloud.height > LARGEST_PATCH:
             raise MessageRefused(f"the patch holds {cloud.width * cloud.height} points; {LARGEST_PATCH} is the most")
-        points = self._frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
+        frame = frame_of(cloud, self._frames)
+        points = frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
         points = points[~np.isnan(points).any(axis=1)]
         number = self._updates % UPDATES_SHOWN
         self._digest, self._updates = b"", self._updates + 1  # no digest: the same survey again undoes the patch

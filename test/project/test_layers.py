@@ -79,6 +79,7 @@ CONFINED = {
     "scipy": ("rpf3d_core/shapes/polyhedron.py",),
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
+    "tf2_ros": ("rpf3d_ros/interface/tf_buffer.py",),
     "matplotlib": ("rpf3d_core/results/plots/",),
     "pyarrow": (
         "rpf3d_core/results/tables.py", "rpf3d_core/formats/vtp.py", "rpf3d_core/unknowns/sample_files.py",
@@ -103,8 +104,8 @@ CONFINED = {
 }  # fmt: skip
 """Where an outside library may be imported: whole files, or everything whose path begins so."""
 
-LAZY = ("rerun",)
-"""Imported inside functions only: a run that writes no recording does not pay for it."""
+LAZY = ("rerun", "tf2_ros")
+"""Imported inside functions only: a run that writes no recording does not pay for it, and no wheel has tf2."""
 
 SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 

@@ -25,6 +25,10 @@ FROM_THE_SAME_PROJECT = {
 """Modules that a distribution of another name brings."""
 
 
+OF_ROS_ALONE = {"tf2_ros": "tf2_ros_py"}
+"""Modules of ROS packages of which no wheel exists: imported only where a parameter asks for them."""
+
+
 def setup_arguments() -> dict[str, ast.expr]:
     tree = ast.parse((ROOT / "setup.py").read_text())
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
@@ -87,13 +91,15 @@ def test_the_licence_is_the_one_that_lies_beside_it() -> None:
 def test_each_library_that_the_code_imports_is_asked_for() -> None:
     asked = {re.split(r"[<>=!~\[]", need)[0].lower() for need in setup_value("install_requires")}
     outside = outside_modules("rpf3d_core") | outside_modules("rpf3d_ros")
-    from_pip = {name for name in outside if name != "rclpy" and not ROS_TYPES.fullmatch(name)}
+    from_pip = {name for name in outside if name != "rclpy" and not ROS_TYPES.fullmatch(name)} - set(OF_ROS_ALONE)
     needs = {FROM_THE_SAME_PROJECT.get(name, name).lower() for name in from_pip}
     assert needs - asked == set()
 
 
 def test_each_ros_package_that_the_nodes_import_is_asked_for() -> None:
     imported = {name for name in outside_modules("rpf3d_ros") if name == "rclpy" or ROS_TYPES.fullmatch(name)}
+    imported |= {OF_ROS_ALONE[name] for name in outside_modules("rpf3d_ros") & set(OF_ROS_ALONE)}
+    assert "tf2_ros_py" in imported
     assert imported - set(texts("exec_depend")) == set()
 
 

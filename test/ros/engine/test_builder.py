@@ -21,6 +21,7 @@ from rpf3d_ros.engine.builder import Arrival, Builder
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
+from rpf3d_ros.messages.map_frame import rigid_transform
 
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
@@ -144,3 +145,15 @@ def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
     waiting.put_whole(Arrival(hill, 9))
     wait(lambda: len(reports.grounds) == 5)
     assert flyer.standing.ground.stamp_ns == 9, "a cloud has a stamp of its own"
+
+
+def test_the_same_mesh_after_its_frame_was_surveyed_again_is_new_ground(made):
+    """The bytes of a mesh do not show where it lies if its frame is that of a drone."""
+    waiting, flyer, reports = made()
+    places = [rigid_transform("drone", (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, height)) for height in (0.0, 0.0, 2.0)]
+    for number, place in enumerate(places, 1):
+        survey = hill(place.translation[2])
+        waiting.put_whole(Arrival(lambda survey=survey: survey, number, b"mesh", place))
+        wait(lambda number=number: len(reports.grounds) == number)
+    assert reports.grounds[0] == reports.grounds[1] != reports.grounds[2]
+    assert flyer.standing.ground.stamp_ns == 3

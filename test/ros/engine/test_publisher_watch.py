@@ -7,7 +7,13 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from rclpy.qos import qos_profile_sensor_data
 
 from rpf3d_ros.engine.clock_watch import ClockWatch
-from rpf3d_ros.engine.publisher_watch import PublisherWatch, SeenPublisher, WatchedTopic, sentences_by_topic
+from rpf3d_ros.engine.publisher_watch import (
+    MuteSensors,
+    PublisherWatch,
+    SeenPublisher,
+    WatchedTopic,
+    sentences_by_topic,
+)
 from rpf3d_ros.interface.qos import EVENTS, LATCHED
 from rpf3d_ros.interface.recorded_topics import CLOUD, POSES
 
@@ -92,6 +98,69 @@ def test_each_topic_has_its_faults_in_one_sentence_and_none_where_all_is_well(wa
     found = watch.findings({**ALL_IS_WELL, "sources": [bad, bad._replace(node="/radar_2")]}, 0.0)
     told = sentences_by_topic(found, [topic.name for topic in TOPICS])
     assert "/lidar" in told["sources"] and "/radar_2" in told["sources"] and told["alarm"] == ""
+
+
+LONGEST = 30.0
+
+
+@pytest.fixture
+def sensors():
+    return MuteSensors(TOPICS[:2], LONGEST)
+
+
+def mute(sensors, at, *publishers, topic="sources"):
+    return [each.sentence for each in sensors.findings({topic: publishers}, at)]
+
+
+def test_a_sensor_that_is_connected_and_mute_is_a_fault_after_the_age_of_sources(sensors):
+    assert mute(sensors, 100.0, RADAR) == mute(sensors, 100.0 + LONGEST, RADAR) == []
+    (sentence,) = mute(sensors, 100.1 + LONGEST, RADAR)
+    assert sentence.startswith("sources has had a publisher (/radar) for more than 30 s, and no message of it")
+    assert mute(sensors, 100.2 + LONGEST, RADAR) == [sentence], "a changed sentence would be a decision each second"
+    sensors.heard("source_cloud")
+    assert mute(sensors, 200.0, RADAR)
+    sensors.heard("sources")
+    assert mute(sensors, 300.0, RADAR) == []
+
+
+def test_a_sensor_that_publishes_within_the_age_is_no_fault(sensors):
+    for at in (0.0, 1.0, 29.0):
+        assert mute(sensors, at, RADAR) == []
+    sensors.heard("sources")
+    assert mute(sensors, 31.0, RADAR) == mute(sensors, 1e6, RADAR) == []
+
+
+def test_a_topic_without_publisher_is_no_mute_sensor_and_neither_is_one_that_came_and_went(sensors):
+    assert mute(sensors, 0.0) == mute(sensors, 1000.0) == []
+    assert mute(sensors, 1001.0, RADAR) == []
+    assert [mute(sensors, 1001.0 + at) for at in (10.0, 31.0, 32.0, 200.0)] == [[]] * 4
+    assert mute(sensors, 2000.0, RADAR) == mute(sensors, 2030.0, RADAR) == [], "the time counts anew"
+
+
+def test_a_sensor_that_crashes_again_and_again_before_it_speaks_is_a_fault_also_while_it_is_gone(sensors):
+    found = [
+        mute(sensors, float(at), *((RADAR._replace(identity=at // 20),) if at % 20 < 9 else ())) for at in range(60)
+    ]
+    assert not any(found[:40]) and all(found[41:])
+    assert "(gone now)" in found[55][0]
+    assert mute(sensors, 59.0 + LONGEST) == []
+
+
+def test_a_publisher_that_cannot_be_received_is_no_second_fault(sensors):
+    deaf = SeenPublisher("/lidar", CLOUD, qos_profile_sensor_data)
+    assert [mute(sensors, at, deaf, topic="source_cloud") for at in (0.0, 100.0)] == [[], []]
+
+
+def test_of_two_publishers_of_a_topic_one_that_is_heard_hides_the_mute_one(sensors):
+    """Messages have no sender: that two publish on one topic is a fault by itself."""
+    two = (RADAR, RADAR._replace(node="/other"))
+    sensors.heard("sources")
+    assert [mute(sensors, at, *two) for at in (0.0, 100.0)] == [[], []]
+
+
+def test_without_an_age_of_sources_no_sensor_is_mute():
+    sensors = MuteSensors(TOPICS[:2], float("inf"))
+    assert [mute(sensors, at, RADAR) for at in (0.0, 1e9)] == [[], []]
 
 
 def test_a_clock_stands_still_where_it_shows_the_same_time_for_too_long():

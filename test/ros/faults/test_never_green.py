@@ -23,6 +23,7 @@ FOUND = {
     "a click is removed by another": (7, ("acknowledged early", "duplicated")),
     "an empty message has the stamp of one with sources": (1, ("contradicting itself",)),
     "a silent radar is forgotten when the clock goes back": (57, ("missing sources", "clock back")),
+    "a radar that no one expects is connected and never heard": (1, ("connected and mute",)),
     "a click just after the clock went back is forgotten": (612, tuple(DEFECTS)),
 }
 """Combinations, by seed and kinds of defects, in which the node once showed too low a level."""

@@ -1,4 +1,4 @@
-"""One of two radars falls silent while the other goes on publishing: what it saw last must not go unseen."""
+"""One of two radars is silent while the other publishes: what it saw last, or never reported, must not go unseen."""
 
 import time
 
@@ -8,6 +8,8 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from live_peer import ON_THE_SLOPE, cloud, polygon, poses, with_alerts
+
+from rpf3d_ros.messages.health import ERROR, OK
 
 BESIDE = ((50.0, 2.0), (58.0, 2.0), (58.0, 8.0), (50.0, 8.0))
 """Corners (m) of an area that no rock comes to."""
@@ -19,13 +21,15 @@ EVERY = 0.3
 """Seconds between two messages of the radar that publishes."""
 
 
-def speak_until(peer, found, what):
-    """Send sources again and again until something has happened."""
+def speak_until(peer, found, what, cloud_too=False):
+    """Send sources again and again until something has happened; cloud_too : the other radar sees nothing meanwhile."""
     spoken = [0.0]
 
     def look():
         if time.monotonic() - spoken[0] > EVERY:
             peer.send("sources", poses([ON_THE_SLOPE], peer.now()))
+            if cloud_too:
+                peer.send("source_cloud", cloud(np.empty((0, 3)), peer.now()))
             spoken[0] = time.monotonic()
         return found()
 
@@ -36,17 +40,37 @@ def said_since(peer, after, words):
     return any(words in status.message for array in peer.alerts[after:] for status in array.status)
 
 
-def test_a_radar_that_falls_silent_is_named_in_a_fault_until_it_speaks_while_another_speaks_on(stage):
+@pytest.fixture
+def mine(stage):
+    """A peer of a simulator that watches an area to which no rock comes; the peer has a publisher of each topic."""
     stage.node("simulator_node", **with_alerts(stage.folder, oldest=OLDEST))
     peer = stage.live_peer()
     peer.wait_for_simulator()
     peer.wait_for_sentence("active")
     peer.stand_on_ramp()
     peer.send("areas/polygon", polygon(BESIDE, peer.now()))
-    speak_until(peer, lambda: said_since(peer, 0, "normal"), "normal, for no rock comes there")
+    return peer
+
+
+def test_a_radar_that_falls_silent_is_named_in_a_fault_until_it_speaks_while_another_speaks_on(mine):
+    peer = mine
+    speak_until(peer, lambda: said_since(peer, 0, "normal"), "normal, for no rock comes there", cloud_too=True)
     peer.send("source_cloud", cloud(np.array([[10.0, 40.0, 32.0]]), peer.now()))
     silent = "nothing has been heard of sources on source_cloud for"
     speak_until(peer, lambda: said_since(peer, 0, f"fault: {silent}"), "the silence to be told")
     before = len(peer.alerts)
     peer.send("source_cloud", cloud(np.empty((0, 3)), peer.now()))
     speak_until(peer, lambda: said_since(peer, before, "normal"), "normal, for it has spoken")
+
+
+def test_a_radar_that_is_connected_and_was_never_heard_is_named_in_a_fault_until_it_speaks(mine):
+    """No one expects the radar: `expected_topics` is empty."""
+    mute = f"source_cloud has had a publisher (/mine) for more than {OLDEST} s, and no message of it"
+    speak_until(mine, lambda: said_since(mine, 0, mute), "the mute radar to be told of")
+    told = next(s for array in mine.alerts for s in array.status if mute in s.message)
+    assert told.message.startswith("fault: ")
+    said = mine.health["rpf3d_simulator: inputs"]
+    assert said.level[0] == ERROR and mute in said.message
+    before = len(mine.alerts)
+    speak_until(mine, lambda: said_since(mine, before, "normal"), "normal, for it has spoken", cloud_too=True)
+    assert mine.wait(lambda: mine.health["rpf3d_simulator: inputs"].level[0] == OK, "the diagnostics to be OK")

@@ -14,6 +14,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 
 from rpf3d_ros.interface.recorded_topics import TOPICS
+from rpf3d_ros.interface.transforms import FoundTransform, InputFrames
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_messages import trajectory_markers
@@ -282,3 +283,41 @@ def test_trajectories_without_rocks_are_recorded(log):
     lines = made.markers(trajectory_markers(header(10), nothing, 9, 9))
     assert calls(log.entries("trajectories", lines)) == [("trajectories", [])]
     assert calls(log.entries("trajectories/points", cloud_of_columns(header(10), nothing)))[0][0] == "clear"
+
+
+class Drone:
+    """A provider of transforms that knows the frame of a drone, turned by 180 degrees about the vertical."""
+
+    height = 10.0
+
+    def lookup(self, target, source, stamp_ns):
+        known = FoundTransform((0.0, 0.0, 1.0, 0.0), (0.0, 0.0, self.height), None)
+        return known if source == "drone" else "it is unknown"
+
+
+def test_inputs_in_other_frames_are_recorded_in_the_map_frame():
+    drone = Drone()
+    log = MessageLog(MapFrame(), "drone", lambda: 99 * SECOND, frames=InputFrames(MapFrame(), drone))
+    inputs = {**made.inputs(4), "clicked_point": PointStamped(header=header(4), point=Point(x=1.0))}
+    for message in inputs.values():
+        message.header.frame_id = "drone"
+    ((_, positions, directions),) = calls(log.entries("source_cloud", inputs["source_cloud"]))
+    in_map = MessageLog(MapFrame(), "map", lambda: 0)
+    ((_, there, _),) = calls(in_map.entries("source_cloud", made.inputs(4)["source_cloud"]))
+    assert positions == pytest.approx(there * (-1.0, -1.0, 1.0) + (0.0, 0.0, 10.0))
+    assert directions == pytest.approx(np.array([[0.0, -1.0, 0.0]] * 2))
+    ((_, clicked, _),) = calls(log.entries("clicked_point", inputs["clicked_point"]))
+    assert clicked == pytest.approx(np.array([[-1.0, 0.0, 10.0]]))
+    for topic, message in inputs.items():
+        assert rows(log.entries(topic, message)), topic
+    inputs["sources"].header.frame_id = "radar"
+    with pytest.raises(MessageRefused, match="no transform to 'map': it is unknown"):
+        log.entries("sources", inputs["sources"])
+
+
+def test_a_mesh_whose_frame_was_surveyed_again_is_recorded_again():
+    drone, mesh = Drone(), made.mesh()
+    log = MessageLog(MapFrame(), "drone", lambda: 99 * SECOND, frames=InputFrames(MapFrame(), drone))
+    assert [len(log.entries("terrain/mesh", mesh)) for _ in range(2)] == [1, 0]
+    drone.height = 11.0
+    assert [len(log.entries("terrain/mesh", mesh)) for _ in range(2)] == [1, 0]

@@ -23,8 +23,7 @@ from rpf3d_ros.engine import flyer
 from rpf3d_ros.engine.configuration import StationConfiguration
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.qos import given_qos
-from rpf3d_ros.interface.recorded_topics import TOPICS
-from rpf3d_ros.nodes.inputs import POSES
+from rpf3d_ros.interface.recorded_topics import POSES, TOPICS
 
 RADIUS = 4.0
 """Radius (m) of the area around a machine."""

@@ -21,11 +21,13 @@ from rpf3d_ros.engine.configuration import StationConfiguration
 from rpf3d_ros.engine.outlets import NoOutput, Outlets
 from rpf3d_ros.interface import alert_publishers
 from rpf3d_ros.interface.alert_publishers import AlertPublishers
-from rpf3d_ros.nodes import inputs, simulator
+from rpf3d_ros.nodes import inputs, publisher_reports, simulator
 from rpf3d_ros.nodes.inputs import Inputs
 from rpf3d_ros.nodes.simulator import SimulatorNode
 
-WITH_TIME: tuple[ModuleType, ...] = (alert_publishers, flyer, inputs, simulator, station, waiting_terrain)
+WITH_TIME: tuple[ModuleType, ...] = (
+    alert_publishers, flyer, inputs, publisher_reports, simulator, station, waiting_terrain,
+)  # fmt: skip
 """Modules that read a steady clock, which is simulated."""
 
 IDLE_WITHIN = 300.0
@@ -150,7 +152,7 @@ class DryNode:
             answers=self.health, alerts=AlertPublishers(self.ros), health=self.health, logger=self.health, now=now_ns
         )
         parameters = configuration.parameters
-        self._ticked, self._clock_stands = 0, False
+        self._ticked, self._clock_stands, self.transforms = 0, False, None
         self._clock_watch = ClockWatch(parameters.clock_patience)
         self.station = station.Station(configuration, outlets)
         self.inputs = Inputs(self.ros, parameters, self.station, self.health, self._notice_jump)

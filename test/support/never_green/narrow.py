@@ -36,6 +36,15 @@ def never_published(plan: Plan, rng: np.random.Generator) -> Plan | None:
     return plan.with_defect(f"never published: {topic}", sends=sends, expects=True)
 
 
+def connected_and_mute(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the only sensor that sees a dangerous source be connected and never publish; no one expects it."""
+    harmed_plan = never_published(plan, rng)
+    if harmed_plan is None:
+        return None
+    topic = harmed_plan.defects[-1].partition(": ")[2]
+    return plan.with_defect(f"connected and mute: {topic}", sends=harmed_plan.sends, expects=False)
+
+
 def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
     """Let a sensor send in a foreign frame, while a second program on its topic sees nothing."""
     harmed_plan = never_understood(plan, rng)
@@ -85,6 +94,7 @@ NARROW: dict[str, Defect] = {
     "never understood": never_understood,
     "never released": never_released,
     "never published": never_published,
+    "connected and mute": connected_and_mute,
     "survey not understood": change_not_understood(by_patch=False),
     "patch not understood": change_not_understood(by_patch=True),
     "mirrored survey": changing("mirrored", WHOLE, changes.mirrored_heights),

@@ -1,0 +1,64 @@
+"""Look transforms up in a buffer of tf2, which the node fills from /tf and /tf_static.
+
+tf2_ros is imported only if a parameter asks for transforms: no wheel has it.
+"""
+
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.time import Time
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.transforms import FoundTransform
+from rpf3d_ros.messages.stamps import nanoseconds
+
+LATEST = Time()
+"""The time 0, for which tf2 gives the newest transform."""
+
+
+class TfTransforms:
+    """Transforms that a node receives from tf2. Any thread may look up; a lookup does not wait."""
+
+    def __init__(self, node: Node) -> None:
+        """Subscribe to transforms. Raises InputError if tf2_ros cannot be imported."""
+        try:
+            import tf2_ros
+        except ImportError as error:
+            raise InputError(
+                f"use_tf is true, but tf2_ros cannot be imported ({error}): install the ROS package tf2_ros_py and "
+                f"source its setup file, or set use_tf to false"
+            ) from error
+        self._refusals: Any = tf2_ros.TransformException
+        self._buffer: Any = tf2_ros.Buffer()  # without the node: with it, tf2 would offer a service of its own
+        self._listener: Any = tf2_ros.TransformListener(self._buffer, node)
+
+    def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
+        """Return the transform at a time (ns) or the newest before it, or the reason of tf2 why there is none.
+
+        The newest transform of a chain without dynamic transforms has the stamp 0, and holds for all times. That of a
+        dynamic transform that was published with the stamp 0 has it too, but not for the time of the message.
+        """
+        try:
+            newest = self._buffer.lookup_transform(target, source, LATEST)
+            newest_ns = nanoseconds(newest.header.stamp)
+            if 0 < newest_ns < stamp_ns:
+                return _found(newest, newest_ns)
+            found = self._buffer.lookup_transform(target, source, Time(nanoseconds=stamp_ns))
+            return _found(found, stamp_ns if newest_ns > 0 else None)
+        except self._refusals as refusal:
+            return str(refusal)
+
+    def clear(self) -> None:
+        """Forget all transforms but static ones, because the clock went back."""
+        self._buffer.clear()
+
+    def close(self) -> None:
+        """End the subscriptions."""
+        self._listener.unregister()
+
+
+def _found(transform: Any, stamp_ns: int | None) -> FoundTransform:
+    turn, shift = transform.transform.rotation, transform.transform.translation
+    return FoundTransform(
+        quaternion=(turn.x, turn.y, turn.z, turn.w), translation=(shift.x, shift.y, shift.z), stamp_ns=stamp_ns
+    )

@@ -1,0 +1,81 @@
+"""Find the frame of each input message: the parameters know two frames, and transforms may be looked up for others.
+
+The rules for transforms stand here; `tf_buffer` asks tf2 for them. A lookup never waits. A message is transformed once,
+when it is received, and evidence of earlier messages stays as it is when the transform of a frame changes.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple, Protocol
+
+from rpf3d_core.alerts.time_units import NS
+from rpf3d_ros.messages.map_frame import MapFrame, rigid_transform
+from rpf3d_ros.messages.refusals import MessageRefused
+
+
+class FoundTransform(NamedTuple):
+    """A transform from one frame into another, as its provider gives it; its numbers are not checked.
+
+    quaternion : x, y, z, w; translation : m
+    stamp_ns : time (ns) that it holds for; None for a static transform, which has no age
+    """
+
+    quaternion: tuple[float, float, float, float]
+    translation: tuple[float, float, float]
+    stamp_ns: int | None
+
+
+class TransformLookup(Protocol):
+    """A provider of transforms between frames. Any thread may call."""
+
+    def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
+        """Return at once the transform from `source` into `target`, or why there is none.
+
+        stamp_ns : time (ns) of the transform; without a transform of this time, the newest before it is returned
+        """
+
+    def clear(self) -> None:
+        """Forget all transforms but static ones, because the clock went back."""
+
+    def close(self) -> None:
+        """Receive no more transforms."""
+
+
+class InputFrames:
+    """Returns for each message the map frame with the transform that the message needs."""
+
+    def __init__(self, frame: MapFrame, transforms: TransformLookup | None = None, max_age_s: float = 0.0) -> None:
+        """Begin; transforms : None to refuse all frames that `frame` does not know.
+
+        max_age_s : largest age (s) of a transform at the stamp of the message
+        """
+        self._frame, self._transforms, self._max_age_s = frame, transforms, max_age_s
+
+    def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
+        """Return the map frame that converts a message in frame_id with a stamp (ns).
+
+        The parameters come first: a transform of the survey frame is not looked up. Raises MessageRefused if there is
+        no transform, and for a transform that is too old or not a rotation.
+        """
+        if self._transforms is None or not frame_id or self._frame.knows(frame_id):
+            return self._frame  # which refuses a foreign frame
+        if stamp_ns <= 0:
+            raise MessageRefused(
+                f"frame_id is '{frame_id}', and its stamp is 0: a transform needs the time of the data"
+            )
+        found = self._transforms.lookup(self._frame.name, frame_id, stamp_ns)
+        if isinstance(found, str):
+            raise MessageRefused(
+                f"frame_id is '{frame_id}', and there is no transform to '{self._frame.name}': {found}"
+            )
+        self._check_age(frame_id, found, stamp_ns)
+        return replace(self._frame, other=rigid_transform(frame_id, found.quaternion, found.translation))
+
+    def _check_age(self, frame_id: str, found: FoundTransform, stamp_ns: int) -> None:
+        if found.stamp_ns is None:
+            return
+        age = (stamp_ns - found.stamp_ns) / NS
+        if not 0.0 <= age <= self._max_age_s:
+            raise MessageRefused(
+                f"the transform of frame '{frame_id}' is {age:.3f} s older than the message; {self._max_age_s:g} s are "
+                f"allowed (transforms_max_age_s)"
+            )

@@ -1,0 +1,43 @@
+"""Find the frame of a message when it arrives; the thread of the surveys may wait for the first transforms."""
+
+import threading
+import time
+
+from rpf3d_ros.interface.transforms import InputFrames
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+
+FIRST_TRANSFORMS = 5.0
+"""Time (s) after the subscription for which a survey may wait for the transform of its frame.
+
+A latched survey arrives as soon as the node subscribes to it, which may be before /tf_static, and does not come again.
+"""
+
+LOOK = 0.05
+"""Time (s) between two lookups while a survey waits."""
+
+
+class FramesOnArrival:
+    """Returns the frame of each message. The executor's thread, which receives the transforms, never waits."""
+
+    def __init__(self, frames: InputFrames, is_patient: bool) -> None:
+        """Begin on the executor's thread; is_patient : True if other threads may wait for the first transforms."""
+        self._frames, self._executor = frames, threading.get_ident()
+        self._wait_until = time.monotonic() + FIRST_TRANSFORMS if is_patient else 0.0
+        self._closed = threading.Event()
+
+    def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
+        """Return the map frame that converts a message, as `InputFrames.of`. Raises MessageRefused."""
+        while True:
+            try:
+                return self._frames.of(frame_id, stamp_ns)
+            except MessageRefused:
+                if not self._may_wait() or self._closed.wait(LOOK):
+                    raise
+
+    def close(self) -> None:
+        """Let no thread wait any longer."""
+        self._closed.set()
+
+    def _may_wait(self) -> bool:
+        return threading.get_ident() != self._executor and time.monotonic() < self._wait_until

@@ -1,0 +1,107 @@
+"""Report on the publishers of all topics: faults of the alert, and the part `inputs` of the diagnostics."""
+
+import time
+from collections.abc import Mapping, Sequence
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from rpf3d_ros.engine.publisher_watch import (
+    MuteSensors,
+    PublisherFinding,
+    PublisherWatch,
+    SeenPublisher,
+    WatchedTopic,
+    sentences_by_topic,
+)
+from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.engine.station import Station
+from rpf3d_ros.interface.health_report import HealthReport
+from rpf3d_ros.interface.parameters import SensorTopics, SimulatorParameters
+from rpf3d_ros.interface.recorded_topics import CLOUD, POSES, TOPICS
+from rpf3d_ros.messages.health import ERROR, OK, WARN
+
+SHARED = (BY_HAND, "terrain/update")
+"""Topics that several programs may publish: people click in several viewers, several scanners send patches."""
+
+SENSORS = "sources"
+"""Name of the group of topics that sensors of sources publish."""
+
+LOOK = 1.0
+"""Time (s) between two looks at the publishers of all topics."""
+
+
+def watched_topics(inputs: Mapping[str, QoSProfile], sensors: SensorTopics) -> list[WatchedTopic]:
+    """Return the topics whose publishers are judged: all inputs, and the node's own alerts.
+
+    inputs : quality of service of the subscription to each input; sensors : topics of sources
+    """
+    poses, clouds = sensors.poses, sensors.clouds
+    groups = {**dict.fromkeys((*poses, *clouds), SENSORS), "terrain/points": "terrain", "terrain/mesh": "terrain"}
+    kinds = {topic: POSES if topic in poses else CLOUD for topic in (*poses, *clouds)}
+    kinds |= {topic: TOPICS[topic].kind for topic in inputs if topic not in kinds}
+    return [
+        *(
+            WatchedTopic(name=topic, kind=kinds[topic], qos=qos, is_single=topic not in SHARED,
+                         group=groups.get(topic, ""))
+            for topic, qos in inputs.items()
+        ),
+        *(WatchedTopic(name=topic, kind=TOPICS[topic].kind, qos=None) for topic in ("alerts", "alarm")),
+    ]  # fmt: skip
+
+
+class PublisherReports:
+    """Looks at the publishers of all topics from time to time, and reports what is wrong. One thread may call."""
+
+    def __init__(
+        self, node: Node, inputs: Mapping[str, QoSProfile], parameters: SimulatorParameters, station: Station,
+        health: HealthReport,
+    ) -> None:  # fmt: skip
+        """Begin; inputs : quality of service of the subscription to each input."""
+        self._node, self._station, self._health = node, station, health
+        self._watched = watched_topics(inputs, parameters.sensors)
+        self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
+        sensors = (topic for topic in self._watched if topic.group == SENSORS)
+        self._mute = MuteSensors(sensors, station.sources_max_age_s)
+        self._look_at = 0.0
+
+    def look_soon(self) -> None:
+        """Look at the next call of `look`, because a publisher cannot be received."""
+        self._look_at = 0.0
+
+    def look(self) -> None:
+        """Judge the publishers of all topics, at most every LOOK seconds; call this regularly."""
+        now = time.monotonic()
+        if now < self._look_at:
+            return
+        self._look_at = now + LOOK
+        seen = {topic.name: self.of(topic.name) for topic in self._watched}
+        wrong, mute = self._watch.findings(seen, now), self._mute.findings(seen, now)
+        for topic, sentence in sentences_by_topic(wrong, seen).items():
+            self._station.report_fault(f"publishers: {topic}", sentence)
+        for topic, sentence in sentences_by_topic(mute, self._mute.names).items():
+            self._station.report_fault(f"mute: {topic}", sentence)
+        self._report([*wrong, *mute], seen)
+
+    def heard(self, topic: str) -> None:
+        """Note that a message of a topic has arrived, accepted or refused; the fault of a mute sensor ends soon."""
+        self._mute.heard(topic)
+
+    def _report(self, findings: Sequence[PublisherFinding], seen: Mapping[str, Sequence[SeenPublisher]]) -> None:
+        """Report all findings in the diagnostics, with the number of publishers of each topic."""
+        level = ERROR if any(each.is_fault for each in findings) else WARN if findings else OK
+        counts = {f"publishers.{topic}": str(len(found)) for topic, found in seen.items()}
+        told = "; ".join(each.sentence for each in findings)
+        self._health.set("inputs", level, told or "every publisher can be received", counts)
+
+    def of(self, topic: str) -> list[SeenPublisher]:
+        """Return the publishers of a topic in the ROS graph."""
+        return [
+            SeenPublisher(
+                node=f"{one.node_namespace.rstrip('/')}/{one.node_name}",
+                kind=one.topic_type,
+                qos=one.qos_profile,
+                identity=tuple(one.endpoint_gid),
+            )
+            for one in self._node.get_publishers_info_by_topic(topic)
+        ]
