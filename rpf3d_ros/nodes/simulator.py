@@ -32,7 +32,7 @@ from rpf3d_ros.nodes.configuring import (
     watch_clock,
 )
 from rpf3d_ros.nodes.heap import exempt_from_collection, free_unused_objects
-from rpf3d_ros.nodes.heartbeat import ExecutorHeartbeat
+from rpf3d_ros.nodes.executor_delay import ExecutorDelay
 from rpf3d_ros.nodes.inputs import Inputs
 from rpf3d_ros.nodes.service_clients import clients_of
 
@@ -78,7 +78,7 @@ class SimulatorNode(LifecycleNode):
         self._ticked, self._named_at = 0, -NAMED_FOR
         self._clock_watch, self._clock_stands = ClockWatch(parameters.clock_patience), False
         self.add_post_set_parameters_callback(self._note_name)
-        self.heartbeat = ExecutorHeartbeat(self, self.health)
+        self.executor_delay = ExecutorDelay(self, self.health)
         self._acknowledging = self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
@@ -121,7 +121,7 @@ class SimulatorNode(LifecycleNode):
             self, values_of(self, SimulatorParameters), self.station, self.health, self._notice_jump, self.transforms
         )
         self.station.activate()
-        self.heartbeat.reset()
+        self.executor_delay.reset()
         self._report("active", OK)
         return done
 

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.health import OK, WARN
-from rpf3d_ros.nodes.heartbeat import ExecutorHeartbeat
+from rpf3d_ros.nodes.executor_delay import ExecutorDelay
 from rpf3d_ros.nodes.timed_executor import TimedExecutor
 
 
@@ -59,29 +59,29 @@ def told() -> Told:
 
 
 def test_a_busy_executor_is_a_warning_until_the_next_report(node, told):
-    executor, heartbeat = TimedExecutor(context=node.context), ExecutorHeartbeat(node, told)
+    executor, delay = TimedExecutor(context=node.context), ExecutorDelay(node, told)
     executor.add_node(node)
     sleeps_once(node, executor, 0.08)
-    heartbeat.beat()
+    delay.report()
     assert (told.level, told.gap_ms) == (WARN, pytest.approx(80.0, abs=60.0))
-    heartbeat.beat()
+    delay.report()
     assert told.level == OK
     assert told.gap_ms < told.longest_ms
-    heartbeat.reset()
-    assert heartbeat.longest == 0.0
+    delay.reset()
+    assert delay.longest == 0.0
 
 
 def test_a_timer_that_comes_late_is_a_gap_on_any_executor(node, told):
-    executor, heartbeat = SingleThreadedExecutor(context=node.context), ExecutorHeartbeat(node, told)
+    executor, delay = SingleThreadedExecutor(context=node.context), ExecutorDelay(node, told)
     executor.add_node(node)
     time.sleep(1.1)
-    heartbeat.beat()
+    delay.report()
     assert (told.level, told.gap_ms >= 90.0) == (WARN, True)
 
 
 def test_the_node_reports_it_in_diagnostics(node):
     health = HealthReport(node)
-    ExecutorHeartbeat(node, health).beat()
+    ExecutorDelay(node, health).report()
     assert health._parts["executor"].level == OK
 
 
@@ -89,7 +89,7 @@ def test_a_node_at_rest_is_woken_a_few_times_a_second(node):
     """A timer of 10 ms, by which the delay was measured before, took a sixth of a core."""
     executor = TimedExecutor(context=node.context)
     executor.add_node(node)
-    ExecutorHeartbeat(node, HealthReport(node))
+    ExecutorDelay(node, HealthReport(node))
     executor.spin_once(timeout_sec=0.0)
     rounds, until = 0, time.monotonic() + 1.0
     while (left := until - time.monotonic()) > 0.0:

@@ -9,14 +9,14 @@ from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.health import OK, WARN
 from rpf3d_ros.nodes.timed_executor import TimedExecutor
 
-BEAT = 1.0
+PERIOD = 1.0
 """Time (s) between two reports."""
 
 LONGEST = 0.05
 """Longest time (s) that a callback should take; a longer time is reported as a warning."""
 
 
-class ExecutorHeartbeat:
+class ExecutorDelay:
     """A timer that reports in /diagnostics how long the executor was busy at most since the last report.
 
     The report has the longest round of callbacks (`TimedExecutor`), or the delay of the timer itself if that is longer:
@@ -27,17 +27,17 @@ class ExecutorHeartbeat:
         self._node, self._health = node, health
         self._last = time.monotonic()
         self.longest = 0.0
-        node.create_timer(BEAT, self.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(PERIOD, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def reset(self) -> None:
         """Ignore earlier delays, which were expected, for example because of compiling."""
         self._last, self.longest = time.monotonic(), 0.0
         self._busiest_round()
 
-    def beat(self) -> None:
+    def report(self) -> None:
         """Report the longest time since the last report; the timer calls this."""
         now = time.monotonic()
-        gap = max(now - self._last - BEAT, self._busiest_round())
+        gap = max(now - self._last - PERIOD, self._busiest_round())
         self._last, self.longest = now, max(self.longest, gap)
         level = WARN if gap > LONGEST else OK
         values = {"gap_ms": f"{1e3 * gap:.1f}", "longest_gap_ms": f"{1e3 * self.longest:.1f}"}
