@@ -31,8 +31,8 @@ from rpf3d_ros.nodes.configuring import (
     refuse_impossible_transitions,
     watch_clock,
 )
-from rpf3d_ros.nodes.heap import exempt_from_collection, free_unused_objects
 from rpf3d_ros.nodes.executor_delay import ExecutorDelay
+from rpf3d_ros.nodes.heap import exempt_from_collection, free_unused_objects
 from rpf3d_ros.nodes.inputs import Inputs
 from rpf3d_ros.nodes.service_clients import clients_of
 
