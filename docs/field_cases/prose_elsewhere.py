@@ -1,10 +1,11 @@
 """The words of the page on ground that is not known: ranges of the library, values from another slope."""
 
-HEAD = """## Do predictive intervals hold the observed stops? On a slope without observations, a coefficient is a
-range. Here the prediction is the distribution of the rocks of 64 parameter sets. A stop is *held along the slope* if
-it lies within the central 90 % of the rocks, and *across* if it lies within the central 90 % of those that stopped.
-Rocks that did not stop count as beyond every stop: if they are 5 % or more of all rocks, the interval has no far end,
-and only a stop nearer than its near end is not held. At Tschamut each stop is compared with the rocks of its own run.
+HEAD = """## Do predictive intervals hold the observed stops?
+On a slope without observations, a coefficient is a range. Here the prediction is the distribution of the rocks of 64
+parameter sets. A stop is *held along the slope* if it lies within the central 90 % of the rocks, and *across* if it
+lies within the central 90 % of those that stopped. Rocks that did not stop count as beyond every stop: if they are 5 %
+or more of all rocks, the interval has no far end, and only a stop nearer than its near end is not held. At Tschamut
+each stop is compared with the rocks of its own run.
 
 All stops of a site lie on the same ground, so they are not independent trials. Far less than 90 % shows that the
 intervals are too narrow; nearly all may only show that they are wide.
