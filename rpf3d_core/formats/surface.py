@@ -44,8 +44,10 @@ def facet_count(surface: FileMesh) -> int:
     return len(surface.points) // 3 if surface.triangles is None else len(surface.triangles)
 
 
-def usable(path: Path, surface: FileMesh) -> FileMesh:
+def usable(path: Path, surface: FileMesh, metres: float = 1.0) -> FileMesh:
     """Check the content of a terrain file, and return it without the points that no facet uses.
+
+    metres : length of the unit of the points (m)
 
     Raises
     ------
@@ -61,8 +63,9 @@ def usable(path: Path, surface: FileMesh) -> FileMesh:
     if surface.triangles is not None:
         refuse_wrong_indices(path, surface.triangles, len(surface.points))
         surface = _used_only(surface, surface.triangles)
-    if not all(column.min() >= -FARTHEST and column.max() <= FARTHEST for column in surface.points.T):
-        _refuse_wrong_points(path, surface)
+    farthest = FARTHEST / metres
+    if not all(column.min() >= -farthest and column.max() <= farthest for column in surface.points.T):
+        _refuse_wrong_points(path, surface, farthest)
     return surface
 
 
@@ -86,13 +89,14 @@ def _used_only(surface: FileMesh, triangles: NDArray[np.int32]) -> FileMesh:
     return surface._replace(points=surface.points[used], triangles=number[triangles])
 
 
-def _refuse_wrong_points(path: Path, surface: FileMesh) -> None:
-    """Raise a TerrainError for a point that is NaN, infinite or too far from the origin."""
-    wrong = ~(np.abs(surface.points) <= FARTHEST).all(axis=1)
+def _refuse_wrong_points(path: Path, surface: FileMesh, farthest: float) -> None:
+    """Raise a TerrainError for a point that is NaN, infinite or beyond `farthest` (unit of the file)."""
+    wrong = ~(np.abs(surface.points) <= farthest).all(axis=1)
     corners = wrong if surface.triangles is None else wrong[surface.triangles]
     facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))
     if np.isfinite(surface.points).all():
-        fault, right = f"{FARTHEST:,.0f} m or more away from the origin", "coordinates are metres"
+        fault = f"{FARTHEST:,.0f} m or more away from the origin"
+        right = "is the file in millimetres? give it `unit: mm` (`rpf3d new`: --unit mm)"
     else:
         fault, right = "NaN or infinite", "every coordinate must be a finite number"
     raise TerrainError(

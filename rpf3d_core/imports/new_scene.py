@@ -98,7 +98,7 @@ def _zones(terrain: Terrain) -> list[ZoneFound]:
         mine = terrain.zone == number
         weight = float(size[mine].sum())
         mean = float((slope[mine] * size[mine]).sum() / weight) if weight else 0.0
-        found.append(ZoneFound(name=name, area=0.5 * weight, slope=mean))
+        found.append(ZoneFound(name=name, area=weight, slope=mean))
     return found
 
 

@@ -57,8 +57,10 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     return terrain, report
 
 
-def read_surface(path: Path) -> FileMesh:
+def read_surface(path: Path, unit: str | None = None) -> FileMesh:
     """Return the points and triangles of one terrain file after checks, in the file's coordinates.
+
+    unit : key of the unit in which the scene reads the file; metres if None
 
     Raises
     ------
@@ -71,7 +73,7 @@ def read_surface(path: Path) -> FileMesh:
         known = f"; known are {', '.join([*MESH_READERS, *DEM_EXTENSIONS])}"
         advice = f"; {EXPORTS[extension]}" if extension in EXPORTS else ""
         raise TerrainError(f"{path}: {extension or 'no extension'} is no known terrain format{advice}{known}")
-    return usable(path, read_whole(path, reader))
+    return usable(path, read_whole(path, reader), LENGTHS[unit or METRE][1])
 
 
 def _extension(path: Path) -> str:
@@ -97,7 +99,7 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str,
     for file in files:
         if spec.up != "z" and _extension(file.path) in DEM_EXTENSIONS:
             raise TerrainError(f"{file.path}: the heights of a grid are z, so it cannot be read with `up: {spec.up}`")
-    surfaces = [read_surface(file.path) for file in files]
+    surfaces = [read_surface(file.path, file.unit) for file in files]
     remarks = tuple(remark for file, surface in zip(files, surfaces, strict=True) for remark in _remarks(file, surface))
     surfaces = [_in_metres(file, surface) for file, surface in zip(files, surfaces, strict=True)]
     zone, zones = _zones(files, surfaces)
@@ -112,7 +114,7 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str,
 
 def surfaces_in_metres(spec: TerrainSpec) -> list[FileMesh]:
     """Return the points and triangles of all terrain files in metres; errors are as in `read_surface`."""
-    return [_in_metres(file, read_surface(file.path)) for file in spec.files or ()]
+    return [_in_metres(file, read_surface(file.path, file.unit)) for file in spec.files or ()]
 
 
 def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:

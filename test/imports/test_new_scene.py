@@ -154,6 +154,32 @@ def test_millimetres_and_y_up_are_read_as_told(tmp_path: Path) -> None:
     assert (drops(written.path) > FALLEN).mean() > 0.9
 
 
+@pytest.mark.parametrize("told", ["mm", "m"])
+def test_coordinates_of_seven_digits_in_millimetres_are_read_only_as_told(told: str, tmp_path: Path) -> None:
+    """A northing of 7,450 km is 7.45e9 mm: too far away for metres, and a usual place for millimetres."""
+    vertices, triangles = surveyed()
+    far = 1e3 * (vertices + np.array([450_000.0, 7_450_000.0, 2_000.0]))
+    pit = write_obj(tmp_path / "pit.obj", far, triangles)
+    if told == "m":
+        with pytest.raises(InputError, match="1,000,000,000 m or more"):
+            write_new_scene(tmp_path / "new", pit, FileChoice(unit=told))
+        return
+    write_new_scene(tmp_path / "new", pit, FileChoice(unit=told))
+    terrain = simulate(read_scene(tmp_path / "new" / "scene.yaml"), rocks=4).terrain
+    points = terrain.frame.points_to_input(terrain.vertices)
+    low, high = points.min(axis=0), points.max(axis=0)
+    assert low == pytest.approx([449_980.0, 7_449_980.0, 2_000.0], abs=1e-3)
+    assert high == pytest.approx([450_060.0, 7_450_020.0, 2_000.0 + HEIGHT], abs=1e-3)
+
+
+def test_the_area_of_a_zone_is_that_of_its_facets(tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    written = write_new_scene(tmp_path / "new", write_obj(tmp_path / "pit.obj", vertices, triangles), FileChoice())
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert f"{area:,.0f} m2" in written.path.read_text()
+
+
 def test_a_crest_lies_just_over_the_brow() -> None:
     (crest,) = crests_of(bench())
     assert crest.height == pytest.approx(HEIGHT, abs=0.2)
