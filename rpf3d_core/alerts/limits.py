@@ -227,6 +227,8 @@ def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
     told = "no rock came" if first is None else f"the first rock after {first:.1f} s"
     if area.sets == 0:
         return told
+    if first is None and area.first_arrival_low_s is not None and terms.interval == "predictive":
+        told = "no rock came on the paths that flew, but some do on paths displaced by the misfit of the model"
     if terms.interval != "predictive" or area.first_arrival_low_s is None:
         return f"{told} (of all parameter sets together)"
     return f"{told} (from {area.first_arrival_low_s:.1f} s on, the fastest of {area.sets:,} parameter sets)"

@@ -209,14 +209,17 @@ def tallies_of_displaced(sets: LiveSets | None, tallies: Tallies) -> Tallies | N
 
 
 def _upper_energies(energies: FloatArray, has_p95: Flags) -> FloatArray:
-    """Return the upper ends (A,) J of the p95 energy in areas, as in the tables of a run; NaN if no rock reached one.
+    """Return the upper ends (A,) J of the p95 energy in areas; NaN if no rock reached one.
 
-    If fewer than 39 sets have a p95, the end is the largest energy of all sets.
+    The end is that of the sets with a p95, as in the tables of a run, or that of all sets, if it is higher: sets of
+    which few rocks came must not be forgotten once enough others have a p95. If fewer than 39 sets have a p95, the end
+    is the largest energy of all sets.
 
     energies : (S, A) J, p95 of each set, else its largest; has_p95 : (S, A) False where too few rocks of a set came
     """
     known = ranked_if_enough(np.where(has_p95, energies, np.nan)).high
-    return np.where(np.isnan(known), np.fmax.reduce(energies, axis=0), known)
+    ends = np.fmax(known, ranked_if_enough(energies).high)
+    return np.where(np.isnan(known), np.fmax.reduce(energies, axis=0), ends)
 
 
 def _laid_out(layers: Layers, values: FloatArray) -> FloatArray:

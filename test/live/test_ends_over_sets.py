@@ -11,6 +11,7 @@ from watched_road import ON_THE_SLOPE, WANTED, decided_on, last_answer, slope, s
 
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.limits import energies_of
+from rpf3d_core.live import cluster_sets
 from rpf3d_core.unknowns.predictive import ranked
 
 UNSURE = ", priors: {materials.default.tangential_restitution: {mean: 0.7, sd: 0.1, min: 0.4, max: 0.95}}"
@@ -145,3 +146,17 @@ def test_without_unknowns_an_answer_has_no_ends_and_its_energy_alone_is_compared
     assert (road.energy_high, road.energy_sets, road.first_arrival_low_s) == (None, 0, None)
     assert energies_of(road, site().evidence) == (road.p95_energy,)
     assert energies_of(area(), site().evidence) == ()
+
+
+@pytest.mark.parametrize("known", [38, 39, 40, 50])
+def test_strong_sets_of_which_few_rocks_came_are_not_forgotten_once_enough_others_have_a_p95(known: int) -> None:
+    """More evidence must not lower the energy that is compared from 900 kJ to 10 kJ."""
+    has_p95 = np.arange(64)[:, None] < known
+    energies = np.where(has_p95, 1e4, 9e5)
+    assert cluster_sets._upper_energies(energies, has_p95) == pytest.approx([9e5])
+
+
+def test_with_a_p95_of_every_set_the_end_is_that_of_the_tables_of_a_run() -> None:
+    energies = np.random.default_rng(3).uniform(1e4, 9e4, (64, 3))
+    found = cluster_sets._upper_energies(energies, np.ones((64, 3), dtype=bool))
+    assert found.tolist() == ranked(energies)[1].tolist()
