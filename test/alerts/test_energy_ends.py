@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from alert_evidence import NOW, area, decided, evidence, origin, site
 
+from rpf3d_core.alerts import limits
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.levels import Level
@@ -141,3 +142,10 @@ def test_a_note_of_the_evidence_is_in_the_reasons_and_changes_no_level():
     assert quiet.level == Level.NORMAL and quiet.faults == () and quiet.reasons[-1] == "a note"
     two = together([evidence(area(10), notes=("a note",)), evidence(area(10), notes=("another", "a note"))])
     assert two.notes == ("a note", "another")
+
+
+def test_where_only_displaced_paths_reach_an_area_the_reason_does_not_say_that_no_rock_came():
+    reached = area(0, **SETS, p95_energy=None, largest_energy=None, first_arrival_s=None, first_arrival_low_s=9.0)
+    words = limits._arrival(reached, site().evidence)
+    assert words.startswith("no rock came on the paths that flew, but some do on paths displaced by the misfit")
+    assert "from 9.0 s on" in words
