@@ -163,7 +163,7 @@ def test_a_terrain_whose_triangles_all_faced_down_may_be_mirrored(folder):
 
 
 def test_a_terrain_is_not_mirrored_if_coordinates_show_which_axis_points_north(folder):
-    away, point = VERTICES + [0.0, 100.0, 0.0], [10.0, 108.0, 0.0]
+    away, point = VERTICES + np.array([0.0, 100.0, 0.0]), [10.0, 108.0, 0.0]
     down = TRIANGLES[:, ::-1]
     assert mirrored(folder, away, down, point), "only that its corners are clockwise"
     assert not mirrored(folder, away, down, point, area(folder, box(3.0, 103.0))), "a file fits in one way"
