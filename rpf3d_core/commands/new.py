@@ -29,4 +29,5 @@ def new(
     for sentence in written.sentences:
         screen.print(sentence, highlight=False, soft_wrap=True)
     print_warnings(written.warnings)
-    screen.print(f"scene in {written.path.resolve()}\nnext: rpf3d run {written.path} --out OUT", soft_wrap=True)
+    screen.print(f"scene in {written.path.resolve()}\nnext: rpf3d check {written.path}", soft_wrap=True)
+    screen.print(f"then: rpf3d run {written.path} --out OUT", soft_wrap=True)

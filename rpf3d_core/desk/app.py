@@ -220,7 +220,7 @@ class Desk:
             return
         new = self.shown.show_scene(prepared)
         self.state.ready = True
-        for sentence in (*prepared.faults.remarks, *warnings_of(prepared.scene)):
+        for sentence in (*prepared.placing, *prepared.faults.remarks, *warnings_of(prepared.scene)):
             self._say(NOTE, sentence)
         self.view.update()
         if new:
@@ -298,7 +298,9 @@ class Desk:
         self.view.update()
 
     def _say(self, kind: str, text: str) -> None:
-        self.state.messages = [*self.state.messages, {"kind": kind, "text": text}]
+        """Show a message on the page, once."""
+        if (message := {"kind": kind, "text": text}) not in self.state.messages:
+            self.state.messages = [*self.state.messages, message]
 
     def _later(self, work: Callable[[], None]) -> None:
         """Do something in the server's thread, now or when browsers can connect."""

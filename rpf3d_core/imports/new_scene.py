@@ -15,6 +15,7 @@ from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene
 from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
+from rpf3d_core.setup.misplaced import placing_notes
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
@@ -61,7 +62,9 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
         (part / SCENE).write_text(scene_text(found), encoding="utf-8")
         (part / SCHEMA).write_text(json.dumps(scene_schema(), indent=2) + "\n", encoding="utf-8")
     read_scene(folder / SCENE)
-    return NewSceneFiles(path=folder / SCENE, sentences=_sentences(found), warnings=faults.remarks)
+    known = scene.model_copy(update={"terrain": scene.terrain.model_copy(update={"crs": found.crs})})
+    notes = (*placing_notes(known, faults, ()), *faults.remarks)
+    return NewSceneFiles(path=folder / SCENE, sentences=_sentences(found), warnings=notes)
 
 
 def _bare_scene(path: Path, choice: FileChoice) -> Scene:

@@ -55,8 +55,8 @@ def scene_text(found: NewScene) -> str:
     """Return the text of a scene file that runs as it is."""
     return "\n".join([
         f"# yaml-language-server: $schema={SCHEMA}",
-        *comment("Written by `rpf3d new`. The scene runs as it is: rpf3d run scene.yaml --out out. It is not your site "
-                 "yet: check every line marked CHECK."),
+        *comment("Written by `rpf3d new`. The scene runs as it is: rpf3d check scene.yaml, then rpf3d run scene.yaml "
+                 "--out out. It is not your site yet: check every line marked CHECK."),
         "", *_terrain(found), "", *_materials(found), "", *_rock(), "", *_sources(found), "", *_end(), "",
     ])  # fmt: skip
 

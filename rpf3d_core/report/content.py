@@ -126,9 +126,9 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     """Yield what the reader must know first."""
     if run.summary["partial"]:
         yield f"The run was interrupted: {run.summary['rocks']:,} of {run.summary['rocks_planned']:,} rocks have flown."
+    yield from (_as_sentence(warning) for warning in run.inputs["warnings"])
     for sentence in run.inputs["surer_than_it_may_be"]:
         yield f"Surer than it may be: {sentence}."
-    yield from (f"{sentence[:1].upper()}{sentence[1:]}." for sentence in run.inputs["warnings"])
     of = min(len(run.ends.key), MOST_ROCKS)
     missing = of - len(beyond.rows)
     if len(beyond.rows) == 0:
@@ -141,6 +141,11 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     if rest < 1.0:
         yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
                "stopping farther than every distance.")  # fmt: skip
+
+
+def _as_sentence(warning: str) -> str:
+    """Return a warning of the run with a capital and a full stop; a question keeps its mark."""
+    return f"{warning[:1].upper()}{warning[1:]}{'' if warning.endswith('?') else '.'}"
 
 
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:

@@ -8,9 +8,10 @@ from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
 
 
 def warnings_of_run(run: Run) -> list[str]:
-    """Return the warnings about a run: rocks lost to holes, terrain, suspicious values, empty zones, fragments."""
+    """Return the warnings about a run: first inputs that look misplaced, then holes, terrain, values, empty zones."""
     totals = run.totals
     return [
+        *run.prepared.placing,
         *([lost_in_words(run.maps.lost, totals.rocks)] if run.maps.lost else []),
         *run.faults.remarks,
         *warnings_of(run.scene),

@@ -28,7 +28,7 @@ from rpf3d_core.scene.zone_materials import without_friction
 from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents
 from rpf3d_core.setup.hanging_rims import hanging_rims
-from rpf3d_core.setup.misplaced import placing_hints
+from rpf3d_core.setup.misplaced import placing_hints, placing_notes
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
 from rpf3d_core.setup.rounds import rounds_of
 from rpf3d_core.setup.sources import source_outline
@@ -195,9 +195,20 @@ def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, F
         read = read_terrain(scene)
         return read
     finally:
-        extents = input_extents(scene, None if read is None else read[0])
-        if show is not None and extents[:1] and extents[0].name == TERRAIN:
-            show(extents, list(placing_hints(extents, scene.terrain.crs, scene.terrain.up)))
+        if show is not None:
+            _show_extents(scene, None if read is None else read[1], show)
+
+
+def _show_extents(scene: Scene, faults: FaultReport | None, show: Shown) -> None:
+    """Show the extents of all inputs, and sentences on those that look misplaced; nothing without the terrain's.
+
+    faults : the report on the mesh of the terrain; None if the terrain is refused
+    """
+    extents = input_extents(scene, faults)
+    if faults is not None:
+        show(extents, list(placing_notes(scene, faults, extents[1:])))
+    elif extents[:1] and extents[0].name == TERRAIN:
+        show(extents, list(placing_hints(extents, scene.terrain.crs, scene.terrain.up)))
 
 
 def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:

@@ -1,4 +1,4 @@
-"""Find where the terrain, sources, areas and other inputs of a scene lie, for `rpf3d check` to print."""
+"""Find where the terrain, sources, areas and other inputs of a scene lie, to print and to compare."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -19,8 +19,8 @@ from rpf3d_core.setup.areas import area_polygons
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.setup.sources import crest_points, line_points, source_outline
 from rpf3d_core.setup.terrain import surfaces_in_metres
-from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Up
+from rpf3d_core.terrain.mesh.faults import FaultReport
 
 TERRAIN = "terrain"
 NOT_STATED = "CRS not stated"
@@ -54,14 +54,14 @@ class Extent(NamedTuple):
         return f"{'  '.join(spans)}  ({crs})"
 
 
-def input_extents(scene: Scene, terrain: Terrain | None) -> list[Extent]:
+def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
     """Return the extents of all inputs of a scene, the terrain first.
 
     An input that is refused is left out, because its refusal follows.
 
-    terrain : the terrain if it was read; None to read the extent from its files, because the terrain is refused
+    faults : the report on the terrain if it was read; None to read its files again, because the terrain is refused
     """
-    ground = _terrain_extent(scene, terrain)
+    ground = _extent_of_files(scene) if faults is None else terrain_extent(scene, faults)
     return [*([] if ground is None else [ground]), *other_extents(scene)]
 
 
@@ -71,18 +71,22 @@ def other_extents(scene: Scene) -> list[Extent]:
     return [extent for extent in found if extent is not None]
 
 
-def _terrain_extent(scene: Scene, terrain: Terrain | None) -> Extent | None:
-    if terrain is not None:
-        parts = [terrain.frame.points_to_input(terrain.vertices)]
-    elif scene.terrain.files is None:
-        return None
-    else:
-        try:
-            parts = [surface.points for surface in surfaces_in_metres(scene.terrain)]
-        except InputError:
-            return None
+def terrain_extent(scene: Scene, faults: FaultReport) -> Extent:
+    """Return the extent of a terrain that was read, from the report on its mesh."""
     file = scene.terrain.files[0].path if scene.terrain.files else None
-    return _extent(TERRAIN, parts, file, scene.terrain.crs)
+    low, high = np.array(faults.low), np.array(faults.high)
+    return Extent(name=TERRAIN, low=low, high=high, file=file, crs=scene.terrain.crs)
+
+
+def _extent_of_files(scene: Scene) -> Extent | None:
+    """Return the extent of the files of a terrain; None if there are none, or if they cannot be read."""
+    if scene.terrain.files is None:
+        return None
+    try:
+        parts = [surface.points for surface in surfaces_in_metres(scene.terrain)]
+    except InputError:
+        return None
+    return _extent(TERRAIN, parts, scene.terrain.files[0].path, scene.terrain.crs)
 
 
 def _sources(scene: Scene) -> Iterator[Extent | None]:

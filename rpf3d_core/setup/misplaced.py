@@ -9,9 +9,11 @@ import numpy as np
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.reference_system import are_same, is_in_degrees
 from rpf3d_core.formats.transformation import transformed_places
+from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import plain
-from rpf3d_core.setup.extents import TERRAIN, Extent
+from rpf3d_core.setup.extents import TERRAIN, Extent, terrain_extent
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.faults import FaultReport
 
 SCALES = {
     0.001: "in millimetres", 0.01: "in centimetres", 0.3048: "in feet", 1000.0: "in kilometres",
@@ -26,9 +28,28 @@ The deepest open pit is 1,200 m deep; the highest mountain faces have 4,000 m.
 """
 EASTINGS, LEAST_NORTHING = (100_000.0, 900_000.0), 1_000_000.0
 """Range of UTM eastings (m), and a northing (m) that no easting reaches."""
+NEARLY_ALL = 0.95
+"""Share (-) of the facets that were turned over from which the terrain may be mirrored."""
 WGS84 = "EPSG:4326"
 
 Box = tuple[FloatArray, FloatArray]
+
+
+def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -> tuple[str, ...]:
+    """Return sentences on a terrain that was read and on inputs that look misplaced; no file is read.
+
+    faults : the report on the mesh of the terrain; others : from `extents.other_extents`
+    """
+    terrain = terrain_extent(scene, faults)
+    up = scene.terrain.up
+    notes = list(placing_hints([terrain, *others], scene.terrain.crs, up))
+    if _is_turned_over(faults) and not _are_axes_known(terrain, others, up):
+        notes.append(
+            f"{faults.flipped_facets:,} of {faults.triangles:,} triangles faced down and were turned over: either the "
+            "file lists their corners clockwise, which is harmless, or the terrain is mirrored, as by swapped axes; "
+            "compare it with a map"
+        )
+    return tuple(notes)
 
 
 def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterator[str]:
@@ -75,10 +96,39 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
             f"the terrain is {plain(round(width))} m wide and {plain(round(relief))} m high, more than any slope: is "
             "it in mm or feet? Give its file `unit: mm` or `unit: ft`"
         )
-    if up == "z" and low[0] > LEAST_NORTHING and EASTINGS[0] < low[1] < high[1] < EASTINGS[1]:
+    if up == "z" and _is_northing_first((low, high)):
         yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
         yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+
+
+def _is_northing_first(box: Box) -> bool:
+    """True if the first coordinates can only be northings, and the second are like eastings."""
+    low, high = box
+    return bool(low[0] > LEAST_NORTHING and EASTINGS[0] < low[1] < high[1] < EASTINGS[1])
+
+
+def _is_turned_over(faults: FaultReport) -> bool:
+    """True if nearly all facets with an area were turned over, as those of a mirrored terrain are."""
+    of = faults.triangles - faults.zero_area_facets
+    return faults.flipped_facets > 0 and faults.flipped_facets >= NEARLY_ALL * of
+
+
+def _are_axes_known(terrain: Extent, others: Sequence[Extent], up: str) -> bool:
+    """True if coordinates show which axis points north: those of the terrain, or of a file that fits in one way only.
+
+    Coordinates in the scene show nothing, because `rpf3d new` takes them from the terrain.
+    """
+    ground = _plan(terrain, up)
+    if up == "z" and (_is_northing_first(ground) or _is_northing_first(_swapped(ground))):
+        return True
+    boxes = [_plan(other, up) for other in others if other.file is not None]
+    return any(_overlaps(box, ground) and not _overlaps(_swapped(box), ground) for box in boxes)
+
+
+def _swapped(box: Box) -> Box:
+    """Return a box in plan with both axes swapped."""
+    return box[0][::-1], box[1][::-1]
 
 
 def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None) -> Iterator[str]:
@@ -94,7 +144,7 @@ def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -
     box, ground = _plan(other, up), _plan(terrain, up)
     if _looks_like_degrees(box) and not _looks_like_degrees(ground):
         yield _degrees_in_words(other, ground, crs)
-    elif _overlaps((box[0][::-1], box[1][::-1]), ground):
+    elif _overlaps(_swapped(box), ground):
         yield f"{other.name} would lie on the terrain if x and y were swapped: is the northing first?"
     elif up == "z" and not np.isnan(other.low[2]) and _overlaps((other.low[[0, 2]], other.high[[0, 2]]), ground):
         yield f"{other.name} would lie on the terrain if y and z were swapped: does y point up in it?"

@@ -35,7 +35,7 @@ from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.cells import least_cell
 from rpf3d_core.setup.extents import other_extents
-from rpf3d_core.setup.misplaced import refuse_other_systems
+from rpf3d_core.setup.misplaced import placing_notes, refuse_other_systems
 from rpf3d_core.setup.named import models_of, obstacles_of
 from rpf3d_core.setup.observed import position_along
 from rpf3d_core.setup.shapes import rock_of_scene
@@ -58,6 +58,7 @@ class Prepared:
     outlines : outline rings (N, 2) m of each area of interest, in the local frame
     read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
+    placing : sentences on inputs that look misplaced or in a wrong unit
     """
 
     scene: Scene
@@ -73,6 +74,7 @@ class Prepared:
     read_s: float
     index_s: float
     began: float
+    placing: tuple[str, ...] = ()
 
     @property
     def area_names(self) -> tuple[str, ...]:
@@ -103,8 +105,8 @@ def prepare(
     began = time.perf_counter()
     check_engine(scene)
     polygons = read_companions(scene)
-    if scene.terrain.crs is not None:
-        refuse_other_systems(other_extents(scene), scene.terrain.crs)
+    others = other_extents(scene)
+    refuse_other_systems(others, scene.terrain.crs)
     terrain, faults = read_terrain(scene) if terrain_read is None else terrain_read
     flight, sources = scene_flight(scene, terrain), scene_sources(scene, terrain)
     raster = scene_raster(scene, terrain, sources=sources)
@@ -116,7 +118,7 @@ def prepare(
     return Prepared(
         scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,
         rock=rock_of_scene(scene), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
-        index_s=time.perf_counter() - began - read_s, began=began,
+        index_s=time.perf_counter() - began - read_s, began=began, placing=placing_notes(scene, faults, others),
     )  # fmt: skip
 
 

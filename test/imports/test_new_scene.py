@@ -281,4 +281,5 @@ def test_the_command_says_what_was_found_and_what_comes_next(tmp_path: Path) -> 
     done = CliRunner().invoke(app, ["new", str(tmp_path / "site"), "--terrain", str(tmp_path / "pit.obj")])
     assert done.exit_code == 0, done.output
     assert "1 crest candidate" in done.output and "above a face of 15 m" in done.output
-    assert f"next: rpf3d run {tmp_path / 'site' / 'scene.yaml'} --out OUT" in done.output
+    scene = tmp_path / "site" / "scene.yaml"
+    assert f"next: rpf3d check {scene}\nthen: rpf3d run {scene} --out OUT\n" in done.output

@@ -145,6 +145,34 @@ def test_swapped_axes_of_the_terrain_are_noticed(folder):
     assert hints == ["x of the terrain looks like a northing and y like an easting: are x and y swapped?"]
 
 
+def mirrored(folder: Path, vertices: np.ndarray, triangles: np.ndarray, point: list[float], more: str = "") -> bool:
+    """True if the check of an STL of these vertices notes that the terrain may be mirrored."""
+    write_binary_stl(folder / "pit.stl", vertices[triangles])
+    _, hints, refusal, _ = seen(folder, "pit.stl", point, more)
+    assert refusal == ""
+    return any(f"{len(triangles)} of {len(triangles)} triangles faced down" in hint for hint in hints)
+
+
+def test_a_terrain_whose_triangles_all_faced_down_may_be_mirrored(folder):
+    swapped = VERTICES[:, [1, 0, 2]] + [0.0, 100.0, 0.0]
+    assert mirrored(folder, swapped, TRIANGLES, [8.0, 110.0, 0.0])
+    assert not mirrored(folder, swapped, TRIANGLES[:, ::-1], [8.0, 110.0, 0.0])
+    half = np.concatenate([TRIANGLES[:80, ::-1], TRIANGLES[80:]])
+    write_binary_stl(folder / "half.stl", swapped[half])
+    assert seen(folder, "half.stl", [8.0, 110.0, 0.0])[1] == []
+
+
+def test_a_terrain_is_not_mirrored_if_coordinates_show_which_axis_points_north(folder):
+    away, point = VERTICES + np.array([0.0, 100.0, 0.0]), [10.0, 108.0, 0.0]
+    down = TRIANGLES[:, ::-1]
+    assert mirrored(folder, away, down, point), "only that its corners are clockwise"
+    assert not mirrored(folder, away, down, point, area(folder, box(3.0, 103.0))), "a file fits in one way"
+    near = VERTICES, down, [10.0, 8.0, 0.0]
+    assert mirrored(folder, *near, area(folder, box(3.0, 4.0))), "a file fits in both ways"
+    write_landxml(folder / "down.xml", SITE, down)
+    assert seen(folder, "down.xml", [*MIDDLE, 0])[1] == [], "eastings and northings"
+
+
 def test_a_terrain_in_degrees_is_noticed(folder):
     write_binary_stl(folder / "degrees.stl", VERTICES[TRIANGLES] * [1e-5, 1e-5, 1.0] + [-70.2, -21.1, 0.0])
     _, hints, _, _ = seen(folder, "degrees.stl", [-70.19995, -21.09995, 0])
