@@ -218,7 +218,7 @@ def _bench(kind: str, name: str, reached: int, stopped: int, energy: float, flow
 def _text_row(bench: Bench) -> tuple[str, ...]:
     name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
     most = () if bench.reached_at_most is None else (bench.reached_at_most,)
-    shares = (_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained))
+    shares = (share_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained))
     return (name, *shares, _energy_text(bench))
 
 
@@ -244,7 +244,7 @@ def interval_in_kilojoules(ends: Sequence[float | None] | None) -> str:
     return "-".join(UNKNOWN_END if end is None else three_figures(end / 1000.0) for end in ends)
 
 
-def _text(share: dict[str, Any]) -> str:
+def share_text(share: dict[str, Any]) -> str:
     """Return a share in per cent with its interval as text, such as `84.5 % (79-89)`; the widest interval first.
 
     A predictive interval that is not known reads NOT_KNOWN, before the sampling interval.
