@@ -38,7 +38,7 @@ class BarrierSets:
         self._tally.part = self._counted[number]
 
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:
-        """Return the predictive intervals at each barrier: shares (-), J and m; rocks : (S,) that flew with each set."""
+        """Return the predictive intervals at each barrier: shares (-), J and m; rocks : (S,) flown with each set."""
         return tuple(_bands(at, rocks) for at in zip(*self._counted, strict=True))
 
 
