@@ -138,16 +138,16 @@ def _print_maps(run: "Run") -> None:
 
 
 def _print_barriers(run: "Run") -> None:
-    """Print what each barrier did (stopped, broken, flown over), if the scene has barriers."""
+    """Print what rocks did at each barrier (caught, broken through, flown over), if the scene has barriers."""
     if not run.maps.barriers:
         return
-    from rpf3d_core.results.hazard_files.barriers_report import TEXT_HEADER, TEXT_NOTE, text_rows
+    from rpf3d_core.results.hazard_files.barriers_text import NOTE, SAMPLING_NOTE, text_header, text_rows
 
-    table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
-    for row in text_rows(run.maps.barriers):
+    table = Table(*text_header(run.maps), box=None, padding=GAP, pad_edge=False)
+    for row in text_rows(run.maps):
         table.add_row(*row)
     screen.print(table)
-    screen.print(TEXT_NOTE, style="dim", highlight=False)
+    screen.print(f"{NOTE};\n{SAMPLING_NOTE}", style="dim", highlight=False)
 
 
 def _print_open(run: "Run") -> None:

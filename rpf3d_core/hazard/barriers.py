@@ -80,11 +80,13 @@ class BarrierTally:
     """Counts at all B barriers of a scene, added while rocks fly: call the object with each batch of flown rocks.
 
     Any thread may call. names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
+    part : (B,) further counts to which each batch is added too, such as those of a parameter set; empty for none
     """
 
     def __init__(self, barriers: Barriers, names: tuple[str, ...], gravity: float, compiled: bool = True) -> None:
         self.barriers, self.names, self.gravity, self.compiled = barriers, names, gravity, compiled
         self.counted = tuple(AtBarrier() for _ in names)
+        self.part: tuple[AtBarrier, ...] = ()
         self._lock = threading.Lock()
 
     def __call__(self, batch: Batch, releases: Releases) -> None:
@@ -95,8 +97,9 @@ class BarrierTally:
         flown = flown_rocks(batch, releases.mass[batch.rows], releases.radius[batch.rows], self.gravity)
         find(self.barriers, flown, crossed, found)
         with self._lock:
-            for b, counted in enumerate(self.counted):
-                self._add(counted, found, b)
+            for counts in (self.counted, self.part):
+                for b, counted in enumerate(counts):
+                    self._add(counted, found, b)
 
     def join(self, counted: tuple[AtBarrier, ...]) -> None:
         """Add the counts at all barriers from another part of the same ensemble."""

@@ -26,8 +26,9 @@ OPEN = "intervals are of the number of rocks alone; ground and model leave more 
 """Note under the printed table on uncertainties that its intervals do not include."""
 
 OF_SETS = (
-    "shares of all rocks (retained: of those that came), each with the 95 % predictive interval over {sets} parameter "
-    "sets, which holds the unknowns of the scene, and then the sampling interval of the number of rocks"
+    "shares of all rocks (retained: of those that came) and p95 energies, each with the 95 % predictive interval over "
+    "{sets} parameter sets, which holds the unknowns of the scene, and then the sampling interval of the number of "
+    "rocks"
 )
 """Note under the printed table of a run over parameter sets."""
 
@@ -39,6 +40,9 @@ MOST_DECIMALS = 4
 
 SHORT = 1
 """Usual number of decimals in the printed table; hazard/benches.csv has all decimals."""
+
+NOT_KNOWN, UNKNOWN_END = "not known", "?"
+"""Stand in the printed table for an interval, and for one end of an interval, that is not known."""
 
 ZONE, AREA = "zone", "area"
 """The two kinds of rows in the bench table: zones of the terrain and areas of interest."""
@@ -213,19 +217,43 @@ def _bench(kind: str, name: str, reached: int, stopped: int, energy: float, flow
 
 def _text_row(bench: Bench) -> tuple[str, ...]:
     name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
-    energy = "-" if bench.energy_p95 is None else three_figures(bench.energy_p95 / 1000.0)
-    if bench.energy_p95 is not None and bench.energy_predictive and None not in bench.energy_predictive:
-        energy += f" ({'-'.join(three_figures((end or 0.0) / 1000.0) for end in bench.energy_predictive)})"
     most = () if bench.reached_at_most is None else (bench.reached_at_most,)
-    return (name, *(_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained)), energy)
+    shares = (share_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained))
+    return (name, *shares, _energy_text(bench))
 
 
-def _text(share: dict[str, Any]) -> str:
-    """Return a share in per cent with its interval as text, such as `84.5 % (79-89)`; the widest interval first."""
+def _energy_text(bench: Bench) -> str:
+    """Return the p95 energy (kJ) of a row as text, with the predictive and the sampling interval over parameter sets.
+
+    An interval without a known end reads NOT_KNOWN, as in `496 (not known; 443-778)`, because a number without an
+    interval looks certain.
+    """
+    if bench.energy_p95 is None:
+        return "-"
+    value = three_figures(bench.energy_p95 / 1000.0)
+    if bench.energy_predictive is None:
+        return value
+    intervals = (bench.energy_predictive, bench.energy_sampling)
+    return f"{value} ({'; '.join(interval_in_kilojoules(ends) for ends in intervals)})"
+
+
+def interval_in_kilojoules(ends: Sequence[float | None] | None) -> str:
+    """Return an interval of energies (J) in kJ as text, such as `443-778`; NOT_KNOWN if neither end is known."""
+    if ends is None or all(end is None for end in ends):
+        return NOT_KNOWN
+    return "-".join(UNKNOWN_END if end is None else three_figures(end / 1000.0) for end in ends)
+
+
+def share_text(share: dict[str, Any]) -> str:
+    """Return a share in per cent with its interval as text, such as `84.5 % (79-89)`; the widest interval first.
+
+    A predictive interval that is not known reads NOT_KNOWN, before the sampling interval.
+    """
     if share["share"] is None:
         return "-"
-    intervals = [share["interval_95"], *([share["sampling"]] if share.get("predictive") else [])]
-    texts = dict.fromkeys(interval_in_percent(*interval) for interval in intervals)  # one text if both are alike
+    intervals = [share["predictive"], share["sampling"]] if "predictive" in share else [share["interval_95"]]
+    # One text if both are alike.
+    texts = dict.fromkeys(interval_in_percent(*ends) if ends else NOT_KNOWN for ends in intervals)
     return f"{in_percent(share['share'], SHORT)} % ({'; '.join(texts)})"
 
 

@@ -57,6 +57,7 @@ class SetFigures:
     zones, areas : counts by place; percentiles : by name of `SAMPLES`, (S, P) of `PERCENTILES`, NaN for no rocks
     cells : for each set, map cells that its rocks reached and how many rocks reached each
     displaced : the same with paths that the error of the model displaced; None if no error is known
+    barriers : predictive intervals at each barrier, `hazard.set_barriers.Bands`; empty without barriers
     """
 
     sets: ParameterSets
@@ -67,6 +68,7 @@ class SetFigures:
     percentiles: dict[str, FloatArray]
     cells: tuple[Reached, ...]
     displaced: DisplacedFigures | None = None
+    barriers: tuple[Any, ...] = ()
 
     @property
     def flown(self) -> int:
@@ -186,6 +188,7 @@ class SetTally:
         self._totals = [Totals() for _ in range(len(sets))]
         self._zones = PlaceTally(tallies.zones, len(sets))
         self._areas = PlaceTally(tallies.inside, len(sets))
+        self._barriers = None if tallies.barriers is None else _barrier_sets(tallies.barriers, len(sets))
         self._cells = [np.zeros(0, dtype=np.uint32) for _ in range(len(sets))]
         self._before = np.zeros(0, dtype=np.uint32)
 
@@ -194,7 +197,9 @@ class SetTally:
         return self._totals[number]
 
     def watch_of(self, number: int) -> Watch:
-        """Return the function that counts each batch of a set while its rocks fly."""
+        """Return the function that counts each batch of a set while its rocks fly; call it before they fly."""
+        if self._barriers is not None:
+            self._barriers.begin(number)
         return self._tallies if self._displaced is None else self._displaced.watch_of(number, self._tallies)
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
@@ -217,20 +222,29 @@ class SetTally:
         order = self._tallies.squares.slots.cell
         reached = [(np.flatnonzero(counts), counts) for counts in self._cells]
         zones = self._zones.counts()
+        rocks = np.array([float(totals.rocks) for totals in self._totals])
         return SetFigures(
             sets=self._sets,
-            rocks=np.array([float(totals.rocks) for totals in self._totals]),
+            rocks=rocks,
             outcomes=tuple(totals.outcomes for totals in self._totals),
             zones=zones,
             areas=self._areas.counts(),
             percentiles={name: self._percentiles(name) for name in SAMPLES},
             cells=tuple((order[slots].astype(np.int64), counts[slots]) for slots, counts in reached),
             displaced=None if self._displaced is None else self._displaced.figures(zones),
+            barriers=() if self._barriers is None else self._barriers.bands(rocks),
         )
 
     def _percentiles(self, name: str) -> FloatArray:
         """Return the percentiles (S, P) of a distribution, NaN for a set without values."""
         return percentiles_of([getattr(totals, name) for totals in self._totals])
+
+
+def _barrier_sets(tally: Any, sets: int) -> Any:
+    """Return the empty counts of sets at barriers; tally : `hazard.barriers.BarrierTally` of the run."""
+    from rpf3d_core.hazard.set_barriers import BarrierSets  # imported only for scenes with barriers
+
+    return BarrierSets(tally, sets)
 
 
 def _sum(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:

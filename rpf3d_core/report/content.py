@@ -3,11 +3,11 @@
 import io
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from rpf3d_core.hazard.benches import in_percent
+from rpf3d_core.report.barriers_part import barriers_part
 from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.inputs_part import inputs_part
 from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
@@ -19,7 +19,6 @@ from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
     figure_cells,
-    given,
     height,
     interval,
     kilojoules,
@@ -141,6 +140,8 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     if rest < 1.0:
         yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
                "stopping farther than every distance.")  # fmt: skip
+    for note in run.inputs.get("notes", ()):
+        yield f"{note[:1].upper()}{note[1:]}."
 
 
 def _as_sentence(warning: str) -> str:
@@ -275,8 +276,7 @@ def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iter
     else:
         yield from _fence_tables(run, places, segments)
     if run.summary.get("barriers"):
-        yield Heading("Barriers of the scene", 3)
-        yield _barriers(run.summary["barriers"])
+        yield from barriers_part(run.summary["barriers"])
 
 
 def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Block]:
@@ -295,19 +295,3 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -
                f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
     if run.moves is not None:
         yield Text(HEIGHTS_LEAVE_OUT, quiet=True)
-
-
-def _barriers(barriers: dict[str, Any]) -> Table:
-    """Return the table of the barriers of the scene."""
-    rows = []
-    for name, found in barriers.items():
-        energy, over = found["first_energy_j"], found["first_height_over_ground_m"]
-        rows.append([
-            name, f"{given(found['height_m'])} m", kilojoules(found["capacity_j"]), f"{found['came']:,}",
-            share(found["caught"]["share"]), share_interval(found["caught"]["interval_95"]),
-            kilojoules(energy["p95"]), interval(energy["p95_interval_95"], kilojoules), height(over["p95"]),
-            interval(over["p95_interval_95"], height),
-        ])  # fmt: skip
-    header = ("barrier", "height", "capacity", "came", "caught", "95 % sampling", "p95 energy", "95 % sampling",
-              "p95 height", "95 % sampling")  # fmt: skip
-    return Table(header, rows)

@@ -31,4 +31,4 @@ def write_hazard(folder: Path, terrain: Terrain, maps: HazardMaps, spec: HazardS
     if maps.barriers:
         from rpf3d_core.results.hazard_files.barriers_report import write_barriers
 
-        write_barriers(folder / "barriers.csv", maps.barriers)
+        write_barriers(folder / "barriers.csv", maps)

@@ -16,6 +16,14 @@ def warnings_of_run(run: Run) -> list[str]:
         *run.faults.remarks,
         *warnings_of(run.scene),
         *warnings_of_speed(totals.max_speed.high),
-        *zones_without_cells(run.maps, run.scene.hazard),
         *([words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []),
+        *notes_of_run(run),
     ]
+
+
+def notes_of_run(run: Run) -> list[str]:
+    """Return the last of the warnings about a run: those that concern files alone, such as hazard zones without cells.
+
+    A report states them after everything that weakens its figures.
+    """
+    return zones_without_cells(run.terrain, run.maps, run.scene.hazard)

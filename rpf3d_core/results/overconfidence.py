@@ -7,6 +7,7 @@ import numpy as np
 from rpf3d_core.hazard.benches import AREA, bench_table
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.findings import Run
+from rpf3d_core.unknowns.predictive import ENOUGH
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20
@@ -38,10 +39,16 @@ MISFIT_HELD = (
 MISFIT_LEFT_OUT = "the misfit of the model, a distance that says nothing about this number"
 """What summary.json says at a predictive interval that does not hold the misfit."""
 
+MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barriers are not displaced by it"
+"""What summary.json says of the predictive intervals of a barrier, which do not hold the misfit."""
+
 
 def surer_than_it_may_be(run: Run) -> list[str]:
     """Return sentences on what makes the answer of a run look surer than it is; none if nothing does."""
-    return [*_of_the_ground(run), *_of_paths(run), *_of_releases(run), *_of_cells(run), *_of_energies(run)]
+    return [
+        *_of_the_ground(run), *_of_barriers(run), *_of_paths(run), *_of_releases(run), *_of_cells(run),
+        *_of_energies(run),
+    ]  # fmt: skip
 
 
 def _of_the_ground(run: Run) -> Iterator[str]:
@@ -64,7 +71,7 @@ def _of_the_ground(run: Run) -> Iterator[str]:
     if run.scene.has_unknowns and spec is not None and spec.misfit is not None and spec.misfit >= NOTABLE:
         yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
                "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability hold "
-               "this misfit; those of speed, height and outcomes do not")  # fmt: skip
+               "this misfit; those of speed, height, outcomes and barriers do not")  # fmt: skip
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
         yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals hold less "
                f"than 95 %; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
@@ -92,6 +99,22 @@ def _counted_as_known(run: Run) -> list[str]:
     from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
 
     return counted_as_known(run.scene, run.terrain.zones)
+
+
+def _of_barriers(run: Run) -> Iterator[str]:
+    """Yield a sentence on barriers whose figures have no predictive interval although the scene has unknowns."""
+    sets = run.maps.sets
+    if sets is None:
+        return
+    came = [(one.name, band) for one, band in zip(run.maps.barriers, sets.barriers, strict=True) if one.came]
+    without_shares = [name for name, band in came if np.isnan(band["caught"]).any()]
+    without_p95 = [name for name, band in came if np.isnan([*band["energy"], *band["height"]]).any()]
+    for names, what, rocks in (
+        (without_shares, "shares", "a rock"), (without_p95, "p95 energies and heights", f"{FEWEST_ROCKS} rocks")
+    ):  # fmt: skip
+        if names:
+            yield (f"intervals of {what} at {_named(names)} (barrier) hold the number of rocks only, not what is not "
+                   f"known about the ground: fewer than {ENOUGH} parameter sets sent {rocks} there")  # fmt: skip
 
 
 def _of_paths(run: Run) -> Iterator[str]:

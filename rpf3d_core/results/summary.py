@@ -23,7 +23,7 @@ from rpf3d_core.results.findings import Run, sentence_of
 from rpf3d_core.results.hazard_files.zones_geojson import zones_section
 from rpf3d_core.results.observed import compare
 from rpf3d_core.results.orientations import blocks_of
-from rpf3d_core.results.overconfidence import MISFIT_HELD, MISFIT_LEFT_OUT
+from rpf3d_core.results.overconfidence import MISFIT_HELD, MISFIT_LEFT_OUT, MISFIT_LEFT_OUT_AT_BARRIERS
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import releases_digest, scene_digest
 from rpf3d_core.scene.zone_materials import without_friction
@@ -71,9 +71,9 @@ def summary(findings: Run) -> dict[str, Any]:
         },
     }
     if findings.maps.barriers:
-        from rpf3d_core.results.hazard_files.barriers_report import MEANING, barriers_section
+        from rpf3d_core.results.hazard_files.barriers_report import MEANING
 
-        facts["barriers"], facts["barriers_count"] = barriers_section(findings.maps.barriers), MEANING
+        facts["barriers"], facts["barriers_count"] = _barriers(findings.maps), MEANING
     if scene.areas_of_interest:
         facts["areas_reached_by"] = REACHED_BY
     if findings.steps:
@@ -175,6 +175,15 @@ def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
 def _left_out(figures: Any, name: str) -> dict[str, str]:
     """Return what the predictive interval of a figure leaves out; empty if it holds the misfit or none is stated."""
     return {} if figures.displaced is None or figures.is_displaced(name) else {"leaves_out": MISFIT_LEFT_OUT}
+
+
+def _barriers(maps: HazardMaps) -> dict[str, Any]:
+    """Return the section on barriers; with a misfit, each barrier says that predictive intervals leave it out."""
+    from rpf3d_core.results.hazard_files.barriers_report import barriers_section
+
+    has_misfit = maps.sets is not None and maps.sets.displaced is not None
+    left_out = {"leaves_out": MISFIT_LEFT_OUT_AT_BARRIERS} if has_misfit else {}
+    return {name: {**found, **left_out} for name, found in barriers_section(maps).items()}
 
 
 def _unknowns(findings: Run) -> dict[str, Any]:

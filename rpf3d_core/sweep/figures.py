@@ -84,13 +84,15 @@ def _of_benches(run: Run) -> Iterator[Figure]:
 
 def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
     """Yield, for each barrier, the share of rocks that came, the share caught of these, p95 energy and p95 height."""
-    for name, facts in barriers_section(maps.barriers or ()).items():
-        shares = ((REACHED, share_of(facts["came"], rocks)), (RETAINED, facts["caught"]))
+    for name, facts in barriers_section(maps).items():
+        shares = ((REACHED, facts.get("reached", share_of(facts["came"], rocks))), (RETAINED, facts["caught"]))
         for result, share in shares:
-            yield _figure((result, BARRIER, name, "-"), share["share"], None, share["interval_95"])
+            sampling = share.get("sampling", share["interval_95"])
+            yield _figure((result, BARRIER, name, "-"), share["share"], share.get("predictive"), sampling)
         for result, unit, key in ((ENERGY, "J", "first_energy_j"), (HEIGHT, "m", "first_height_over_ground_m")):
             section: Mapping[str, Any] = facts[key]
-            yield _figure((result, BARRIER, name, unit), section.get(f"p{P95}"), None, section["p95_interval_95"])
+            intervals = (section.get("p95_predictive"), section["p95_interval_95"])
+            yield _figure((result, BARRIER, name, unit), section.get(f"p{P95}"), *intervals)
 
 
 def _figure(what: tuple[str, str, str, str], value: Any, predictive: Any, sampling: Any) -> Figure:

@@ -13,9 +13,11 @@ from rpf3d_core.sweep.tables import (
     CSV_COLUMNS,
     RUN_HEADER,
     RUN_RESULTS,
+    SAMPLING_ONLY,
     Place,
     csv_rows,
     figure_of,
+    have_unknowns,
     place_name,
     places_that_hold,
 )
@@ -71,7 +73,13 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
     for title, (result, scale) in zip(RUN_HEADER, RUN_RESULTS, strict=True):
         curves = _curves(varied, cells, records, (result, ("", "")), scale)
         panels.append(Panel(title=title.partition(" (")[0], axis=title, curves=curves))
-    return panels
+    return [_marked(panel) for panel in panels] if have_unknowns(cells) else panels
+
+
+def _marked(panel: Panel) -> Panel:
+    """Return a panel of a sweep with unknowns; its title says so if an interval leaves the unknowns out."""
+    predictive = all(curve.is_predictive for curve in panel.curves)
+    return panel if predictive else panel._replace(title=f"{panel.title} ({SAMPLING_ONLY})")
 
 
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:

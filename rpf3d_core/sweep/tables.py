@@ -3,7 +3,15 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from rpf3d_core.hazard.benches import AREA, SHORT, ZONE, in_percent, interval_in_percent, three_figures
+from rpf3d_core.hazard.benches import (
+    AREA,
+    SHORT,
+    UNKNOWN_END,
+    ZONE,
+    in_percent,
+    interval_in_percent,
+    three_figures,
+)
 from rpf3d_core.sweep.cells import Cell, are_alike, value_text
 from rpf3d_core.sweep.figures import (
     BARRIER,
@@ -34,7 +42,6 @@ PREDICTIVE_NOTE = (
 SAMPLING_NOTE = "the 95 % sampling interval of the number of rocks"
 SAMPLING_ONLY = "sampling only"
 """Stands before a sampling interval if a cell has unknowns, because the interval does not hold them."""
-UNKNOWN_END = "?"
 
 Place = tuple[str, str]
 """Kind and name of a place."""

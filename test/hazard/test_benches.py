@@ -19,6 +19,7 @@ from rpf3d_core.hazard.benches import (
     left_out,
     text_rows,
     three_figures,
+    with_predictive,
 )
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 
@@ -134,6 +135,28 @@ def test_shares_of_any_number_of_rocks_leave_room_for_a_name_in_80_columns(flown
         row = text_rows([bench("bench_12", round(part * flown), flown)._replace(energy_p95=2.46e6)])[0]
         assert sum(map(len, row)) + 2 * len(row) <= 80
         assert row[1].startswith(f"{100 * part:.1f} % (")
+
+
+@pytest.mark.parametrize(
+    ("predictive", "sampling", "text"),
+    [
+        ([None, None], [443e3, 778e3], "496 (not known; 443-778)"),
+        ([239e3, 795e3], [443e3, None], "496 (239-795; 443-?)"),
+        ([None, None], [None, None], "496 (not known; not known)"),
+        (None, None, "496"),
+    ],
+)
+def test_over_parameter_sets_a_p95_energy_is_never_bare(predictive, sampling, text):
+    row = bench("a", 1)._replace(energy_p95=496e3, energy_predictive=predictive, energy_sampling=sampling)
+    assert text_rows([row])[0][-1] == text
+
+
+def test_a_share_without_a_predictive_interval_over_parameter_sets_says_so():
+    share = with_predictive({"rocks": 5, "share": 0.5, "interval_95": [0.24, 0.76]}, float("nan"), float("nan"))
+    row = text_rows([bench("a", 1)._replace(retained=share)])[0]
+    assert row[3] == "50.0 % (not known; 24-76)"
+    known = with_predictive(share, 0.1, 0.9)
+    assert text_rows([bench("a", 1)._replace(retained=known)])[0][3] == "50.0 % (10-90; 24-76)"
 
 
 def test_figures_are_three_and_without_exponent():

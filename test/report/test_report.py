@@ -95,6 +95,15 @@ def test_warnings_of_the_run_are_in_the_report(unknown_ground, tmp_path) -> None
     assert any("A rock reaches 900 m/s." in block.sentences for block in blocks if isinstance(block, Warnings))
 
 
+def test_notes_that_concern_files_only_stand_after_all_warnings(unknown_ground, tmp_path) -> None:
+    folder = shutil.copytree(unknown_ground, tmp_path / "run")
+    inputs = json.loads((folder / "inputs.json").read_text())
+    assert not set(inputs["notes"]) & set(inputs["warnings"])
+    (folder / "inputs.json").write_text(json.dumps(inputs | {"warnings": ["a rock"], "notes": ["no cell of 1 m"]}))
+    warnings = next(block for block in report_blocks(read_run(folder), "site") if isinstance(block, Warnings))
+    assert warnings.sentences[-1] == "No cell of 1 m." and len(warnings.sentences) > 2
+
+
 def test_an_interrupted_run_says_so_first(unknown_ground, tmp_path) -> None:
     folder = shutil.copytree(unknown_ground, tmp_path / "run")
     summary = json.loads((folder / "summary.json").read_text())
@@ -146,7 +155,7 @@ def test_the_answer_names_every_area_and_the_worst_zones(known_ground) -> None:
 
 def test_a_run_without_warnings_has_no_box_of_warnings(unknown_ground) -> None:
     run = read_run(unknown_ground)
-    run.inputs.update(warnings=[], surer_than_it_may_be=[])
+    run.inputs.update(warnings=[], notes=[], surer_than_it_may_be=[])
     run = run._replace(ends=run.ends._replace(at_rest=np.ones(len(run.ends.key), dtype=bool)))
     assert len(beyond_toe(run).rows) == len(run.ends.key), "no rock is without a toe"
     assert [block for block in report_blocks(run, "site") if isinstance(block, Warnings)] == []

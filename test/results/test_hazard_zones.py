@@ -11,7 +11,12 @@ from shapely.geometry import shape
 
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.hazard.maps import HazardMaps, Raster
-from rpf3d_core.results.hazard_files.zones_geojson import hazard_zones, write_hazard_zones
+from rpf3d_core.results.hazard_files.zones_geojson import (
+    CELLS_SAY,
+    hazard_zones,
+    write_hazard_zones,
+    zones_without_cells,
+)
 from rpf3d_core.scene.hazard import HazardSpec
 from rpf3d_core.terrain.zones import covered, in_plan
 
@@ -108,3 +113,19 @@ def test_cells_whose_class_rests_on_their_largest_energy_are_counted(tmp_path):
     features = zones_of(tmp_path, floor(), maps)["features"]
     told = sum(feature["properties"]["cells_by_largest_energy"] for feature in features)
     assert told == sum(zone.guessed for zone in hazard_zones(maps, SPEC)) > 0
+
+
+def test_a_level_that_no_cell_reaches_says_nothing_about_areas_and_names_their_shares():
+    terrain = floor()
+    points = lines_of_rocks(terrain)
+    x, never = points.plan[:, 0], HazardSpec(reach_levels=(1.0,))
+    areas = [("west", x <= 5.0), ("nowhere", x > 1e6), ("east", x > 5.0), ("all", x > -1e6), ("none", x > 1e6)]
+    (note,) = zones_without_cells(terrain, maps_of(terrain, points, CELL), never)
+    assert note.startswith("no cell of ") and note.endswith(CELLS_SAY), "a scene without areas"
+    (note,) = zones_without_cells(terrain, maps_of(terrain, points, CELL, areas), never)
+    named = note.partition(f"{CELLS_SAY}: ")[2].split(", ")
+    shares = [float(words.partition(" % (")[0]) for words in named[:3]]
+    assert shares == sorted(shares, reverse=True) and shares[0] == 100.0
+    assert {words.rpartition(" ")[2] for words in named[:3]} == {"west", "east", "all"}
+    assert named[3] == "2 more areas are in benches.csv"
+    assert zones_without_cells(terrain, maps_of(terrain, points, CELL, areas), HazardSpec(reach_levels=(1e-6,))) == []

@@ -26,19 +26,37 @@ def rows_of(found: Sweep, place: str) -> list[tuple[str, ...]]:
     return [row for row in share_rows(found.cells, found.records) if row[1] == place]
 
 
-def test_a_fence_in_a_scene_with_unknowns_is_not_under_the_predictive_note(folder: Path) -> None:
-    scene = written(folder, (UNKNOWN + FENCE).replace("rocks: 60", "rocks: 640").replace("height: 1,", "height: 9,"))
+FAR_FENCE = FENCE.replace("[[14, -40], [14, 40]]", "[[20, -40], [20, 40]]").replace("5000", "0")
+"""A fence that holds nothing, to which few parameter sets send a rock."""
+
+
+def test_a_fence_that_few_sets_reach_is_not_under_the_predictive_note(folder: Path) -> None:
+    scene = written(
+        folder, (UNKNOWN + FAR_FENCE).replace("rocks: 60", "rocks: 640").replace("height: 1,", "height: 9,")
+    )
     found = sweep(scene, {BERM: (4,)}, folder / "out", Here())
     note = notes_of(found.cells, found.records)[0]
     assert "predictive interval" in note
     assert "`sampling only`: the 95 % sampling interval of the number of rocks, which leaves the unknowns out" in note
     ((_, _, reached, retained),) = rows_of(found, "fence (barrier)")
-    for text in (reached, retained):
-        assert re.fullmatch(r"[\d.]+ % \(sampling only [\d.]+-[\d.]+\)", text)
+    assert BOTH.fullmatch(reached), "every set may send a rock"
+    assert re.fullmatch(r"[\d.]+ % \(sampling only [\d.]+-[\d.]+\)", retained)
     ((_, _, *shares),) = rows_of(found, "berm_1")
     assert all(BOTH.fullmatch(text) for text in shares)
     ((_, *percentiles),) = run_rows(found.cells, found.records)
     assert all(BOTH.fullmatch(text) for text in percentiles)
+    panels = {
+        panel.title: panel.curves[0].is_predictive for panel in panels_of(found.varied, found.cells, found.records)
+    }
+    assert panels["retained by fence (barrier) (sampling only)"] is False
+    assert panels["runout p95"] is True
+
+
+def test_a_fence_that_all_sets_reach_has_both_intervals(folder: Path) -> None:
+    scene = written(folder, (UNKNOWN + FENCE).replace("rocks: 60", "rocks: 640").replace("height: 1,", "height: 9,"))
+    found = sweep(scene, {BERM: (4,)}, folder / "out", Here())
+    ((_, _, reached, retained),) = rows_of(found, "fence (barrier)")
+    assert BOTH.fullmatch(reached) and BOTH.fullmatch(retained)
 
 
 def test_the_note_names_only_intervals_that_stand_in_the_tables(folder: Path) -> None:

@@ -1,13 +1,15 @@
-"""Report what rocks did at barriers (caught, broken through, flown over): summary.json, barriers.csv, screen."""
+"""Report what rocks did at barriers (caught, broken through, flown over): summary.json and barriers.csv."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.hazard.barriers import BarrierFigures
-from rpf3d_core.hazard.benches import three_figures
+from rpf3d_core.hazard.benches import with_predictive
+from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.hazard_files.benches_csv import share_columns, write_csv
 
 FIRST = ("first_caught", "first_broken_through", "first_flown_over")
@@ -29,14 +31,14 @@ Shares are of the rocks that reached the barrier; `low` and `high` are the ends 
 and the interval of p95.
 """
 
-TEXT_HEADER = (
-    "barrier", "came", "first caught", "first broken", "first over", "caught in the end", "p95 (kJ)", "p95 (m)",
-)  # fmt: skip
-"""Header of the table of barriers on the screen; `text_rows` returns its rows."""
-TEXT_NOTE = (
-    "rocks that came to each barrier, by what they did when they first came; p95 of their energies then, and of how "
-    "high over the ground they crossed it"
-)
+OF_SETS = [
+    *(f"{what}_predictive_{end}" for what in ("came", *ROCKS, "first_energy_j_p95", "first_height_over_ground_m_p95")
+      for end in ("low", "high")),
+]  # fmt: skip
+"""Further columns of a run over parameter sets: predictive intervals, empty where they are not known.
+
+That of `came` is of the share of all rocks.
+"""
 MEANING = (
     "first_caught, first_broken_through and first_flown_over: each rock that came counts once, by its first arrival; "
     "caught: rocks that the barrier caught in the end, also of those that had passed it before; events: how often each "
@@ -45,36 +47,52 @@ MEANING = (
 )
 
 
-def barriers_section(barriers: Sequence[BarrierFigures]) -> dict[str, Any]:
-    """Return the section of summary.json on barriers: for each name counts, shares, energies (J) and heights (m)."""
-    return {figures.name: _facts(figures) for figures in barriers}
+def barriers_section(maps: HazardMaps) -> dict[str, Any]:
+    """Return the section of summary.json on barriers: for each name counts, shares, energies (J) and heights (m).
+
+    Over parameter sets, shares and p95 have both intervals, and `reached` is the share of all rocks that came.
+    """
+    return {figures.name: _facts(figures, maps.flown, band) for figures, band in zip(*_banded(maps), strict=True)}
 
 
-def write_barriers(path: Path, barriers: Sequence[BarrierFigures]) -> None:
+def write_barriers(path: Path, maps: HazardMaps) -> None:
     """Write barriers.csv, with a line for each barrier; unknown values are left empty.
 
     A value is unknown if no rock reached the barrier.
     """
-    write_csv(path, HEADER, map(_line, barriers))
+    header = HEADER if maps.sets is None else [*HEADER, *OF_SETS]
+    write_csv(path, header, (_line(figures, band) for figures, band in zip(*_banded(maps), strict=True)))
 
 
-def text_rows(barriers: Sequence[BarrierFigures]) -> list[tuple[str, ...]]:
-    """Return the rows of the table of barriers on the screen, in the scene's order."""
-    return [_text_row(figures) for figures in barriers]
+def _banded(maps: HazardMaps) -> tuple[tuple[BarrierFigures, ...], tuple[Any, ...]]:
+    """Return the figures of all barriers, and their predictive intervals; None for each without parameter sets."""
+    return maps.barriers, (None,) * len(maps.barriers) if maps.sets is None else maps.sets.barriers
 
 
-def _facts(figures: BarrierFigures) -> dict[str, Any]:
+def _facts(figures: BarrierFigures, flown: int, band: Mapping[str, tuple[float, float]] | None) -> dict[str, Any]:
     counted = figures.counted
+    shares = {did: share_of(getattr(figures, did), figures.came) for did in ROCKS}
+    designs = {"first_energy_j": _distribution(counted.energy),
+               "first_height_over_ground_m": _distribution(counted.height)}  # fmt: skip
+    if band is not None:
+        shares = {did: with_predictive(share, *band[did]) for did, share in shares.items()}
+        shares["reached"] = with_predictive(share_of(figures.came, flown), *band["came"])
+        for design, name in zip(designs.values(), ("energy", "height"), strict=True):
+            design["p95_predictive"] = _known(band[name])
     return {
         "height_m": figures.height,
         "capacity_j": figures.capacity,
         "came": figures.came,
-        **{did: share_of(getattr(figures, did), figures.came) for did in ROCKS},
+        **shares,
         **{did: getattr(figures, did) for did in EVENTS},
-        "first_energy_j": _distribution(counted.energy),
-        "first_height_over_ground_m": _distribution(counted.height),
+        **designs,
         "first_over_panel_m": _distribution(counted.over),
     }
+
+
+def _known(ends: tuple[float, float]) -> list[float | None]:
+    """Return the ends of an interval, None for an end that is not known."""
+    return [None if math.isnan(end) else end for end in ends]
 
 
 def _distribution(sample: Sample) -> dict[str, Any]:
@@ -85,22 +103,15 @@ def _distribution(sample: Sample) -> dict[str, Any]:
     return {**sample.summary(PERCENTILES), "p95_interval_95": list(sample.interval(P95))}
 
 
-def _line(figures: BarrierFigures) -> list[Any]:
-    facts = _facts(figures)
+def _line(figures: BarrierFigures, band: Mapping[str, tuple[float, float]] | None) -> list[Any]:
+    facts = _facts(figures, 0, None)  # without parameter sets, so that low and high are sampling intervals
     shares = [value for did in ROCKS for value in share_columns(facts[did])]
     designs = [facts["first_energy_j"], facts["first_height_over_ground_m"]]
+    predictive = [] if band is None else [
+        end for name in ("came", *ROCKS, "energy", "height") for end in _known(band[name])
+    ]  # fmt: skip
     return [
         figures.name, figures.height, figures.capacity, figures.came, *shares, *(facts[did] for did in EVENTS),
         *(value for one in designs for value in (one["p95"], *one["p95_interval_95"], one["max"])),
-        facts["first_over_panel_m"]["max"],
+        facts["first_over_panel_m"]["max"], *predictive,
     ]  # fmt: skip
-
-
-def _text_row(figures: BarrierFigures) -> tuple[str, ...]:
-    facts = _facts(figures)
-    energy, height = facts["first_energy_j"]["p95"], facts["first_height_over_ground_m"]["p95"]
-    counts = (figures.came, *(getattr(figures, did) for did in ROCKS))
-    return (
-        figures.name, *(f"{count:,}" for count in counts),
-        "-" if energy is None else three_figures(energy / 1000.0), "-" if height is None else three_figures(height),
-    )  # fmt: skip

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rpf3d_core.formats.reference_system import reference_system
+from rpf3d_core.hazard.benches import AREA, bench_table, share_text
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.zones import UPPER, Zone, matrix_zones, reach_zones, upper_zones
 from rpf3d_core.results.hazard_files.geotiffs import transform_of, upright
@@ -29,6 +30,11 @@ if TYPE_CHECKING:  # rasterio takes a tenth of a second to import; the second pr
 
 CELLS_THAT_TOUCH = 4
 """Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
+
+CELLS_SAY = "The share of a cell shrinks with the cell, so this says nothing about how many rocks reach an area"
+"""Sentence on what zones without cells do not say."""
+MOST_AREAS = 3
+"""Largest number of areas of interest that a sentence names."""
 
 
 def write_hazard_zones(
@@ -70,7 +76,7 @@ def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
     return [*reach, *([] if matrix is None else matrix_zones(maps, matrix))]
 
 
-def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
+def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) -> list[str]:
     """Return sentences for the user on requested hazard zones without cells, which zones.geojson leaves out."""
     missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any() and zone.kind != UPPER]
     levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
@@ -79,13 +85,22 @@ def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
     if levels:
         sentences.append(
             f"no cell of {maps.raster.cell:g} m is reached by {' or '.join(levels)} of the rocks: zones.geojson has no "
-            "such zone"
+            f"such zone. {_of_areas(terrain, maps)}"
         )
     if classes:
         sentences.append(
             f"no cell of {maps.raster.cell:g} m is of the class {' or '.join(classes)}: zones.geojson has no such zone"
         )
     return sentences
+
+
+def _of_areas(terrain: Terrain, maps: HazardMaps) -> str:
+    """Return what zones without cells do not say: small cells hide how many rocks reach an area."""
+    areas = [bench for bench in bench_table(terrain, maps) if bench.kind == AREA]
+    areas.sort(key=lambda bench: -bench.reached["rocks"])
+    named = [f"{share_text(bench.reached)} reach {bench.name}" for bench in areas[:MOST_AREAS]]
+    more = [f"{len(areas) - MOST_AREAS} more areas are in benches.csv"] if len(areas) > MOST_AREAS else []
+    return f"{CELLS_SAY}{': ' if named else ''}{', '.join([*named, *more])}"
 
 
 def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:

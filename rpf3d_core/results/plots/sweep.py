@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.results.plots.style import save
 from rpf3d_core.results.series import Curve, Panel
 
@@ -16,7 +17,11 @@ COLUMNS = 3
 """Number of panels side by side."""
 COLOURS = ("#1f4e9c", "#c8501e", "#2e7d32", "#7b3fa0", "#9a7b00", "#00838f", "#ad1457", "#555555")
 MARKERS = "osD^vP*X"
-BAND = {True: "95 % predictive interval, unknowns included", False: "95 % sampling interval of the number of rocks"}
+INTERVAL = {True: "95 % predictive interval, unknowns included", False: "95 % sampling interval of the number of rocks"}
+DRAWN = {True: "bands", False: "bars"}
+"""How intervals are drawn, by `Curve.is_predictive`: a bar does not look like a band that holds more."""
+CAP, BROAD = 6.0, 9.0
+"""Width (points) of the ends of a bar, and of the band of a single point."""
 
 
 def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> None:
@@ -29,7 +34,7 @@ def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> N
         _draw(axes, panel, at, key)
     for axes in places[len(panels) :]:
         axes.set_axis_off()
-    figure.suptitle(f"{title}; bands: {_bands(panels)}", x=0.01, ha="left", fontsize=11)
+    figure.suptitle(f"{title}; {_bands(panels)}", x=0.01, ha="left", fontsize=11)
     if any(curve.name for panel in panels for curve in panel.curves):
         handles, names = places[len(panels) - 1].get_legend_handles_labels()
         figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=9)
@@ -37,11 +42,10 @@ def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> N
 
 
 def _bands(panels: Sequence[Panel]) -> str:
-    """Return what the bands of all panels hold, in words."""
+    """Return what the bands and bars of all panels hold, in words."""
     kinds = {curve.is_predictive for panel in panels for curve in panel.curves if curve.values}
-    if len(kinds) == 2:
-        return f"{BAND[True]}; dotted lines: {BAND[False]}"
-    return BAND[kinds.pop()] if kinds else "none"
+    words = [f"{DRAWN[kind]}: {INTERVAL[kind]}" for kind in (True, False) if kind in kinds]
+    return "; ".join(words) or "no intervals"
 
 
 def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
@@ -70,7 +74,7 @@ def _draw(axes: Axes, panel: Panel, at: dict[str, float], key: str) -> None:
 
 
 def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> None:
-    """Draw a curve with its band; the ends of a band of a single point are a bar."""
+    """Draw a curve with its interval: a band if it is predictive, a bar at each point if it is of sampling only."""
     colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
     order = sorted(range(len(curve.at)), key=lambda k: at[str(curve.at[k])])
     x = np.array([at[str(curve.at[k])] for k in order])
@@ -79,12 +83,21 @@ def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> 
         for each in (curve.values, curve.low, curve.high)
     )
     axes.plot(x, y, color=colour, marker=marker, markersize=5, linewidth=1.4, label=curve.name)
-    axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
-    style = "-" if curve.is_predictive else ":"
-    for end in (low, high):
-        axes.plot(x, end, color=colour, linewidth=0.7, linestyle=style, alpha=0.7)
-    if len(x) == 1:
+    if curve.is_predictive:
+        _draw_band(axes, x, low, high, colour)
+    else:
         axes.vlines(x, low, high, color=colour, linewidth=1.0)
+        for end in (low, high):
+            axes.plot(x, end, color=colour, linestyle="", marker="_", markersize=CAP)
+
+
+def _draw_band(axes: Axes, x: FloatArray, low: FloatArray, high: FloatArray, colour: str) -> None:
+    """Draw the band of a curve between its lower and upper ends (P,); the band of a single point is a broad line."""
+    axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
+    for end in (low, high):
+        axes.plot(x, end, color=colour, linewidth=0.7, alpha=0.7)
+    if len(x) == 1:
+        axes.vlines(x, low, high, color=colour, linewidth=BROAD, alpha=0.25)
 
 
 def _is_number(text: str) -> bool:

@@ -1,0 +1,71 @@
+"""What each parameter set did at barriers, and the predictive intervals of shares, energies and heights that follow.
+
+The paths are those that flew: the error of the model displaces no path at a barrier.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.hazard.barrier_arrivals import HELD, OVER, THROUGH
+from rpf3d_core.hazard.barriers import AtBarrier, BarrierTally
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.unknowns.predictive import ENOUGH, Interval, predictive_shares, ranked_if_enough
+
+P95 = 95
+FIRST = {"first_caught": HELD, "first_broken_through": THROUGH, "first_flown_over": OVER}
+"""Names of the results of first arrivals, with their places in `AtBarrier.first`."""
+
+Bands = Mapping[str, tuple[float, float]]
+"""Predictive intervals at one barrier by figure; both ends are NaN if an interval is unknown.
+
+came : share of all rocks; those of FIRST, caught : shares of the rocks that came; energy, height : J, m, p95 of first
+arrivals
+"""
+
+
+class BarrierSets:
+    """The counts at B barriers, set by set: call `begin` before the rocks of a set fly."""
+
+    def __init__(self, tally: BarrierTally, sets: int) -> None:
+        self._tally = tally
+        self._counted = [tuple(AtBarrier() for _ in tally.names) for _ in range(sets)]
+
+    def begin(self, number: int) -> None:
+        """Count what flies from now on also for a set."""
+        self._tally.part = self._counted[number]
+
+    def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:
+        """Return the predictive intervals at each barrier: shares (-), J and m; rocks : (S,) flown with each set."""
+        return tuple(_bands(at, rocks) for at in zip(*self._counted, strict=True))
+
+
+def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
+    """Return the predictive intervals at a barrier, from what S sets did there and their rocks (S,)."""
+    came = np.array([float(each.first[1:].sum()) for each in at])
+    did = {name: np.array([float(each.first[place]) for each in at]) for name, place in FIRST.items()}
+    did["caught"] = np.array([float(each.held) for each in at])
+    p95 = {name: np.array([_p95(getattr(each, name)) for each in at]) for name in ("energy", "height")}
+    return {
+        "came": _share(came, rocks),
+        **{name: _share(count, came) for name, count in did.items()},
+        **{name: _ends(ranked_if_enough(values[:, None])) for name, values in p95.items()},
+    }
+
+
+def _share(counts: FloatArray, of: FloatArray) -> tuple[float, float]:
+    """Return the interval of a share, from counts (S,) out of (S,) rocks; NaN if fewer than ENOUGH sets have rocks."""
+    if (of > 0).sum() < ENOUGH:
+        return np.nan, np.nan
+    return _ends(predictive_shares(counts[:, None], of[:, None]))
+
+
+def _p95(sample: Sample) -> float:
+    """Return the 95th percentile of a quantity, NaN for fewer than 20 rocks."""
+    return sample.percentiles((P95,))[0] if sample.count >= FEWEST_ROCKS else np.nan
+
+
+def _ends(interval: Interval) -> tuple[float, float]:
+    return float(interval.low[0]), float(interval.high[0])

@@ -1,0 +1,57 @@
+"""The part of a report on the barriers of the scene: shares, then energies and heights, each with both intervals."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from rpf3d_core.report.blocks import Block, Heading, Table, Text
+from rpf3d_core.report.words import given, height, interval, kilojoules, share_cells
+
+BOTH = ("95 % predictive", "95 % sampling")
+SHARES = {
+    "caught": "caught in the end",
+    "first_broken_through": "first broken through",
+    "first_flown_over": "first flown over",
+}
+"""Shares of the rocks that came, by their names in summary.json."""
+NOTE = (
+    "Shares are of the rocks that came; energies and heights are those of the rocks when they first came. The largest "
+    "energy is that of the rocks flown: more rocks may have a larger one."
+)
+SAMPLING_ONLY = (
+    "A sampling interval holds the number of rocks only, not what is not known about the ground. Do not design with it "
+    "where the predictive interval is not known."
+)
+LEAVES_OUT = "Predictive intervals at barriers leave out the misfit of the model."
+
+
+def barriers_part(barriers: dict[str, Any]) -> Iterator[Block]:
+    """Yield the tables of what rocks did at the barriers of the scene.
+
+    barriers : the section of summary.json
+    """
+    yield Heading("Barriers of the scene", 3)
+    yield Table(("barrier", "came", "", "share", *BOTH), [
+        ["" if number else name, "" if number else f"{found['came']:,}", label, *share_cells(found[did])]
+        for name, found in barriers.items() for number, (did, label) in enumerate(SHARES.items())
+    ])  # fmt: skip
+    yield Table(("barrier", "p95 energy", *BOTH, "largest energy", "capacity"), [
+        [name, *_design(found["first_energy_j"], kilojoules), kilojoules(found["first_energy_j"]["max"]),
+         kilojoules(found["capacity_j"])]
+        for name, found in barriers.items()
+    ])  # fmt: skip
+    yield Table(("barrier", "p95 height", *BOTH, "height of the panel"), [
+        [name, *_design(found["first_height_over_ground_m"], height), f"{given(found['height_m'])} m"]
+        for name, found in barriers.items()
+    ])  # fmt: skip
+    yield Text(f"{NOTE} {SAMPLING_ONLY}", quiet=True)
+    if any("leaves_out" in found for found in barriers.values()):
+        yield Text(LEAVES_OUT, quiet=True)
+
+
+def _design(found: dict[str, Any], words: Any) -> list[str]:
+    """Return the p95 of a quantity at a barrier as three cells: value, predictive interval, sampling interval."""
+    return [
+        words(found["p95"]),
+        interval(found.get("p95_predictive"), words),
+        interval(found["p95_interval_95"], words),
+    ]

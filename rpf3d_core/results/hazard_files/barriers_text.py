@@ -1,0 +1,78 @@
+"""The table of barriers on the screen: a row for each figure of a barrier, with its intervals."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.hazard.benches import NOT_KNOWN, SHORT, UNKNOWN_END, in_percent, interval_in_percent, three_figures
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_section
+
+HEADER = ("barrier", "of first arrivals", "rocks", "value")
+PREDICTIVE, SAMPLING = "95 % predictive", "95 % sampling"
+"""Headers of the columns of intervals; PREDICTIVE only over parameter sets."""
+SHARES = ("first caught", "first broken", "first over", "caught in the end")
+"""Labels of the shares of `ROCKS` in the table."""
+NOTE = (
+    "came: share of all rocks; caught, broken, over: shares of the rocks that came; energies and heights of the rocks "
+    "when they first came"
+)
+"""Note under the table that explains its rows."""
+SAMPLING_NOTE = "sampling: holds the number of rocks only, not what is not known about the ground"
+"""Note under the table on what its sampling intervals leave open."""
+
+Ends = Sequence[float | None] | None
+
+
+def text_header(maps: HazardMaps) -> tuple[str, ...]:
+    """Return the header of the table, with predictive intervals over parameter sets."""
+    return (*HEADER, SAMPLING) if maps.sets is None else (*HEADER, PREDICTIVE, SAMPLING)
+
+
+def text_rows(maps: HazardMaps) -> list[tuple[str, ...]]:
+    """Return the rows of the table, with the columns of `text_header`, in the scene's order of barriers."""
+    rows = []
+    for name, facts in barriers_section(maps).items():
+        for number, (label, rocks, value, predictive, sampling) in enumerate(_rows(facts, maps.flown)):
+            intervals = (sampling,) if maps.sets is None else (predictive, sampling)
+            rows.append(("" if number else name, label, rocks, value, *intervals))
+    return rows
+
+
+def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, str, str]]:
+    """Yield label, rocks, value, predictive and sampling interval of each figure of a barrier."""
+    came = facts.get("reached", share_of(facts["came"], flown))
+    for label, share in zip(("came", *SHARES), (came, *(facts[did] for did in ROCKS)), strict=True):
+        value = "-" if share["share"] is None else f"{in_percent(share['share'], SHORT)} %"
+        sampling = share.get("sampling", share["interval_95"])
+        yield label, f"{share['rocks']:,}", value, _percent(share.get("predictive")), _percent(sampling)
+    yield _design("p95 energy (kJ)", facts["first_energy_j"], 1e-3)
+    # More rocks may have a larger energy, so the largest one has no interval.
+    largest, capacity = facts["first_energy_j"]["max"], facts["capacity_j"]
+    yield "largest energy (kJ)", "", _number(largest, 1e-3, "-"), NOT_KNOWN, NOT_KNOWN
+    yield "capacity (kJ)", "", _number(capacity, 1e-3, "-"), "", ""
+    yield _design("p95 height (m)", facts["first_height_over_ground_m"], 1.0)
+
+
+def _design(label: str, found: dict[str, Any], scale: float) -> tuple[str, str, str, str, str]:
+    """Return the row of the 95th percentile of a quantity; scale : from its unit to that of the label."""
+    intervals = (_interval(found.get("p95_predictive"), scale), _interval(found["p95_interval_95"], scale))
+    return label, f"{found['rocks']:,}", _number(found["p95"], scale, "-"), *intervals
+
+
+def _percent(ends: Ends) -> str:
+    """Return the interval of a share in per cent as text."""
+    if ends is None or ends[0] is None or ends[1] is None:
+        return NOT_KNOWN
+    return f"{interval_in_percent(ends[0], ends[1])} %"
+
+
+def _interval(ends: Ends, scale: float) -> str:
+    """Return an interval times a scale as text, with UNKNOWN_END for an end that is not known."""
+    if ends is None or all(end is None for end in ends):
+        return NOT_KNOWN
+    return "-".join(_number(end, scale, UNKNOWN_END) for end in ends)
+
+
+def _number(value: float | None, scale: float, unknown: str) -> str:
+    return unknown if value is None else three_figures(scale * value)

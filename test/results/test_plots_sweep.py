@@ -1,0 +1,34 @@
+"""The picture of a sweep draws an interval as a band only if it holds the unknowns of the scene."""
+
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from rpf3d_core.results.plots.sweep import INTERVAL, _bands, _draw
+from rpf3d_core.results.series import Curve, Panel
+
+
+def panel(is_predictive: bool, points: int = 3) -> Panel:
+    at = list(range(points))
+    curve = Curve(name="", at=at, values=[2.0] * points, low=[1.0] * points, high=[3.0] * points,
+                  is_predictive=is_predictive)  # fmt: skip
+    return Panel(title="retained", axis="share (%)", curves=[curve])
+
+
+def bands_and_bars(drawn: Panel) -> tuple[int, int]:
+    """Return how many shaded areas with an extent, and how many ends of bars, a panel draws."""
+    axes = Figure().subplots()
+    _draw(axes, drawn, {str(at): float(at) for at in drawn.curves[0].at}, "key")
+    shaded = [each for each in axes.collections if isinstance(each, PolyCollection)]
+    return len(shaded), sum(len(line.get_xdata()) for line in axes.lines if line.get_marker() == "_")
+
+
+def test_predictive_intervals_are_shaded_and_sampling_intervals_are_bars_at_each_point() -> None:
+    assert bands_and_bars(panel(True)) == (1, 0)
+    assert bands_and_bars(panel(False)) == (0, 6)
+    assert bands_and_bars(panel(True, points=1))[1] == 0, "the band of one point is no bar"
+
+
+def test_the_heading_names_what_is_drawn() -> None:
+    assert _bands([panel(True)]) == f"bands: {INTERVAL[True]}"
+    assert _bands([panel(False)]) == f"bars: {INTERVAL[False]}"
+    assert _bands([panel(False), panel(True)]) == f"bands: {INTERVAL[True]}; bars: {INTERVAL[False]}"
