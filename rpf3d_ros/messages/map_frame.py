@@ -70,8 +70,13 @@ class MapFrame:
             return moved
         raise MessageRefused(
             f"a point lies beyond {FARTHEST:.0e} m from the origin of frame '{self.name}', where markers and float32 "
-            f"clouds lose centimetres; publish coordinates less map_origin, or name survey_frame and set map_origin"
+            f"clouds lose centimetres; {self._remedy(frame_id)}"
         )
+
+    def _remedy(self, frame_id: str) -> str:
+        if self.knows(frame_id):
+            return "publish coordinates less map_origin, or name survey_frame and set map_origin"
+        return f"check the transform of frame '{frame_id}'"
 
     def directions(self, directions: FloatArray, frame_id: str) -> FloatArray:
         """Return directions or velocities (..., 3) of a message, converted from frame_id to the map frame.
@@ -95,7 +100,8 @@ class MapFrame:
         if self.knows(frame_id) or (self.other is not None and frame_id == self.other.source):
             return
         also = f" or '{self.survey}'" if self.survey else ""
-        raise MessageRefused(f"frame_id is '{frame_id}'; it must be '{self.name}'{also}: no other frame is transformed")
+        why = ": no other frame is transformed" if frame_id else ""
+        raise MessageRefused(f"frame_id is '{frame_id}'; it must be '{self.name}'{also}{why}")
 
 
 def rigid_transform(source: str, quaternion: Sequence[float], translation: Sequence[float]) -> RigidTransform:
