@@ -11,9 +11,13 @@ from rpf3d_core.alerts.time_units import NS
 from rpf3d_ros.messages.map_frame import MapFrame, rigid_transform
 from rpf3d_ros.messages.refusals import MessageRefused
 
-
 NEWEST = 0
 """The time (ns) that asks for the newest transform."""
+
+
+MESH_HAS_NO_STAMP = "a mesh has no stamp"
+AREAS_STAY = "an area stays where it was when it was received"
+"""Why the frame of a mesh and that of an area must be static."""
 
 
 class FoundTransform(NamedTuple):

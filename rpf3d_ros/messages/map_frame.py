@@ -21,6 +21,10 @@ UNIT_TOLERANCE = 1.0e-3
 """Largest deviation of a quaternion's length from 1: three decimals are enough."""
 
 
+LEVEL = 1.0 - 1.0e-4
+"""Smallest vertical part of the z axis of a frame that is not tilted: 0.8 degrees, up or down."""
+
+
 class RigidTransform(NamedTuple):
     """A transform from another frame into the map frame, float64.
 
@@ -91,6 +95,12 @@ class MapFrame:
     def knows(self, frame_id: str) -> bool:
         """True for the map frame and the survey frame, which need no transform of another frame."""
         return bool(frame_id) and frame_id in (self.name, self.survey)
+
+    def tilts(self, frame_id: str) -> bool:
+        """True if the transform of a frame tilts its z axis; an axis that points down is not tilted."""
+        if self.other is None or self.knows(frame_id):
+            return False
+        return bool(abs(self.other.rotation[2, 2]) < LEVEL)
 
     def check(self, frame_id: str) -> None:
         """Raise an error if a frame is neither the map frame nor the survey frame, and its transform is not given.

@@ -103,7 +103,7 @@ def test_without_a_time_only_a_static_transform_has_no_stamp(tf2, transforms):
 @pytest.mark.parametrize(("error", "reason"), [
     (RuntimeError("the core is corrupt"), "RuntimeError: the core is corrupt"), (ValueError(), "ValueError"),
 ])  # fmt: skip
-def test_any_other_error_of_a_lookup_is_a_reason_too_and_does_not_end_the_process(transforms, monkeypatch, error, reason):
+def test_any_other_error_of_a_lookup_is_a_reason_and_does_not_end_the_process(transforms, monkeypatch, error, reason):
     def fail(*arguments):
         raise error
 
@@ -113,7 +113,7 @@ def test_any_other_error_of_a_lookup_is_a_reason_too_and_does_not_end_the_proces
 
 def test_an_exception_of_tf2_without_a_message_is_named(tf2, transforms, monkeypatch):
     def fail(*arguments):
-        raise tf2.LookupException()
+        raise tf2.LookupException
 
     monkeypatch.setattr(transforms._buffer, "lookup_transform", fail)
     assert transforms.lookup("map", "radar", NOW) == "LookupException"

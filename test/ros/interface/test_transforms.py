@@ -70,7 +70,7 @@ def test_without_a_provider_another_frame_is_refused_as_ever():
 
 
 def test_a_message_without_a_frame_is_not_answered_with_a_sentence_on_transforms():
-    with pytest.raises(MessageRefused, match="frame_id is ''; it must be 'map' or 'utm'$"):
+    with pytest.raises(MessageRefused, match=r"frame_id is ''; it must be 'map' or 'utm'$"):
         InputFrames(MAP, Given(TO_NORTH), LONGEST).of("", NOW).check("")
 
 
@@ -167,6 +167,20 @@ def test_clicks_areas_and_machines_are_moved():
     (circle,) = rings_of_equipment(poses([(20.0, 0.0, 0.0)], NOW, "radar"), RADAR, 4.0)
     middle = 0.5 * (circle.min(axis=0) + circle.max(axis=0))
     assert np.abs(middle - (100.0, 220.0)).max() < 2.0 * ROUNDING
+
+
+def test_an_outline_without_heights_is_refused_in_a_tilted_frame_and_used_in_one_that_points_down():
+    corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 5.0)]
+    sine, cosine = np.sin(0.05), np.cos(0.05)
+    tilted = frame_of(FoundTransform((sine, 0.0, 0.0, cosine), (0.0, 0.0, 0.0), None))
+    with pytest.raises(MessageRefused, match="an outline without heights in a tilted frame has no place in plan"):
+        rings_of_polygon(polygon(corners, NOW, "radar"), tilted)
+    outline = polygon(corners, NOW, "radar")
+    outline.polygon.points[0].z = 1.0
+    assert rings_of_polygon(outline, tilted)
+    assert rings_of_polygon(polygon(corners, NOW, "map"), tilted)
+    down = frame_of(FoundTransform((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 30.0), None))
+    assert rings_of_polygon(polygon(corners, NOW, "radar"), down)
 
 
 def test_a_scanner_that_looks_down_gives_terrain_the_right_way_up_and_its_holes_stay():
