@@ -94,14 +94,14 @@ class Connection(NamedTuple):
 
 
 class MuteSensors:
-    """Finds topics of sources that have a publisher, and no message since the node subscribed to them.
+    """Finds topics of sources that have a publisher, and no accepted message since the node subscribed to them.
 
     longest_s : time (s) for which a publisher may be connected without a message; infinite for no limit
     """
 
     def __init__(self, topics: Iterable[WatchedTopic], longest_s: float) -> None:
         self._topics, self._longest = tuple(topics), longest_s
-        self._heard: set[str] = set()
+        self._understood: set[str] = set()
         self._connected: dict[str, Connection] = {}
 
     @property
@@ -109,9 +109,9 @@ class MuteSensors:
         """The names of the topics."""
         return tuple(topic.name for topic in self._topics)
 
-    def heard(self, topic: str) -> None:
-        """Note a message of a topic, accepted or refused: from then on, its age and its refusal are judged."""
-        self._heard.add(topic)
+    def understood(self, topic: str) -> None:
+        """Note an accepted message of a topic: from then on, its age is judged. A refused message does not count."""
+        self._understood.add(topic)
 
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
         """Return a fault for each topic that has had a publisher for too long without a message.
@@ -125,7 +125,7 @@ class MuteSensors:
         return [
             PublisherFinding(name, _mute(name, there[name], self._longest), True)
             for name, each in self._connected.items()
-            if name not in self._heard and each.last - each.since > self._longest
+            if name not in self._understood and each.last - each.since > self._longest
         ]
 
     def _note(self, name: str, is_there: bool, at: float) -> None:
@@ -173,5 +173,5 @@ def _mute(name: str, seen: Sequence[SeenPublisher], longest_s: float) -> str:
     nodes = ", ".join(sorted(each.node for each in seen)) or "gone now"
     return (
         f"{name} has had a publisher ({nodes}) for more than {longest_s:g} s, and no message of it has ever been "
-        f"received: check the sensor; one that sees nothing must publish empty messages"
+        f"understood: check the sensor; one that sees nothing must publish empty messages"
     )

@@ -9,11 +9,14 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.interface.transforms import FoundTransform
+from rpf3d_ros.interface.transforms import NEWEST, FoundTransform
 from rpf3d_ros.messages.stamps import nanoseconds
 
 LATEST = Time()
 """The time 0, for which tf2 gives the newest transform."""
+
+ANY_TIME = 1
+"""A time (ns) at which a static transform holds, and a dynamic one with the stamp 0 does not."""
 
 
 class TfTransforms:
@@ -35,18 +38,23 @@ class TfTransforms:
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
         """Return the transform at a time (ns) or the newest before it, or the reason of tf2 why there is none.
 
+        stamp_ns : NEWEST for the newest of all
+
         The newest transform of a chain without dynamic transforms has the stamp 0, and holds for all times. That of a
-        dynamic transform that was published with the stamp 0 has it too, but not for the time of the message.
+        dynamic transform that was published with the stamp 0 has it too, but does not hold for another time. Any error
+        is a reason, because an error that leaves a callback would end the process.
         """
         try:
             newest = self._buffer.lookup_transform(target, source, LATEST)
             newest_ns = nanoseconds(newest.header.stamp)
-            if 0 < newest_ns < stamp_ns:
+            if newest_ns > 0 and (stamp_ns == NEWEST or newest_ns < stamp_ns):
                 return _found(newest, newest_ns)
-            found = self._buffer.lookup_transform(target, source, Time(nanoseconds=stamp_ns))
+            found = self._buffer.lookup_transform(target, source, Time(nanoseconds=stamp_ns or ANY_TIME))
             return _found(found, stamp_ns if newest_ns > 0 else None)
         except self._refusals as refusal:
-            return str(refusal)
+            return str(refusal) or type(refusal).__name__
+        except Exception as error:
+            return f"{type(error).__name__}: {error}".removesuffix(": ")
 
     def clear(self) -> None:
         """Forget all transforms but static ones, because the clock went back."""

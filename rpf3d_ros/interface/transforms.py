@@ -11,6 +11,14 @@ from rpf3d_core.alerts.time_units import NS
 from rpf3d_ros.messages.map_frame import MapFrame, rigid_transform
 from rpf3d_ros.messages.refusals import MessageRefused
 
+NEWEST = 0
+"""The time (ns) that asks for the newest transform."""
+
+
+MESH_HAS_NO_STAMP = "a mesh has no stamp"
+AREAS_STAY = "an area stays where it was when it was received"
+"""Why the frame of a mesh and that of an area must be static."""
+
 
 class FoundTransform(NamedTuple):
     """A transform from one frame into another, as its provider gives it; its numbers are not checked.
@@ -30,7 +38,8 @@ class TransformLookup(Protocol):
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
         """Return at once the transform from `source` into `target`, or why there is none.
 
-        stamp_ns : time (ns) of the transform; without a transform of this time, the newest before it is returned
+        stamp_ns : time (ns) of the transform; without a transform of this time, the newest before it is returned.
+            NEWEST for the newest of all
         """
 
     def clear(self) -> None:
@@ -56,26 +65,51 @@ class InputFrames:
         The parameters come first: a transform of the survey frame is not looked up. Raises MessageRefused if there is
         no transform, and for a transform that is too old or not a rotation.
         """
-        if self._transforms is None or not frame_id or self._frame.knows(frame_id):
+        if self._transforms is None or self._needs_none(frame_id):
             return self._frame  # which refuses a foreign frame
         if stamp_ns <= 0:
             raise MessageRefused(
                 f"frame_id is '{frame_id}', and its stamp is 0: a transform needs the time of the data"
             )
-        found = self._transforms.lookup(self._frame.name, frame_id, stamp_ns)
+        found = self._found(self._transforms, frame_id, stamp_ns)
+        self._check_age(frame_id, found, stamp_ns)
+        return self._with(frame_id, found)
+
+    def static(self, frame_id: str, because: str) -> MapFrame:
+        """Return the map frame that converts data that stay where they are, such as a mesh, which has no stamp.
+
+        The newest transform is used, because a static one holds for all times. Raises MessageRefused if there is no
+        transform, for one that is not a rotation, and for a dynamic one, with the reason `because`.
+        """
+        if self._transforms is None or self._needs_none(frame_id):
+            return self._frame
+        found = self._found(self._transforms, frame_id, NEWEST)
+        if found.stamp_ns is not None:
+            raise MessageRefused(f"frame '{frame_id}' moves: {because}, so its frame must be static (/tf_static)")
+        return self._with(frame_id, found)
+
+    def _needs_none(self, frame_id: str) -> bool:
+        return not frame_id or self._frame.knows(frame_id)
+
+    def _found(self, transforms: TransformLookup, frame_id: str, stamp_ns: int) -> FoundTransform:
+        found = transforms.lookup(self._frame.name, frame_id, stamp_ns)
         if isinstance(found, str):
             raise MessageRefused(
                 f"frame_id is '{frame_id}', and there is no transform to '{self._frame.name}': {found}"
             )
-        self._check_age(frame_id, found, stamp_ns)
+        return found
+
+    def _with(self, frame_id: str, found: FoundTransform) -> MapFrame:
         return replace(self._frame, other=rigid_transform(frame_id, found.quaternion, found.translation))
 
     def _check_age(self, frame_id: str, found: FoundTransform, stamp_ns: int) -> None:
         if found.stamp_ns is None:
             return
         age = (stamp_ns - found.stamp_ns) / NS
-        if not 0.0 <= age <= self._max_age_s:
+        if age < 0.0:
+            raise MessageRefused(f"the transform of frame '{frame_id}' is of a later time than the message")
+        if age > self._max_age_s:
             raise MessageRefused(
-                f"the transform of frame '{frame_id}' is {age:.3f} s older than the message; {self._max_age_s:g} s are "
-                f"allowed (transforms_max_age_s)"
+                f"the transform of frame '{frame_id}' is more than {self._max_age_s:g} s older than the message "
+                f"(transforms_max_age_s): {age:.3f} s"
             )

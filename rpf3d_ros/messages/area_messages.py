@@ -24,7 +24,8 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
     A polygon without corners deletes the area: the list is then empty.
     Raises MessageRefused for a foreign frame, for corners that are not finite or too many, for float32 coordinates
-    beyond `FARTHEST`, which have lost centimetres, and for corners that form no polygon.
+    beyond `FARTHEST`, which have lost centimetres, for corners of one height in a tilted
+    frame, and for corners that form no polygon.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points
@@ -40,6 +41,8 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
         )
     if len(points) < 3:
         raise MessageRefused(f"the polygon has {len(points)} corners; it must have at least 3, or none to take it away")
+    if bool(np.ptp(points[:, 2]) == 0.0) and frame.tilts(polygon.header.frame_id):
+        raise MessageRefused("an outline without heights in a tilted frame has no place in plan")
     plan = frame.points(points, polygon.header.frame_id)[:, :2]
     try:
         return outline_of([(x, y) for x, y in plan.tolist()])

@@ -21,6 +21,10 @@ UNIT_TOLERANCE = 1.0e-3
 """Largest deviation of a quaternion's length from 1: three decimals are enough."""
 
 
+LEVEL = 1.0 - 1.0e-4
+"""Smallest vertical part of the z axis of a frame that is not tilted: 0.8 degrees, up or down."""
+
+
 class RigidTransform(NamedTuple):
     """A transform from another frame into the map frame, float64.
 
@@ -70,8 +74,13 @@ class MapFrame:
             return moved
         raise MessageRefused(
             f"a point lies beyond {FARTHEST:.0e} m from the origin of frame '{self.name}', where markers and float32 "
-            f"clouds lose centimetres; publish coordinates less map_origin, or name survey_frame and set map_origin"
+            f"clouds lose centimetres; {self._remedy(frame_id)}"
         )
+
+    def _remedy(self, frame_id: str) -> str:
+        if self.knows(frame_id):
+            return "publish coordinates less map_origin, or name survey_frame and set map_origin"
+        return f"check the transform of frame '{frame_id}'"
 
     def directions(self, directions: FloatArray, frame_id: str) -> FloatArray:
         """Return directions or velocities (..., 3) of a message, converted from frame_id to the map frame.
@@ -87,6 +96,12 @@ class MapFrame:
         """True for the map frame and the survey frame, which need no transform of another frame."""
         return bool(frame_id) and frame_id in (self.name, self.survey)
 
+    def tilts(self, frame_id: str) -> bool:
+        """True if the transform of a frame tilts its z axis; an axis that points down is not tilted."""
+        if self.other is None or self.knows(frame_id):
+            return False
+        return bool(abs(self.other.rotation[2, 2]) < LEVEL)
+
     def check(self, frame_id: str) -> None:
         """Raise an error if a frame is neither the map frame nor the survey frame, and its transform is not given.
 
@@ -95,7 +110,8 @@ class MapFrame:
         if self.knows(frame_id) or (self.other is not None and frame_id == self.other.source):
             return
         also = f" or '{self.survey}'" if self.survey else ""
-        raise MessageRefused(f"frame_id is '{frame_id}'; it must be '{self.name}'{also}: no other frame is transformed")
+        why = ": no other frame is transformed" if frame_id else ""
+        raise MessageRefused(f"frame_id is '{frame_id}'; it must be '{self.name}'{also}{why}")
 
 
 def rigid_transform(source: str, quaternion: Sequence[float], translation: Sequence[float]) -> RigidTransform:

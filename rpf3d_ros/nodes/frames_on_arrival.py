@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Callable
 
 from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
@@ -28,16 +29,23 @@ class FramesOnArrival:
 
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
         """Return the map frame that converts a message, as `InputFrames.of`. Raises MessageRefused."""
-        while True:
-            try:
-                return self._frames.of(frame_id, stamp_ns)
-            except MessageRefused:
-                if not self._may_wait() or self._closed.wait(LOOK):
-                    raise
+        return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
+
+    def static(self, frame_id: str, because: str) -> MapFrame:
+        """Return the map frame that converts data that stay, as `InputFrames.static`. Raises MessageRefused."""
+        return self._when_known(lambda: self._frames.static(frame_id, because))
 
     def close(self) -> None:
         """Let no thread wait any longer."""
         self._closed.set()
+
+    def _when_known(self, find: Callable[[], MapFrame]) -> MapFrame:
+        while True:
+            try:
+                return find()
+            except MessageRefused:
+                if not self._may_wait() or self._closed.wait(LOOK):
+                    raise
 
     def _may_wait(self) -> bool:
         return threading.get_ident() != self._executor and time.monotonic() < self._wait_until

@@ -27,7 +27,7 @@ from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, terrain_qos
-from rpf3d_ros.interface.transforms import InputFrames, TransformLookup
+from rpf3d_ros.interface.transforms import AREAS_STAY, MESH_HAS_NO_STAMP, InputFrames, TransformLookup
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.map_frame import MapFrame
@@ -60,7 +60,7 @@ class Inputs:
     ) -> None:  # fmt: skip
         """Subscribe.
 
-        notice_jump : called before sources are taken, so that a clock that went back forgets none
+        notice_jump : called before sources and areas are taken, so that a clock that went back forgets none
         transforms : provider of transforms of other frames; None to refuse other frames
         """
         self._notice_jump = notice_jump
@@ -135,7 +135,7 @@ class Inputs:
 
         def take() -> None:
             mesh_frame, most = self._parameters.mesh_frame, self._parameters.most_points
-            frame = self._frames.of(mesh_frame, now)
+            frame = self._frames.static(mesh_frame, MESH_HAS_NO_STAMP)
             frame.check(mesh_frame)
             check_mesh(data, most)
             arrival = Arrival(
@@ -214,7 +214,6 @@ class Inputs:
 
     def _sources(self, topic: str, header: Header, convert: Callable[[MapFrame], Sources]) -> None:
         self._notice_jump()
-        self.publishers.heard(topic)
 
         def take() -> None:
             found = convert(self._frame_of(header))
@@ -227,8 +226,10 @@ class Inputs:
         self._take(topic, header, take)
 
     def _area(self, topic: str, header: Header, name: str, convert: Callable[[MapFrame], Any]) -> None:
+        self._notice_jump()
+
         def take() -> None:
-            rings = convert(self._frame_of(header))
+            rings = convert(self._frames.static(header.frame_id, AREAS_STAY))
             self._station.set_areas(topic, {name: rings} if rings else {})
             self._health.set("areas", OK, "received", {"topic": topic, "rings": str(len(rings))})
 
@@ -254,6 +255,7 @@ class Inputs:
             self._refuse(topic, str(refusal), published_ns)
         else:
             if topic not in TERRAIN_KINDS:
+                self.publishers.understood(topic)
                 self._station.input_understood(topic, lambda: len(self.publishers.of(topic)))
 
     def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:

@@ -83,9 +83,9 @@ class PublisherReports:
             self._station.report_fault(f"mute: {topic}", sentence)
         self._report([*wrong, *mute], seen)
 
-    def heard(self, topic: str) -> None:
-        """Note that a message of a topic has arrived, accepted or refused; the fault of a mute sensor ends soon."""
-        self._mute.heard(topic)
+    def understood(self, topic: str) -> None:
+        """Note that a message of a topic was accepted; the fault of a mute sensor ends soon."""
+        self._mute.understood(topic)
 
     def _report(self, findings: Sequence[PublisherFinding], seen: Mapping[str, Sequence[SeenPublisher]]) -> None:
         """Report all findings in the diagnostics, with the number of publishers of each topic."""

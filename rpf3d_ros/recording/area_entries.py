@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.interface.transforms import InputFrames
+from rpf3d_ros.interface.transforms import AREAS_STAY, InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import AREAS, outlines_of_markers
 from rpf3d_ros.messages.source_reading import placed
@@ -17,7 +17,6 @@ from rpf3d_ros.recording.entries import (
     RecordingEntry,
     by_name,
     finite_points,
-    frame_of,
     nanoseconds,
 )
 
@@ -39,16 +38,19 @@ class AreaEntries:
         """Return for each topic the method that converts its messages."""
         return {"areas/polygon": self.polygon, "areas/equipment": self.equipment, "areas/outlines": self.outlines}
 
+    def _frame_of(self, message: Any) -> MapFrame:
+        return self._frames.static(message.header.frame_id, AREAS_STAY)
+
     def polygon(self, polygon: Any) -> Iterator[RecordingEntry]:
         """Yield the live area."""
         corners = np.array([(p.x, p.y, p.z) for p in polygon.polygon.points], dtype=float).reshape(-1, 3)
-        corners = finite_points(corners, polygon.header.frame_id, frame_of(polygon, self._frames))
+        corners = finite_points(corners, polygon.header.frame_id, self._frame_of(polygon))
         stamp_ns = nanoseconds(polygon.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.area("live_area", corners), "areas/live_area")
 
     def equipment(self, poses: Any) -> Iterator[RecordingEntry]:
         """Yield the places of equipment."""
-        positions, _ = placed(poses, frame_of(poses, self._frames))
+        positions, _ = placed(poses, self._frame_of(poses))
         stamp_ns = nanoseconds(poses.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_ros.interface.transforms import InputFrames
+from rpf3d_ros.interface.transforms import MESH_HAS_NO_STAMP, InputFrames
 from rpf3d_ros.messages.cloud_reading import positions_of_cloud
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.survey_mesh import ground_mesh
@@ -41,7 +41,7 @@ class TerrainEntries:
 
     def mesh(self, data: bytes) -> Iterator[RecordingEntry]:
         """Yield the terrain of a mesh, at the current time, because a mesh has no stamp."""
-        frame = self._frames.of(self._mesh_frame, self._times.now())
+        frame = self._frames.static(self._mesh_frame, MESH_HAS_NO_STAMP)
         digest = hashlib.sha256(data).digest() + b"".join(each.tobytes() for each in (frame.other or ())[1:])
         if digest != self._digest:
             yield self._terrain(mesh_of_cdr(data, frame, self._mesh_frame), digest, self._times.now())

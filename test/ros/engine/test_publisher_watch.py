@@ -117,16 +117,16 @@ def test_a_sensor_that_is_connected_and_mute_is_a_fault_after_the_age_of_sources
     (sentence,) = mute(sensors, 100.1 + LONGEST, RADAR)
     assert sentence.startswith("sources has had a publisher (/radar) for more than 30 s, and no message of it")
     assert mute(sensors, 100.2 + LONGEST, RADAR) == [sentence], "a changed sentence would be a decision each second"
-    sensors.heard("source_cloud")
+    sensors.understood("source_cloud")
     assert mute(sensors, 200.0, RADAR)
-    sensors.heard("sources")
+    sensors.understood("sources")
     assert mute(sensors, 300.0, RADAR) == []
 
 
 def test_a_sensor_that_publishes_within_the_age_is_no_fault(sensors):
     for at in (0.0, 1.0, 29.0):
         assert mute(sensors, at, RADAR) == []
-    sensors.heard("sources")
+    sensors.understood("sources")
     assert mute(sensors, 31.0, RADAR) == mute(sensors, 1e6, RADAR) == []
 
 
@@ -154,7 +154,7 @@ def test_a_publisher_that_cannot_be_received_is_no_second_fault(sensors):
 def test_of_two_publishers_of_a_topic_one_that_is_heard_hides_the_mute_one(sensors):
     """Messages have no sender: that two publish on one topic is a fault by itself."""
     two = (RADAR, RADAR._replace(node="/other"))
-    sensors.heard("sources")
+    sensors.understood("sources")
     assert [mute(sensors, at, *two) for at in (0.0, 100.0)] == [[], []]
 
 

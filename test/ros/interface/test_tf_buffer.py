@@ -11,6 +11,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros.interface.tf_buffer import TfTransforms
+from rpf3d_ros.interface.transforms import NEWEST
 
 STAND_IN = Path(__file__).parents[2] / "support" / "stand_in_tf2"
 S = 1_000_000_000
@@ -88,6 +89,34 @@ def test_each_reason_of_tf2_is_passed_on(tf2, transforms):
 def test_a_dynamic_transform_without_a_stamp_is_not_taken_for_a_static_one(tf2, transforms):
     transforms._buffer.set_transform(tf2.message_of(moved(tf2, 10.0), "map", "truck", 0), "test")
     assert "extrapolation" in transforms.lookup("map", "truck", NOW)
+
+
+def test_without_a_time_only_a_static_transform_has_no_stamp(tf2, transforms):
+    put(tf2, transforms, "map", "mast", 10.0)
+    put(tf2, transforms, "map", "truck", 10.0, NOW)
+    transforms._buffer.set_transform(tf2.message_of(moved(tf2, 10.0), "map", "unstamped", 0), "test")
+    assert transforms.lookup("map", "mast", NEWEST).stamp_ns is None
+    assert transforms.lookup("map", "truck", NEWEST).stamp_ns == NOW
+    assert "extrapolation" in transforms.lookup("map", "unstamped", NEWEST)
+
+
+@pytest.mark.parametrize(("error", "reason"), [
+    (RuntimeError("the core is corrupt"), "RuntimeError: the core is corrupt"), (ValueError(), "ValueError"),
+])  # fmt: skip
+def test_any_other_error_of_a_lookup_is_a_reason_and_does_not_end_the_process(transforms, monkeypatch, error, reason):
+    def fail(*arguments):
+        raise error
+
+    monkeypatch.setattr(transforms._buffer, "lookup_transform", fail)
+    assert transforms.lookup("map", "radar", NOW) == reason
+
+
+def test_an_exception_of_tf2_without_a_message_is_named(tf2, transforms, monkeypatch):
+    def fail(*arguments):
+        raise tf2.LookupException
+
+    monkeypatch.setattr(transforms._buffer, "lookup_transform", fail)
+    assert transforms.lookup("map", "radar", NOW) == "LookupException"
 
 
 def test_after_the_clock_went_back_static_transforms_are_left(tf2, transforms):

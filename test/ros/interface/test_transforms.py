@@ -8,7 +8,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
 from live_peer import cloud, header, polygon, poses
 
-from rpf3d_ros.interface.transforms import FoundTransform, InputFrames
+from rpf3d_ros.interface.transforms import NEWEST, FoundTransform, InputFrames
 from rpf3d_ros.messages.area_messages import rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 from rpf3d_ros.messages.map_frame import MapFrame, rigid_transform
@@ -69,6 +69,11 @@ def test_without_a_provider_another_frame_is_refused_as_ever():
         InputFrames(MAP).of("radar", NOW).check("radar")
 
 
+def test_a_message_without_a_frame_is_not_answered_with_a_sentence_on_transforms():
+    with pytest.raises(MessageRefused, match=r"frame_id is ''; it must be 'map' or 'utm'$"):
+        InputFrames(MAP, Given(TO_NORTH), LONGEST).of("", NOW).check("")
+
+
 def test_the_reason_of_a_missing_transform_is_told():
     with pytest.raises(
         MessageRefused, match="frame_id is 'radar', and there is no transform to 'map': it does not exist"
@@ -80,9 +85,9 @@ def test_a_dynamic_transform_may_be_as_old_as_the_parameter_says_and_no_older():
     oldest = NOW - round(LONGEST * S)
     assert frame_of(TO_NORTH._replace(stamp_ns=NOW)).other.source == "radar"
     assert frame_of(TO_NORTH._replace(stamp_ns=oldest)).other.source == "radar"
-    with pytest.raises(MessageRefused, match=r"is 0\.500 s older than the message; 0\.5 s are allowed"):
+    with pytest.raises(MessageRefused, match=r"is more than 0\.5 s older than the message \(transforms_max_age_s\)"):
         frame_of(TO_NORTH._replace(stamp_ns=oldest - 1))
-    with pytest.raises(MessageRefused, match="older than the message"):
+    with pytest.raises(MessageRefused, match="is of a later time than the message"):
         frame_of(TO_NORTH._replace(stamp_ns=NOW + 1))
 
 
@@ -90,6 +95,22 @@ def test_a_static_transform_has_no_age_but_a_message_without_a_stamp_gets_none()
     assert frame_of(TO_NORTH, stamp_ns=10**9 * S).other.source == "radar"
     with pytest.raises(MessageRefused, match="its stamp is 0"):
         frame_of(TO_NORTH, stamp_ns=0)
+
+
+def test_a_frame_that_must_be_static_is_looked_up_without_a_time_and_refused_if_it_moves():
+    given = Given(TO_NORTH)
+    frames = InputFrames(MAP, given, LONGEST)
+    assert frames.static("radar", "a mesh has no stamp").other.source == "radar"
+    assert frames.static("map", "a mesh has no stamp") is MAP
+    assert given.asked == [("map", "radar", NEWEST)]
+    given.answer = TO_NORTH._replace(stamp_ns=NOW)
+    with pytest.raises(
+        MessageRefused, match=r"frame 'radar' moves: a mesh has no stamp, so its frame must be static \(/tf_static\)"
+    ):
+        frames.static("radar", "a mesh has no stamp")
+    given.answer = "it does not exist"
+    with pytest.raises(MessageRefused, match="there is no transform to 'map': it does not exist"):
+        frames.static("radar", "a mesh has no stamp")
 
 
 @pytest.mark.parametrize(("turn", "shift", "why"), [
@@ -148,6 +169,20 @@ def test_clicks_areas_and_machines_are_moved():
     assert np.abs(middle - (100.0, 220.0)).max() < 2.0 * ROUNDING
 
 
+def test_an_outline_without_heights_is_refused_in_a_tilted_frame_and_used_in_one_that_points_down():
+    corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 5.0)]
+    sine, cosine = np.sin(0.05), np.cos(0.05)
+    tilted = frame_of(FoundTransform((sine, 0.0, 0.0, cosine), (0.0, 0.0, 0.0), None))
+    with pytest.raises(MessageRefused, match="an outline without heights in a tilted frame has no place in plan"):
+        rings_of_polygon(polygon(corners, NOW, "radar"), tilted)
+    outline = polygon(corners, NOW, "radar")
+    outline.polygon.points[0].z = 1.0
+    assert rings_of_polygon(outline, tilted)
+    assert rings_of_polygon(polygon(corners, NOW, "map"), tilted)
+    down = frame_of(FoundTransform((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 30.0), None))
+    assert rings_of_polygon(polygon(corners, NOW, "radar"), down)
+
+
 def test_a_scanner_that_looks_down_gives_terrain_the_right_way_up_and_its_holes_stay():
     """The z axis of the scanner points down: a turn by 180 degrees about its x axis."""
     scanner = frame_of(FoundTransform((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 30.0), None), "scanner")
@@ -175,7 +210,7 @@ def test_a_mesh_is_moved_and_keeps_the_side_that_faces_up():
 
 def test_a_point_that_a_transform_moves_too_far_is_refused():
     far = frame_of(FoundTransform((0.0, 0.0, 0.0, 1.0), (2e5, 0.0, 0.0), None))
-    with pytest.raises(MessageRefused, match="beyond 1e"):
+    with pytest.raises(MessageRefused, match=r"beyond 1e.*; check the transform of frame 'radar'$"):
         sources_of_poses(poses([(0.0, 0.0, 0.0)], NOW, "radar"), far)
 
 

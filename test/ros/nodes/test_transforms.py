@@ -150,7 +150,7 @@ def test_a_transform_that_is_too_old_at_the_stamp_is_a_fault_until_a_younger_one
     surveyor.drive("truck", STILL, HARMLESS, stamp - round(2 * OLDEST * SECOND))
     peer.spin(0.5)
     see(peer, "truck", (0.0, 0.0, 0.0))
-    wait_for_fault(peer, "s older than the message; 2 s are allowed (transforms_max_age_s)")
+    wait_for_fault(peer, "is more than 2 s older than the message (transforms_max_age_s)")
     surveyor.drive("truck", STILL, HARMLESS, peer.now())
     seen_until_received(peer, "truck", (0.0, 0.0, 0.0))
     wait_for_level(peer, "normal")

@@ -288,10 +288,10 @@ def test_trajectories_without_rocks_are_recorded(log):
 class Drone:
     """A provider of transforms that knows the frame of a drone, turned by 180 degrees about the vertical."""
 
-    height = 10.0
+    height, stamp_ns = 10.0, None
 
     def lookup(self, target, source, stamp_ns):
-        known = FoundTransform((0.0, 0.0, 1.0, 0.0), (0.0, 0.0, self.height), None)
+        known = FoundTransform((0.0, 0.0, 1.0, 0.0), (0.0, 0.0, self.height), self.stamp_ns)
         return known if source == "drone" else "it is unknown"
 
 
@@ -321,3 +321,15 @@ def test_a_mesh_whose_frame_was_surveyed_again_is_recorded_again():
     assert [len(log.entries("terrain/mesh", mesh)) for _ in range(2)] == [1, 0]
     drone.height = 11.0
     assert [len(log.entries("terrain/mesh", mesh)) for _ in range(2)] == [1, 0]
+
+
+def test_a_mesh_and_areas_in_a_moving_frame_are_not_recorded():
+    drone, inputs = Drone(), made.inputs(4)
+    drone.stamp_ns = 4 * SECOND
+    log = MessageLog(MapFrame(), "drone", lambda: 4 * SECOND, frames=InputFrames(MapFrame(), drone, 1.0))
+    with pytest.raises(MessageRefused, match="frame 'drone' moves: a mesh has no stamp"):
+        log.entries("terrain/mesh", made.mesh())
+    for topic in ("areas/polygon", "areas/equipment"):
+        inputs[topic].header.frame_id = "drone"
+        with pytest.raises(MessageRefused, match="frame 'drone' moves: an area stays"):
+            log.entries(topic, inputs[topic])
