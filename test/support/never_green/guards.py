@@ -76,7 +76,7 @@ GUARDS = (
     Guard("1.6", "a topic that was received before the clock went back must be received again",
           f"{ENGINE}/source_topics.py", "        self._heard.update(self._last)\n", "", "missing sources,clock back"),
     Guard("1.8", "a sensor that is connected and never published is a fault", f"{ENGINE}/publisher_watch.py",
-          "if name not in self._heard and each.last - each.since > self._longest", "if False",
+          "if name not in self._understood and each.last - each.since > self._longest", "if False",
           "connected and mute"),
     Guard("2.1", "a survey that was refused is a fault", f"{ENGINE}/station.py",
           '        self.report_fault("surveys", lack.survey_sentence)\n', "", "survey not understood",
