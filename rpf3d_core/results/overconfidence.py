@@ -7,7 +7,6 @@ import numpy as np
 from rpf3d_core.hazard.benches import AREA, bench_table
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.findings import Run
-from rpf3d_core.unknowns.predictive import ENOUGH
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20
@@ -106,6 +105,8 @@ def _of_barriers(run: Run) -> Iterator[str]:
     sets = run.maps.sets
     if sets is None:
         return
+    from rpf3d_core.unknowns.predictive import ENOUGH  # imported only if the scene has unknowns
+
     came = [(one.name, band) for one, band in zip(run.maps.barriers, sets.barriers, strict=True) if one.came]
     without_shares = [name for name, band in came if np.isnan(band["caught"]).any()]
     without_p95 = [name for name, band in came if np.isnan([*band["energy"], *band["height"]]).any()]

@@ -45,7 +45,7 @@ def test_a_cell_keeps_the_sentences_of_its_run(scene: Path) -> None:
 def test_each_sentence_comes_once_with_the_number_of_its_cells(scene: Path) -> None:
     found = swept(scene, {FRICTION: (0.5, 0.6, 30)})
     sentences = warnings_of_cells(found.cells, found.records)
-    (friction,) = (text for text in sentences if FRICTION in text)
+    (friction,) = (text for text in sentences if f"`{FRICTION}` is" in text)
     assert friction.startswith(f"2 of 3 cells, numbers of {FRICTION} 0.5: `{FRICTION}` is 0.5 degrees")
     assert any(text.startswith("3 of 3 cells: every coefficient counts as known")
                for text in surer_cells(found.cells, found.records))  # fmt: skip
