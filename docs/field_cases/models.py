@@ -54,26 +54,15 @@ Authume: Hoek's talus with vegetation (blue), bedrock outcrop (gray), talus (red
 Tschamut and Chant Sura, alpine meadows: Hoek's soft soil with some vegetation; STONE's glacial deposits.
 """
 
-PRIORS: dict[str, dict[str, tuple[float, float]]] = {
-    AUTHUME: {
-        "normal_restitution": (0.1, 0.6),
-        "tangential_restitution": (0.5, 0.99),
-        "friction_angle_deg": (15.0, 45.0),
-        "rolling_friction": (0.05, 0.9),
-        "restitution": (0.0, 0.3),
-        "friction": (0.2, 1.2),
-        "rolling_resistance": (0.02, 0.4),
-    },
-    TSCHAMUT: {
-        "normal_restitution": (0.05, 0.6),
-        "tangential_restitution": (0.2, 0.99),
-        "friction_angle_deg": (15.0, 45.0),
-        "rolling_friction": (0.05, 0.9),
-        "restitution": (0.0, 0.3),
-        "friction": (0.2, 1.2),
-        "rolling_resistance": (0.02, 0.6),
-    },
-}
+OF_ROCK = {
+    "normal_restitution": (0.1, 0.6), "tangential_restitution": (0.5, 0.99), "friction_angle_deg": (15.0, 45.0),
+    "rolling_friction": (0.05, 0.9), "restitution": (0.0, 0.3), "friction": (0.2, 1.2),
+    "rolling_resistance": (0.02, 0.4),
+}  # fmt: skip
+OF_SOIL = OF_ROCK | {
+    "normal_restitution": (0.05, 0.6), "tangential_restitution": (0.2, 0.99), "rolling_resistance": (0.02, 0.6),
+}  # fmt: skip
+PRIORS: dict[str, dict[str, tuple[float, float]]] = {AUTHUME: OF_ROCK, TSCHAMUT: OF_SOIL}
 """Ranges that `rpf3d calibrate` starts from: what the ground of a site can be, not what fits. Soil takes more than rock
 from a rock that bounces or rolls."""
 

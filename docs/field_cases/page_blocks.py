@@ -2,7 +2,7 @@
 
 from field_cases.blocks import quarry
 from field_cases.models import AUTHUME, CALIBRATED, CHANT_SURA, COULOMB_LIMITED, SHAPES, SPHERE
-from field_cases.page_tables import NAMES, Results, interval_of, table, wrapped
+from field_cases.page_tables import Results, interval_of, searched, table
 from field_cases.prose_blocks import AT_IMPACTS, BARS, BLOCKS, BLOCKS_FAIL, PER_BLOCK, PER_SHAPE
 
 CONTROLS = (COULOMB_LIMITED.name, SPHERE.name)
@@ -12,18 +12,10 @@ def section(results: Results) -> str:
     """Return the section on rocks with a shape as Markdown."""
     at_quarry = results["blocks"]["quarry"]
     return "\n".join([
-        BLOCKS, "![Rocks with a shape](../pictures/validation_blocks.png)\n", BARS, found(at_quarry), _bars(results),
+        BLOCKS, "![Rocks with a shape](../pictures/validation_blocks.png)\n", BARS, searched(at_quarry), _bars(results),
         PER_SHAPE, _shapes(at_quarry), PER_BLOCK, _per_block(at_quarry["variants"]),
-        AT_IMPACTS, found(results["blocks"]["impacts"]), _impacts(results), BLOCKS_FAIL,
+        AT_IMPACTS, searched(results["blocks"]["impacts"]), _impacts(results), BLOCKS_FAIL,
     ])  # fmt: skip
-
-
-def found(search: Results) -> str:
-    """Return a line with the result of a search: parameters, error, number of sets tried."""
-    values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in search["parameters"].items())
-    edge = ", ".join(NAMES[name] for name in search["at_edge"])
-    words = f"- {values} ({search['error']:.2f}; {search['tried']})."
-    return wrapped(words + (f" **At the edge of the search: {edge}.**" if edge else ""))
 
 
 def _bars(results: Results) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from field_cases.page_tables import NAMES, Results, label, listed, table, wrapped
+from field_cases.page_tables import Results, label, listed, searched, table
 from field_cases.prose import CHANT_SURA
 
 
@@ -74,15 +74,5 @@ def _calibrated_impacts(calibrations: Results) -> str:
         for model, found in calibrations.items()
     ]  # fmt: skip
     words = "Calibrated values (error of the eleven speeds in m/s; number of sets tried):\n\n"
-    return f"{words}{_searched(calibrations)}\n{table(head, rows)}"
-
-
-def _searched(calibrations: Results) -> str:
-    """Return a list with the result of each search: parameters, error, number of sets tried."""
-    lines = []
-    for model, found in calibrations.items():
-        values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in found["parameters"].items())
-        edge = ", ".join(NAMES[name] for name in found["at_edge"])
-        line = f"- {model}: {values} ({found['error']:.2f}; {found['tried']})."
-        lines.append(line + (f" **At the edge of the search: {edge}.**" if edge else ""))
-    return wrapped("\n".join(lines))
+    lines = "".join(searched(found, model) for model, found in calibrations.items())
+    return f"{words}{lines}\n{table(head, rows)}"

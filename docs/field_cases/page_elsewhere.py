@@ -3,11 +3,8 @@
 from field_cases import authume
 from field_cases.models import AUTHUME, TSCHAMUT
 from field_cases.page_tables import Results, interval_of, table
-from field_cases.predictions import held_of_all
+from field_cases.predictions import LOW, held_of_all
 from field_cases.prose_elsewhere import BOOKS, ELSEWHERE, HEAD, IMPACTS, TOO_SURE, TOO_SURE_ELSEWHERE
-
-OPEN = 0.05
-"""Share of rocks that did not stop (-), from which a 90 % interval has no far end."""
 
 
 def section(results: Results) -> str:
@@ -37,7 +34,7 @@ def _predicted(lines: list[Results]) -> str:
     return table(head, (
         (line["site"], line["model"], line["ground"],
          f"{error_of(line):+.0f} ({interval_of(error_over_sets(line), 0, '+')})", held_of_all(line, "along"),
-         held_of_all(line, "across"), f"{100.0 * line['left']:.0f}", "open" if line["left"] >= OPEN else "closed")
+         held_of_all(line, "across"), f"{100.0 * line['left']:.0f}", "open" if line["left"] >= LOW else "closed")
         for line in lines
     ))  # fmt: skip
 

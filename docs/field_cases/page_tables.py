@@ -33,6 +33,14 @@ def wrapped(text: str) -> str:
     ) + "\n"  # fmt: skip
 
 
+def searched(search: Results, model: str = "") -> str:
+    """Return a bullet with the result of a search: model if named, parameters, error, number of sets tried."""
+    values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in search["parameters"].items())
+    edge = ", ".join(NAMES[name] for name in search["at_edge"])
+    words = f"- {model}{': ' if model else ''}{values} ({search['error']:.2f}; {search['tried']})."
+    return wrapped(words + (f" **At the edge of the search: {edge}.**" if edge else ""))
+
+
 def label(line: Results) -> str:
     """Return the label of a line: its model and its values."""
     values = line["values"]

@@ -9,7 +9,6 @@ calibration does not know which stop belongs to which source.
 
 import sys
 import tempfile
-from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from field_cases import authume, tschamut
 from field_cases.blocks import meadow, quarry
 from field_cases.blocks.shapes import DENSITY
 from field_cases.models import AUTHUME, CONSTANT, COULOMB_LIMITED, HOEK, MODELS, SHAPES, TSCHAMUT, Model
+from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.shapes.polyhedron import Polyhedron
 
 Raw = dict[str, Any]
@@ -81,11 +81,10 @@ def _meadow(folder: Path, model: Model) -> Raw:
     """Return the scene of Tschamut without its models; the stops and the shapes of the blocks go into a folder."""
     field = tschamut.runs()
     rock: Raw = {"density": tschamut.MEADOW_DENSITY, "mass": round(float(field.mass.mean()), 1)}
-    radii = np.cbrt(field.mass / DENSITY / (4.0 / 3.0 * np.pi))
-    above: Callable[[int], float] = lambda run: 2.0 * float(field.radius[run])  # noqa: E731
+    above = 2.0 * field.radius
     if model == SHAPES:
         rock = {"density": DENSITY, "shape": {"files": _block_files(folder), "corners": 40}}
-        above = lambda run: meadow.ABOVE * float(radii[run])  # noqa: E731
+        above = meadow.ABOVE * np.cbrt(field.mass / DENSITY / (4.0 / 3.0 * np.pi))
     _write_stops(folder / "stops.csv")
     return {
         "terrain": {"files": [{"path": str(tschamut.DATA / "terrain.asc"), "zone": "meadow"}]},
@@ -110,11 +109,11 @@ def _write_stops(path: Path) -> None:
     path.write_text("x,y,z,shape\n" + "\n".join(",".join(f"{v:g}" for v in row) for row in rows), encoding="utf-8")
 
 
-def _runs(above: Callable[[int], float]) -> list[Raw]:
-    """Return the sources of the scene, one for each run; above : height (m) of the centre of a run above the ground."""
+def _runs(above: FloatArray) -> list[Raw]:
+    """Return the sources of the scene, one for each run; above : (R,) m, height of the centre above the ground."""
     field, half = tschamut.runs(), tschamut.SPREAD
     return [
-        {"name": name, "points": [[*field.release[i, :2].tolist(), 0.0]], "above_ground": round(above(i), 3),
+        {"name": name, "points": [[*field.release[i, :2].tolist(), 0.0]], "above_ground": round(float(above[i]), 3),
          "velocity": field.velocity[i].tolist(), "spread": [half, half, 0.0], "rocks": ROCKS_A_RUN}
         for i, name in enumerate(field.names)
     ]  # fmt: skip

@@ -92,12 +92,13 @@ def ranks(
     for number, one in enumerate(stops):
         standing = np.ones((1, len(one.place))) if alike is None else alike
         chosen = np.flatnonzero(one.deposited)[:most]
+        places, of_rocks = one.place[chosen], standing[:, chosen]
+        stopped = _deposited(one, standing, of_rocks)
         for error, share in zip(errors.tolist(), weights[:, number].T, strict=True):
             if not len(chosen) or share.max() < NEGLIGIBLE / len(stops):
                 continue
-            places, of_rocks = one.place[chosen], standing[:, chosen]
             z = (observed[:, None, :] - places[None, :, :]) / kernel_widths(places, error)
-            part = share[:, None] * _deposited(one, standing, of_rocks)
+            part = share[:, None] * stopped
             below += part * _weighted_mean(_probabilities(z), of_rocks)
             total += part
     return np.asarray(below / np.maximum(total, 1e-300))

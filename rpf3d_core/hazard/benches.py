@@ -234,14 +234,17 @@ def _energy_text(bench: Bench) -> str:
     if bench.energy_predictive is None:
         return value
     intervals = (bench.energy_predictive, bench.energy_sampling)
-    return f"{value} ({'; '.join(interval_in_kilojoules(ends) for ends in intervals)})"
+    return f"{value} ({'; '.join(interval_text(ends, 1000.0) for ends in intervals)})"
 
 
-def interval_in_kilojoules(ends: Sequence[float | None] | None) -> str:
-    """Return an interval of energies (J) in kJ as text, such as `443-778`; NOT_KNOWN if neither end is known."""
+def interval_text(ends: Sequence[float | None] | None, unit: float) -> str:
+    """Return an interval as text in a unit, such as `443-778`; NOT_KNOWN if neither end is known.
+
+    unit : size of the unit of the text in that of the ends, such as 1000 for kJ of J
+    """
     if ends is None or all(end is None for end in ends):
         return NOT_KNOWN
-    return "-".join(UNKNOWN_END if end is None else three_figures(end / 1000.0) for end in ends)
+    return "-".join(UNKNOWN_END if end is None else three_figures(end / unit) for end in ends)
 
 
 def share_text(share: dict[str, Any]) -> str:

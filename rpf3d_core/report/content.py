@@ -140,8 +140,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     if rest < 1.0:
         yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
                "stopping farther than every distance.")  # fmt: skip
-    for note in run.inputs.get("notes", ()):
-        yield f"{note[:1].upper()}{note[1:]}."
+    yield from (_as_sentence(note) for note in run.inputs.get("notes", ()))
 
 
 def _as_sentence(warning: str) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rpf3d_core.results.findings import Run
-from rpf3d_core.results.notes import notes_of_run, warnings_of_run
+from rpf3d_core.results.notes import doubts_of_run, notes_of_run
 from rpf3d_core.results.overconfidence import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
@@ -38,15 +38,10 @@ def inputs_section(run: Run) -> dict[str, Any]:
         "ground": _ground(run),
         "sampled": _sampled(run.scene),
         "library": _library(run.scene),
-        **_warnings(run),
+        "warnings": doubts_of_run(run),
+        "notes": notes_of_run(run),
         "surer_than_it_may_be": surer_than_it_may_be(run),
     }
-
-
-def _warnings(run: Run) -> dict[str, list[str]]:
-    """Return the warnings about a run, and apart from them those that a report states last."""
-    notes = notes_of_run(run)
-    return {"warnings": [each for each in warnings_of_run(run) if each not in notes], "notes": notes}
 
 
 def _ground(run: Run) -> str:

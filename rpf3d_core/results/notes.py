@@ -8,7 +8,12 @@ from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
 
 
 def warnings_of_run(run: Run) -> list[str]:
-    """Return the warnings about a run: first inputs that look misplaced, then holes, terrain, values, empty zones."""
+    """Return the warnings about a run: those that weaken its figures, then its notes."""
+    return [*doubts_of_run(run), *notes_of_run(run)]
+
+
+def doubts_of_run(run: Run) -> list[str]:
+    """Return the warnings that weaken the figures of a run: first inputs that look misplaced, then holes, terrain."""
     totals = run.totals
     return [
         *run.prepared.placing,
@@ -17,7 +22,6 @@ def warnings_of_run(run: Run) -> list[str]:
         *warnings_of(run.scene),
         *warnings_of_speed(totals.max_speed.high),
         *([words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []),
-        *notes_of_run(run),
     ]
 
 

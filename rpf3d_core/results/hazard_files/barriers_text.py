@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rpf3d_core.ensemble.statistics import share_of
-from rpf3d_core.hazard.benches import NOT_KNOWN, SHORT, UNKNOWN_END, in_percent, interval_in_percent, three_figures
+from rpf3d_core.hazard.benches import NOT_KNOWN, SHORT, in_percent, interval_in_percent, interval_text, three_figures
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_section
 
@@ -20,6 +20,9 @@ NOTE = (
 """Note under the table that explains its rows."""
 SAMPLING_NOTE = "sampling: holds the number of rocks only, not what is not known about the ground"
 """Note under the table on what its sampling intervals leave open."""
+
+KILO = 1000.0
+"""Size of a kJ in J."""
 
 Ends = Sequence[float | None] | None
 
@@ -46,18 +49,18 @@ def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, st
         value = "-" if share["share"] is None else f"{in_percent(share['share'], SHORT)} %"
         sampling = share.get("sampling", share["interval_95"])
         yield label, f"{share['rocks']:,}", value, _percent(share.get("predictive")), _percent(sampling)
-    yield _design("p95 energy (kJ)", facts["first_energy_j"], 1e-3)
+    yield _design("p95 energy (kJ)", facts["first_energy_j"], KILO)
     # More rocks may have a larger energy, so the largest one has no interval.
     largest, capacity = facts["first_energy_j"]["max"], facts["capacity_j"]
-    yield "largest energy (kJ)", "", _number(largest, 1e-3, "-"), NOT_KNOWN, NOT_KNOWN
-    yield "capacity (kJ)", "", _number(capacity, 1e-3, "-"), "", ""
+    yield "largest energy (kJ)", "", _number(largest, KILO), NOT_KNOWN, NOT_KNOWN
+    yield "capacity (kJ)", "", _number(capacity, KILO), "", ""
     yield _design("p95 height (m)", facts["first_height_over_ground_m"], 1.0)
 
 
-def _design(label: str, found: dict[str, Any], scale: float) -> tuple[str, str, str, str, str]:
-    """Return the row of the 95th percentile of a quantity; scale : from its unit to that of the label."""
-    intervals = (_interval(found.get("p95_predictive"), scale), _interval(found["p95_interval_95"], scale))
-    return label, f"{found['rocks']:,}", _number(found["p95"], scale, "-"), *intervals
+def _design(label: str, found: dict[str, Any], unit: float) -> tuple[str, str, str, str, str]:
+    """Return the row of the 95th percentile of a quantity; unit : as in `interval_text`."""
+    intervals = (interval_text(found.get("p95_predictive"), unit), interval_text(found["p95_interval_95"], unit))
+    return label, f"{found['rocks']:,}", _number(found["p95"], unit), *intervals
 
 
 def _percent(ends: Ends) -> str:
@@ -67,12 +70,5 @@ def _percent(ends: Ends) -> str:
     return f"{interval_in_percent(ends[0], ends[1])} %"
 
 
-def _interval(ends: Ends, scale: float) -> str:
-    """Return an interval times a scale as text, with UNKNOWN_END for an end that is not known."""
-    if ends is None or all(end is None for end in ends):
-        return NOT_KNOWN
-    return "-".join(_number(end, scale, UNKNOWN_END) for end in ends)
-
-
-def _number(value: float | None, scale: float, unknown: str) -> str:
-    return unknown if value is None else three_figures(scale * value)
+def _number(value: float | None, unit: float) -> str:
+    return "-" if value is None else three_figures(value / unit)
