@@ -44,10 +44,11 @@ def facet_count(surface: FileMesh) -> int:
     return len(surface.points) // 3 if surface.triangles is None else len(surface.triangles)
 
 
-def usable(path: Path, surface: FileMesh, metres: float = 1.0) -> FileMesh:
-    """Check the content of a terrain file, and return it without the points that no facet uses.
+def usable(path: Path, surface: FileMesh, metres: float = 1.0, remedy: str = "coordinates are metres") -> FileMesh:
+    """Check the content of a mesh file, and return it without the points that no facet uses.
 
     metres : length of the unit of the points (m)
+    remedy : what the user can do about points that are too far from the origin
 
     Raises
     ------
@@ -65,7 +66,7 @@ def usable(path: Path, surface: FileMesh, metres: float = 1.0) -> FileMesh:
         surface = _used_only(surface, surface.triangles)
     farthest = FARTHEST / metres
     if not all(column.min() >= -farthest and column.max() <= farthest for column in surface.points.T):
-        _refuse_wrong_points(path, surface, farthest)
+        _refuse_wrong_points(path, surface, farthest, remedy)
     return surface
 
 
@@ -89,14 +90,13 @@ def _used_only(surface: FileMesh, triangles: NDArray[np.int32]) -> FileMesh:
     return surface._replace(points=surface.points[used], triangles=number[triangles])
 
 
-def _refuse_wrong_points(path: Path, surface: FileMesh, farthest: float) -> None:
+def _refuse_wrong_points(path: Path, surface: FileMesh, farthest: float, remedy: str) -> None:
     """Raise a TerrainError for a point that is NaN, infinite or beyond `farthest` (unit of the file)."""
     wrong = ~(np.abs(surface.points) <= farthest).all(axis=1)
     corners = wrong if surface.triangles is None else wrong[surface.triangles]
     facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))
     if np.isfinite(surface.points).all():
-        fault = f"{FARTHEST:,.0f} m or more away from the origin"
-        right = "is the file in millimetres? give it `unit: mm` (`rpf3d new`: --unit mm)"
+        fault, right = f"{FARTHEST:,.0f} m or more away from the origin", remedy
     else:
         fault, right = "NaN or infinite", "every coordinate must be a finite number"
     raise TerrainError(

@@ -31,6 +31,9 @@ from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 BLOCK = 2**14
 """Number of points that are rotated at a time, so that they stay in the processor's cache."""
 
+IN_MILLIMETRES = "is the file in millimetres? give it `unit: mm` (`rpf3d new`: --unit mm)"
+"""What to do about a terrain that is too far from the origin."""
+
 
 def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     """Return the terrain of a scene, ready to fly over, and the faults that were found and repaired.
@@ -73,7 +76,7 @@ def read_surface(path: Path, unit: str | None = None) -> FileMesh:
         known = f"; known are {', '.join([*MESH_READERS, *DEM_EXTENSIONS])}"
         advice = f"; {EXPORTS[extension]}" if extension in EXPORTS else ""
         raise TerrainError(f"{path}: {extension or 'no extension'} is no known terrain format{advice}{known}")
-    return usable(path, read_whole(path, reader), LENGTHS[unit or METRE][1])
+    return usable(path, read_whole(path, reader), LENGTHS[unit or METRE][1], IN_MILLIMETRES)
 
 
 def _extension(path: Path) -> str:

@@ -2,6 +2,9 @@
 
 import dataclasses
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -349,10 +352,23 @@ def test_bins_hold_their_values_and_no_bin_is_wider_than_promised():
     assert [bin_of(as_bits(v), bins, 8) for v in (0.0, edges[0] / top / 2, 10.0)] == [0, 0, bins - 1]
 
 
+COMPILED = """
+import numba
+from hazard_tallied import flown, over, rough
+
+terrain = rough()
+tallies = over(terrain)
+flown(terrain, tallies)
+for loop, arguments in tallies.loops():
+    assert loop.overloads.keys() == {tuple(map(numba.typeof, arguments))}, "compiled for nothing, and once more"
+"""
+"""Must run in a process in which nothing else was compiled."""
+
+
 def test_what_is_compiled_ahead_is_what_is_called():
-    numba = pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
-    terrain = rough()
-    tallies = over(terrain)
-    flown(terrain, tallies)
-    for loop, arguments in tallies.loops():
-        assert loop.overloads.keys() == {tuple(map(numba.typeof, arguments))}, "compiled for nothing, and once more"
+    pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILED], env=paths, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
