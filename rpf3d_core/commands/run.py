@@ -42,7 +42,8 @@ def run(
         chosen, wanted = _chosen(scene, out, rocks, accuracy, times)
         # The second process that draws the pictures starts before this process imports anything large.
         with painting() as pictures, interruptible() as (stop, flying), progress() as (begin, writing):
-            from rpf3d_core.runs.run import RunControl, run_scene
+            from rpf3d_core.runs.fly_scene import RunControl
+            from rpf3d_core.runs.run import run_scene
 
             def start(number: int) -> Callable[[int], None]:
                 flying(True)

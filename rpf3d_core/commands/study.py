@@ -15,7 +15,8 @@ def study(
     rocks: Annotated[int | None, typer.Option(help="Rocks of each run, instead of the scenes' 100,000.")] = None,
 ) -> None:
     """Make a study of the thesis: resolution of the terrain, or localised coefficients of restitution."""
-    from rpf3d_core.runs.run import RunControl, run_scene
+    from rpf3d_core.runs.fly_scene import RunControl
+    from rpf3d_core.runs.run import run_scene
     from rpf3d_core.runs.thesis import runs_of, study_named
     from rpf3d_core.runs.thesis_report import finding_header, finding_rows, report_of, verdict_of, write_report
 

@@ -19,7 +19,8 @@ from rpf3d_core.desk.scene_files import Stamp, check_unchanged, stamp_of
 from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.findings import Run
-from rpf3d_core.runs.run import RunControl, fly_into
+from rpf3d_core.runs.fly_scene import RunControl
+from rpf3d_core.runs.run import fly_into
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_of_text
 from rpf3d_core.setup.prepared import Prepared, engine_name

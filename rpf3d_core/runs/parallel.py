@@ -24,7 +24,8 @@ from rpf3d_core.results.earlier_results import read_summary
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.painting import Painting
 from rpf3d_core.results.summary import summary
-from rpf3d_core.runs.run import SHOWN, RunControl, finished_run, run_scene, simulate
+from rpf3d_core.runs.fly_scene import RunControl, finished_run
+from rpf3d_core.runs.run import SHOWN, run_scene, simulate
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
 from rpf3d_core.setup.choices import chosen_scene

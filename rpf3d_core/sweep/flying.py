@@ -18,8 +18,9 @@ from rpf3d_core.results.folder import SUMMARY, check_folder
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.results.summary import plain, versions
+from rpf3d_core.runs.fly_scene import RunControl
 from rpf3d_core.runs.parallel import as_they_finish
-from rpf3d_core.runs.run import RunControl, run_scene
+from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
 from rpf3d_core.sweep.cells import Cell

@@ -18,7 +18,7 @@ from rpf3d_core.ensemble import samples, stream
 from rpf3d_core.ensemble.flights import given_columns
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import blocks_of
-from rpf3d_core.runs import run as run_module
+from rpf3d_core.runs import fly_scene as fly_scene_module
 from rpf3d_core.runs.run import Run, run_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.rounds import FIRST_ROUND, rounds_of
@@ -277,7 +277,7 @@ def test_a_rock_that_fails_is_counted_and_in_no_map(
 ) -> None:
     third = "  - {name: absurd, points: [[8.3, 7.2, 9]], rocks: 5}\nground: sliding\n"
     (folder / "scene.yaml").write_text(SCENE.replace("ground: sliding\n", third) + AREAS)
-    drawn = run_module.releases_in_ranges
+    drawn = fly_scene_module.releases_in_ranges
 
     def too_fast(*of: Any) -> Releases:
         """No scene can ask for this: the square of the speed is no number any more."""
@@ -285,7 +285,7 @@ def test_a_rock_that_fails_is_counted_and_in_no_map(
         releases.v[releases.source == 2] = (1e200, 0.0, -1e200)
         return releases
 
-    monkeypatch.setattr(run_module, "releases_in_ranges", too_fast)
+    monkeypatch.setattr(fly_scene_module, "releases_in_ranges", too_fast)
     run = run_scene(folder / "scene.yaml", folder / "out", engine=engine, recording=False)
     assert run.totals.outcomes == {Outcome.STOPPED: 4, Outcome.FAILED: 5}
     told = facts(folder / "out")

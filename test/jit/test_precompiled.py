@@ -12,7 +12,7 @@ from small_pit import scene_file
 
 from rpf3d_core.detection import bucket_grid, slabs
 from rpf3d_core.jit.background import BackgroundCompiler
-from rpf3d_core.runs import run as run_module
+from rpf3d_core.runs import fly_scene as fly_scene_module
 from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup import precompiler as precompiler_module
@@ -93,7 +93,7 @@ def test_a_run_waits_for_each_part_before_it_needs_it(
     monkeypatch.setattr(precompiler_module, "background_compiler", background)
     told.note(monkeypatch, prepared_module, "facets_of")
     told.note(monkeypatch, precompiler_module, "precompile_flights")
-    told.note(monkeypatch, run_module, "_check_all")
+    told.note(monkeypatch, fly_scene_module, "_check_all")
     simulate(scene_file(tmp_path, more="engine: compiled"))
     assert told.noted == [
         "begin precompile_index", "begin precompile_ground_below", "wait precompile_index", "facets_of", "types known",

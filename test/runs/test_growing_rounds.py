@@ -13,7 +13,8 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.folder import write_findings
-from rpf3d_core.runs.run import RunControl, fly_into, run_scene
+from rpf3d_core.runs.fly_scene import RunControl
+from rpf3d_core.runs.run import fly_into, run_scene
 from rpf3d_core.scene.reading import scene_of_text
 from rpf3d_core.setup import rounds
 from rpf3d_core.setup.choices import with_choices
