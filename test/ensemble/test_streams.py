@@ -196,7 +196,7 @@ def peak_of(scene: Path, out: Path, rocks: int) -> int:
 def test_maps_that_need_too_much_memory_are_refused_before_a_rock_flies(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.runs.run._fly", lambda *_: pytest.fail("it flew"))
+    monkeypatch.setattr("rpf3d_core.runs.run.fly_scene", lambda *_: pytest.fail("it flew"))
     for command in ("run", "check"):
         scene = more(folder, "hazard: {cell: 0.01, memory_gb: 0.1}\n")
         out, printed = (("--out", folder / "out"), "") if command == "run" else ((), "terrain")
