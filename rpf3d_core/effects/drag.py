@@ -8,7 +8,7 @@ below `smallest_bounce` are summed up.
 import math
 from typing import NamedTuple
 
-from rpf3d_core.effects.air import stretch_for
+from rpf3d_core.effects.air_step import stretch_for
 from rpf3d_core.effects.hooks import in_air, longest_flight
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.rock_context import RockContext

@@ -16,7 +16,7 @@ The place where a rock enters or leaves the layer is therefore exact only to one
 import math
 from typing import Any, NamedTuple
 
-from rpf3d_core.effects.air import FLIGHT, stretch_for
+from rpf3d_core.effects.air_step import FLIGHT, stretch_for
 from rpf3d_core.effects.hooks import asks_height, in_air, longest_flight
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.rock_context import RockContext

@@ -24,9 +24,9 @@ from rpf3d_core.detection.terrain_pieces import PieceNumbers
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
+from rpf3d_core.live.patched_arrays import IndexedTerrain, with_patch
 from rpf3d_core.live.patching import PatchChange, change_of
-from rpf3d_core.live.room import Room, Rooms
-from rpf3d_core.live.sewing import IndexedTerrain, sewn
+from rpf3d_core.live.reused_memory import Room, Rooms
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
 from rpf3d_core.simulation.capped import APART, caps_within, pieces_that_cross
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
@@ -191,7 +191,7 @@ class Workshop:
 
     def _changed(self, ground: LiveTerrain, change: PatchChange, digest: str, stamp_ns: int) -> LiveTerrain:
         border = _border_after(ground, change)
-        indexed = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
+        indexed = with_patch(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(block=change.block, low=change.low, high=change.high)
         pieces = pieces_that_cross(indexed.terrain) if ground.pieces.overlap else APART
         stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=ground.whole_ns)

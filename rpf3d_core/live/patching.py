@@ -26,11 +26,11 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets, IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.gap_around_patch import CROSSING, rim_edges, triangles_between
 from rpf3d_core.terrain.grid_rows import Mesh
-from rpf3d_core.terrain.ring import CROSSING, rim_edges, triangles_between
 
 OUTSIDE = "the patch lies beside the ground: it touches none of it"
-FOLDED = "the patch folds over itself or stands upright in plan: only what looks up everywhere can be sewn in"
+FOLDED = "the patch folds over itself or stands upright in plan: only a patch that looks up everywhere can be joined"
 
 
 class PatchChange(NamedTuple):
@@ -151,7 +151,7 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):
-        raise TerrainError(f"the patch cannot be sewn to what stays: {CROSSING}; publish the whole terrain")
+        raise TerrainError(f"the patch cannot be joined to the remaining ground: {CROSSING}; publish the whole terrain")
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:

@@ -1,6 +1,6 @@
 """Keep the last good terrain on disk, so that a simulator can load it after a restart and report its age.
 
-A folder holds the last whole survey and the patches sewn in since. Each patch names the digest of the ground that it
+A folder holds the last whole survey and the patches since then. Each patch names the digest of the ground that it
 was laid upon. Whenever the process ends, the folder holds a ground that was in use: a whole survey replaces the
 previous one in one step, and patches that do not continue from it are ignored. Only one store at a time may use a
 folder: two stores would remove each other's patches.

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rpf3d_core.report.blocks import Block, Heading, Table, Text
+from rpf3d_core.report.elements import Block, Heading, Table, Text
 from rpf3d_core.report.words import given, height, interval, kilojoules, share_cells
 
 BOTH = ("95 % predictive", "95 % sampling")

@@ -8,7 +8,7 @@ import numpy as np
 
 from rpf3d_core.hazard.benches import in_percent
 from rpf3d_core.report.barriers_part import barriers_part
-from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.inputs_part import inputs_part
 from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
 from rpf3d_core.report.run_files import RunFiles

@@ -4,7 +4,7 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval'; " \
          "img-src data: blob:; font-src data:; worker-src blob:"  # fmt: skip

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rpf3d_core.report.blocks import Block, Heading, Table, Text
+from rpf3d_core.report.elements import Block, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
 from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, ELSEWHERE, PARTLY, RANGES

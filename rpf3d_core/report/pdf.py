@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.report.blocks import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.need import needed
 
 STYLE = """\

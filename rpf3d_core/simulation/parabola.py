@@ -1,6 +1,6 @@
 """The next parabola of a flight: it ends at a contact, an obstacle, a gap, the terrain's boundary or a time limit.
 
-With air, one parabola may replace the true flight only for a limited time (`effects.air`).
+With air, one parabola may replace the true flight only for a limited time (`effects.air_step`).
 """
 
 import math
@@ -76,8 +76,8 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: 
 
     longest : s, duration of the segment
 
-    The air acts before and after a parabola (`effects.air`), so contacts are found as exactly as without air. A segment
-    of infinite length means that no effect acts in the air.
+    The air acts before and after a parabola (`effects.air_step`), so contacts are found as exactly as without air. A
+    segment of infinite length means that no effect acts in the air.
     """
     if longest == math.inf:
         return motion

@@ -149,7 +149,7 @@ class Builder:
             raise MessageRefused("a patch must be a cloud of points")
         grounds: list[LiveTerrain] = []
 
-        def sewn_in(standing: PreparedTerrain) -> PreparedTerrain:
+        def with_patch(standing: PreparedTerrain) -> PreparedTerrain:
             cells = standing.cells
             assert (
                 isinstance(standing.ground, LiveTerrain) and cells is standing.cells
@@ -157,7 +157,7 @@ class Builder:
             grounds.append(self._workshop.patched(standing.ground, patch, arrival.stamp_ns))
             return _stood_on(standing, grounds[0])
 
-        self._flyer.hand_over(change=sewn_in)
+        self._flyer.hand_over(change=with_patch)
         self._mesh = PlacedMesh()
         return grounds[0], patch
 

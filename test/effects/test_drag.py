@@ -10,7 +10,7 @@ from on_both_engines import BOTH, loses_energy
 from scenes_of_facets import ENGINES, box, engine_over, flight, floor, fly, incline, rough_grid, same_bits, surface
 from small_pit import scene_file
 
-from rpf3d_core.effects.air import FLIGHT
+from rpf3d_core.effects.air_step import FLIGHT
 from rpf3d_core.effects.drag import Drag, drag_per_metre
 from rpf3d_core.effects.hooks import chain_of, in_air, longest_flight
 from rpf3d_core.ensemble.batches import Flight

@@ -1,4 +1,4 @@
-"""A patch sewn into a ground."""
+"""A patch joined to a ground."""
 
 from dataclasses import replace
 
@@ -190,7 +190,7 @@ def test_no_rock_falls_through_the_seam_flown_along_and_across(heading):
     assert (flights.deposits.x[:, 2] > corners[..., 2].min() - 1.0).all()
 
 
-def test_a_patch_over_the_rim_of_the_terrain_is_sewn_where_there_is_ground():
+def test_a_patch_over_the_rim_of_the_terrain_is_joined_where_there_is_ground():
     ground, _ = patched(grid(20, 14, 36.4, 9.3, seed=1))
     assert sheets(ground).max() == 1
     assert edge_counts(ground)[1] == 0
@@ -253,7 +253,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("patch", "reason"), REFUSED.values(), ids=REFUSED.keys())
-def test_a_patch_that_cannot_be_sewn_is_refused_and_the_ground_is_as_it_was(patch, reason):
+def test_a_patch_that_cannot_be_joined_is_refused_and_the_ground_is_as_it_was(patch, reason):
     workshop = Workshop()
     ground = workshop.whole(grid())
     before = [np.copy(array) for array in (ground.facets.geometry, *ground.locator[5:8], *ground.locator.slabs)]

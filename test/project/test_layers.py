@@ -94,7 +94,7 @@ CONFINED = {
         "rpf3d_core/imports/crests.py",
         *(
             f"rpf3d_core/terrain/{file}.py"
-            for file in ("zones", "cloud", "cloud_holes", "ring", "gaps", "steep_gaps", "outer_walls")
+            for file in ("zones", "cloud", "cloud_holes", "gap_around_patch", "gaps", "steep_gaps", "outer_walls")
         ),
     ),
     "pydantic": ("rpf3d_core/scene/", "rpf3d_core/alerts/site"),

@@ -3,7 +3,7 @@
 import pytest
 
 from rpf3d_core.report.barriers_part import LEAVES_OUT, SAMPLING_ONLY, barriers_part
-from rpf3d_core.report.blocks import Table, Text
+from rpf3d_core.report.elements import Table, Text
 
 
 def section(over_sets: bool, **more):

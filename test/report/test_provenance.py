@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from terrain_files import grid, write_binary_stl
 
-from rpf3d_core.report.blocks import Table, Text
+from rpf3d_core.report.elements import Table, Text
 from rpf3d_core.report.inputs_part import DEFAULT, GROUND, STATED, inputs_part
 from rpf3d_core.report.run_files import read_run
 from rpf3d_core.results.inputs import CALIBRATED, ELSEWHERE, PARTLY

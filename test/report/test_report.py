@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.report import view
-from rpf3d_core.report.blocks import Heading, Picture, Table, Text, Warnings
 from rpf3d_core.report.content import FIELDS, LIMITS, report_blocks
+from rpf3d_core.report.elements import Heading, Picture, Table, Text, Warnings
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import quoted, write_pdf
 from rpf3d_core.report.report import write_report

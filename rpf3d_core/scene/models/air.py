@@ -26,7 +26,7 @@ class DragSpec(ModelSpec):
     density: Number = parameter(
         1.2, "a number from 0 to 10 (kg/m3), of the air", "kg/m3", "stnParabel's guide", "C", ge=0, le=10
     )
-    accuracy: Number = parameter(0.01, ACCURACY, "m", "derived in effects/air.py", "D", ge=1e-5, le=10)
+    accuracy: Number = parameter(0.01, ACCURACY, "m", "derived in effects/air_step.py", "D", ge=1e-5, le=10)
 
 
 class DragLayerSpec(ModelSpec):
@@ -45,7 +45,7 @@ class DragLayerSpec(ModelSpec):
         30.0, "a number >= 0 (m), of the layer's top above the ground; the default is unconfirmed", "m", "RAMMS",
         "UNCONFIRMED", ge=0,
     )  # fmt: skip
-    accuracy: Number = parameter(0.05, ACCURACY, "m", "derived in effects/air.py", "D", ge=1e-5, le=10)
+    accuracy: Number = parameter(0.05, ACCURACY, "m", "derived in effects/air_step.py", "D", ge=1e-5, le=10)
     polygons: InputFile | None = parameter(
         None, "the path of a GeoJSON file with polygons that the forest stands in, or left out for all of the terrain",
         "-", "", "D",

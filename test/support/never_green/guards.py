@@ -84,7 +84,7 @@ GUARDS = (
     Guard("2.1", "a patch that was refused is a fault", f"{ENGINE}/station.py",
           '        self.report_fault("patches", lack.patches_sentence)\n', "", "patch not understood",
           also="a stale survey is a fault"),
-    Guard("2.1", "a patch that reaches far beyond the ground is refused", f"{LIVE}/sewing.py",
+    Guard("2.1", "a patch that reaches far beyond the ground is refused", f"{LIVE}/patched_arrays.py",
           "    if RELATIVE_TOLERANCE * math.dist(low, high) > WIDER * facets.tolerance:\n", "    if False:\n",
           "wrong heights of a patch"),
     Guard("2.2", "a source far above the ground is doubtful", f"{ENGINE}/answer_evidence.py",

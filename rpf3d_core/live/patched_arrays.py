@@ -15,7 +15,7 @@ from rpf3d_core.detection.bucket_patch import BucketPatch, patched_locator
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.jit.memory import Share, halves
 from rpf3d_core.live.patching import PatchChange
-from rpf3d_core.live.room import Room
+from rpf3d_core.live.reused_memory import Room
 from rpf3d_core.terrain.facets import (
     RELATIVE_TOLERANCE,
     Facets,
@@ -42,7 +42,7 @@ class IndexedTerrain(NamedTuple):
     locator: BucketLocator
 
 
-def sewn(
+def with_patch(
     terrain: Terrain, facets: Facets, locator: BucketLocator, change: PatchChange, room: Room, share: Share
 ) -> IndexedTerrain:
     """Carry out the changes of a patch in the memory of the ground, and return the changed ground.
