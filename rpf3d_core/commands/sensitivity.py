@@ -35,7 +35,7 @@ def sensitivity(
         except Stopped:
             end_interrupted("nothing was written")
     print_table(HEADER, rows_of(found))
-    screen.print("change: mean change of the result when the unknown moves across its whole range "
+    screen.print("change: mean change of the result when the unknown moves by two thirds of its range "
                  f"({found.sets:,} parameter sets of {found.rocks:,} rocks)", soft_wrap=True)  # fmt: skip
     for y in range(len(found.results)):
         if is_moved(found, y):

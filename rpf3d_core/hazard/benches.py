@@ -102,10 +102,14 @@ def _over_sets(benches: Sequence[Bench], sets: Any) -> list[Bench]:
 
 
 def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str, Any]:
-    """Return a share as in `share_of` with both intervals; `interval_95` is the predictive one, which is wider."""
+    """Return a share as in `share_of` with both intervals; `interval_95` is the predictive one, which is wider.
+
+    low, high : NaN if the predictive interval is not known. It is then None, and so is `interval_95`: a sampling
+    interval in its place would look surer than the answer is.
+    """
     predictive = None if math.isnan(low) else [float(low), float(high)]
-    return {**share, "interval_95": predictive or share["interval_95"], "predictive": predictive,
-            "sampling": share["interval_95"]}  # fmt: skip
+    sampling = share.get("sampling", share["interval_95"])
+    return {**share, "interval_95": predictive, "predictive": predictive, "sampling": sampling}
 
 
 def _known(low: float, high: float) -> list[float | None]:

@@ -12,7 +12,7 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.hazard.barrier_arrivals import HELD, OVER, THROUGH
 from rpf3d_core.hazard.barriers import AtBarrier, BarrierTally
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
-from rpf3d_core.unknowns.predictive import ENOUGH, Interval, predictive_shares, ranked_if_enough
+from rpf3d_core.unknowns.predictive import Interval, predictive_shares, ranked_if_enough
 
 P95 = 95
 FIRST = {"first_caught": HELD, "first_broken_through": THROUGH, "first_flown_over": OVER}
@@ -57,8 +57,6 @@ def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
 
 def _share(counts: FloatArray, of: FloatArray) -> tuple[float, float]:
     """Return the interval of a share, from counts (S,) out of (S,) rocks; NaN if fewer than ENOUGH sets have rocks."""
-    if (of > 0).sum() < ENOUGH:
-        return np.nan, np.nan
     return _ends(predictive_shares(counts[:, None], of[:, None]))
 
 

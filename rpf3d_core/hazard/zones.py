@@ -74,15 +74,16 @@ def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """Return a hazard zone for each level (-) of the upper end of the predictive interval of reach probability.
 
-    Such a zone holds the zone of the same level and the cells where the unknowns of the scene leave the level open.
-    There are none without parameter sets.
+    Such a zone covers the zone of the same level and the cells where the unknowns of the scene leave the level open; so
+    do cells without a predictive interval, because too few parameter sets have flown. There are no such zones without
+    parameter sets.
     """
     if maps.reach_band is None:
         return []
     band, zones = maps.reach_band, []
     for level in levels:
         cells = np.zeros(maps.cells.count, dtype=bool)
-        cells[band.cell] = band.high >= level
+        cells[band.cell] = ~(band.high < level)  # an end that is not known is NaN
         zones.append(Zone(kind=UPPER, level=level, name=None, cells=cells))
     return zones
 

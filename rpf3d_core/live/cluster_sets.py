@@ -184,7 +184,9 @@ class ClusterSets:
     def _share(self) -> Interval:
         """Return the predictive intervals of the share of rocks that reach each area."""
         flown, totals = self._areas[0].reached, self._totals()
-        found = predictive_shares(self._areas[-1].reached, totals)
+        low, high = predictive_shares(self._areas[-1].reached, totals)
+        # An interval that is not known must not compare as below every limit.
+        found = Interval(low=np.nan_to_num(low, nan=0.0), high=np.nan_to_num(high, nan=1.0))
         return holding(found, flown.sum(axis=0), totals.sum(axis=0))
 
     def _left_high(self, found: Interval) -> FloatArray:
@@ -196,7 +198,7 @@ class ClusterSets:
         """
         totals = self._totals()
         counts = np.minimum(self._areas[-1].reached + self._left, totals)
-        return np.maximum(predictive_shares(counts, totals).high, found.high)
+        return np.fmax(predictive_shares(counts, totals).high, found.high)
 
     def _totals(self) -> FloatArray:
         """Return the number of rocks of each set, for each area: (S, A)."""

@@ -45,8 +45,8 @@ MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barrier
 def surer_than_it_may_be(run: Run) -> list[str]:
     """Return sentences on what makes the answer of a run look surer than it is; none if nothing does."""
     return [
-        *_of_the_ground(run), *_of_barriers(run), *_of_paths(run), *_of_releases(run), *_of_cells(run),
-        *_of_energies(run),
+        *_of_the_ground(run), *_of_places(run), *_of_barriers(run), *_of_paths(run), *_of_releases(run),
+        *_of_cells(run), *_of_energies(run),
     ]  # fmt: skip
 
 
@@ -72,8 +72,8 @@ def _of_the_ground(run: Run) -> Iterator[str]:
                "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability hold "
                "this misfit; those of speed, height, outcomes and barriers do not")  # fmt: skip
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
-        yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals hold less "
-               f"than 95 %; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
+        yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals are not "
+               f"known; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
 
 
 def share_calibrated_elsewhere(run: Run) -> float:
@@ -98,6 +98,19 @@ def _counted_as_known(run: Run) -> list[str]:
     from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
 
     return counted_as_known(run.scene, run.terrain.zones)
+
+
+def _of_places(run: Run) -> Iterator[str]:
+    """Yield a sentence on zones and areas whose retained share has no predictive interval, though rocks came."""
+    if run.maps.sets is None or not run.maps.sets.enough_flown:
+        return
+    from rpf3d_core.unknowns.predictive import ENOUGH  # imported only if the scene has unknowns
+
+    few = [bench.name for bench in bench_table(run.terrain, run.maps)
+           if bench.reached["rocks"] and bench.retained["predictive"] is None]  # fmt: skip
+    if few:
+        yield (f"the predictive interval of the retained share in {_named(few)} is not known: fewer than {ENOUGH} "
+               "parameter sets sent a rock there")  # fmt: skip
 
 
 def _of_barriers(run: Run) -> Iterator[str]:

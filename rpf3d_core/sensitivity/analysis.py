@@ -74,7 +74,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        The scene is refused, has no unknowns, or the numbers asked for are out of range.
+        The scene is refused, has no unknowns or a sample of a calibration, or the numbers asked for are out of range.
     Stopped
         `stop` returned True.
     """
@@ -94,7 +94,10 @@ def sensitivity(
 
 
 def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
-    """Raise an error if there is nothing to vary, or if a number asked for is out of range."""
+    """Raise an error if there is nothing to vary, a sample would be ignored, or a number asked for is out of range."""
+    if scene.unknowns is not None and scene.unknowns.sample is not None:
+        raise InputError(f"{scene.path}: `unknowns.sample` gives the values of a calibration, which a sensitivity "
+                         "cannot vary one by one; use the scene that was calibrated, or remove the key")  # fmt: skip
     if not unknowns:
         raise InputError(f"{scene.path}: has no unknowns with a range; give coefficients a `prior` or a `library`, or "
                          "name them in `calibration: {unknowns: ...}`")  # fmt: skip

@@ -1,9 +1,12 @@
-"""Screening by Morris: how much a result changes on average when one unknown moves across its range.
+"""Screening by Morris: how much a result changes on average when one unknown moves by two thirds of its range.
 
 Sources
 -------
 Morris 1991, Technometrics 33:161-174: elementary effects along random trajectories on a grid.
 Campolongo, Cariboni & Saltelli 2007, Environ. Model. Softw. 22:1509-1518: the mean of their absolute values, mu*.
+
+mu* is a change per whole range. Here it is multiplied by the step that was flown, because a change per whole range can
+be larger than any possible change: a share that steps from 0 to 1 would change by 150 %.
 """
 
 from typing import NamedTuple
@@ -26,7 +29,7 @@ ENDS = (2.5, 97.5)
 class Effects(NamedTuple):
     """Effects of U unknowns on Y results.
 
-    size : (U, Y) mu*, the mean absolute change of the result per whole range of the unknown
+    size : (U, Y) mu* STEP, the mean absolute change of the result when the unknown moves by STEP of its range
     low, high : (U, Y) its 95 % interval; spread : (U, Y) standard deviation of the changes: curvature, interactions
     """
 
@@ -56,9 +59,9 @@ def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
 def effects_of(paths: FloatArray, results: FloatArray, seed: int) -> Effects:
     """Return the effects from trajectories (T, U + 1, U) (-) and the results (T, U + 1, Y) at their points."""
     moved = np.argmax(np.abs(np.diff(paths, axis=1)), axis=2)
-    steps = np.take_along_axis(np.diff(paths, axis=1), moved[:, :, None], axis=2)
+    up = np.sign(np.take_along_axis(np.diff(paths, axis=1), moved[:, :, None], axis=2))
     changes = np.empty((len(paths), paths.shape[2], results.shape[2]))
-    np.put_along_axis(changes, moved[:, :, None], np.diff(results, axis=1) / steps, axis=1)
+    np.put_along_axis(changes, moved[:, :, None], np.diff(results, axis=1) * up, axis=1)
     random = np.random.Generator(np.random.Philox(key=[seed, 2**33 + 1]))
     again = np.stack([np.abs(changes[random.integers(0, len(paths), len(paths))]).mean(axis=0) for _ in range(REDRAWS)])
     low, high = np.percentile(again, ENDS, axis=0)

@@ -25,12 +25,12 @@ def sentence_of(found: Sensitivity, result: int) -> str:
     unknown, name = decisive(found, result), found.results[result]
     if unknown is None:
         return f"no unknown moves the {name}: it is {found.middle[result]:.3g} {found.units[result]} in all sets"
-    effect = f"{found.effects.size[unknown, result]:.3g} {found.units[result]}"
+    effect = f"{found.effects.size[unknown, result]:.3g} {_unit_of_changes(found.units[result])}"
     subject = f"{found.names[unknown]} decides the {name}"
     if not is_clear(found, result):
         subject = f"{found.names[unknown]} moves the {name} most, but not clearly"
     if found.indices is None or not np.isfinite(found.indices.total[unknown, result]):
-        return f"{subject}: across its range the result changes by {effect} on average"
+        return f"{subject}: moved by two thirds of its range, it changes the result by {effect} on average"
     low, high = (100.0 * end for end in found.indices.total_ends[:, unknown, result])
     share = 100.0 * found.indices.total[unknown, result]
     return f"{subject}: {share:.0f} % of the variance ({low:.0f} to {high:.0f}), interactions included"
@@ -57,9 +57,14 @@ def rows_of(found: Sensitivity) -> list[tuple[str, ...]]:
         order: list[int] = np.argsort(-effects.size[:, y]).tolist() if is_moved(found, y) else []
         for place, u in enumerate(order):
             interval = f"{effects.low[u, y]:.3g} to {effects.high[u, y]:.3g}"
-            change = f"{effects.size[u, y]:.3g} {found.units[y]}"
+            change = f"{effects.size[u, y]:.3g} {_unit_of_changes(found.units[y])}"
             rows.append((name if place == 0 else "", found.names[u], change, interval, _share_in_words(found, u, y)))
     return rows
+
+
+def _unit_of_changes(unit: str) -> str:
+    """Return the unit of a change of a result: shares in per cent change by percentage points."""
+    return "percentage points" if unit == "%" else unit
 
 
 def _share_in_words(found: Sensitivity, u: int, y: int) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from rpf3d_core.scene.key_paths import Steps, steps_to
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.sweep.cells import Cell
-from rpf3d_core.sweep.figures import PREDICTIVE
 from rpf3d_core.sweep.flying import CellRecord
 from rpf3d_core.unknowns.predictive import ENOUGH
 
@@ -49,18 +48,17 @@ def _with_number(alike: Sequence[tuple[Cell, str]], of: int) -> str:
 
 
 def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return a sentence that names cells with a predictive interval but too few parameter sets for 95 %, if any."""
+    """Return a sentence that names cells with too few parameter sets for predictive intervals, if any."""
     few = [
         f"{cell.describe()} ({record.sets})"
         for cell, record in zip(cells, records, strict=True)
         if record.sets is not None and record.sets < ENOUGH
-        and any(figure.interval == PREDICTIVE for figure in record.figures)
-    ]  # fmt: skip
+    ]
     if not few:
         return []
     more = f"; and {len(few) - NAMED:,} more" if len(few) > NAMED else ""
     return [f"fewer than {ENOUGH} parameter sets have flown in the cells {'; '.join(few[:NAMED])}{more}: their "
-            "predictive intervals hold less than 95 %; fly more rocks"]  # fmt: skip
+            "intervals cover the number of rocks only, not the unknown ground; fly more rocks"]  # fmt: skip
 
 
 def places_that_stay(cells: Sequence[Cell]) -> list[str]:

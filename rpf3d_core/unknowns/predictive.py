@@ -46,7 +46,8 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 
     counts : (S, N) rocks of each set that count; totals : (S, N) rocks of each set; sets without rocks have no share
 
-    The ends are NaN if fewer than two sets have rocks.
+    The ends are NaN if fewer than ENOUGH sets have rocks: with 20 sets, the outermost shares hold one more share with
+    90 % only.
     """
     has = totals > 0
     sets = has.sum(axis=0)
@@ -59,7 +60,7 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
         kept = np.where((seen > 0.0) & (rarer >= FEWEST * sets), kept, 1.0)
         low, high = ranked(mean + kept * (shares - mean), level)
         pooled = wilson_intervals(counts.sum(axis=0), np.maximum(totals.sum(axis=0), 1))
-    enough = sets >= 2
+    enough = sets >= ENOUGH
     return Interval(
         low=np.where(enough, np.clip(np.minimum(low, pooled[0]), 0.0, 1.0), np.nan),
         high=np.where(enough, np.clip(np.maximum(high, pooled[1]), 0.0, 1.0), np.nan),

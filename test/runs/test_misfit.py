@@ -181,7 +181,7 @@ def test_the_result_says_which_numbers_hold_the_misfit(pit: Path, tmp_path: Path
     for place in facts["benches"].values():
         for name in ("reached", "stopped", "retained"):
             share = place[name]
-            if share["share"] is not None:
+            if share["predictive"] is not None:
                 (low, high), (least, most) = share["predictive"], share["sampling"]
                 assert low <= least <= share["share"] <= most <= high
     assert any("hold this misfit" in sentence for sentence in surer_than_it_may_be(run))

@@ -4,6 +4,7 @@ import csv
 import json
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,9 @@ import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.statistics import PERCENTILES
 from rpf3d_core.hazard.layers import layers_of
+from rpf3d_core.hazard.zones import upper_zones
 from rpf3d_core.results.findings import Run
+from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.results.summary import summary
 from rpf3d_core.runs.parallel import fly_parts
 from rpf3d_core.runs.run import replay
@@ -137,7 +140,9 @@ def test_every_interval_of_a_share_holds_its_sampling_interval(run: Run) -> None
     shares = [*facts["outcomes"].values()]
     for place in (*facts["benches"].values(), *facts["areas_of_interest"].values()):
         shares += [place["reached"], place["stopped"], place["retained"]]
-    told = [share for share in shares if share["share"] is not None]
+    given = [share for share in shares if share["share"] is not None]
+    assert all(share["interval_95"] == share["predictive"] for share in given)
+    told = [share for share in given if share["predictive"] is not None]
     assert len(told) > 10
     for share in told:
         (low, high), (least, most) = share["predictive"], share["sampling"]
@@ -149,6 +154,21 @@ def test_every_interval_of_a_share_holds_its_sampling_interval(run: Run) -> None
 def test_the_band_of_a_map_holds_its_values(run: Run) -> None:
     share = run.maps.cells.rocks / run.maps.flown
     assert (run.maps.reach_band.low <= share).all() and (share <= run.maps.reach_band.high).all()
+
+
+def test_a_cell_whose_upper_end_is_not_known_is_in_every_upper_zone(run: Run) -> None:
+    band = run.maps.reach_band
+    unknown = replace(run.maps, reach_band=band._replace(high=np.full(len(band.high), np.nan)))
+    (zone,) = upper_zones(unknown, [0.99])
+    assert np.flatnonzero(zone.cells).tolist() == band.cell.tolist()
+
+
+def test_with_rocks_of_few_sets_no_share_has_a_predictive_interval(run: Run) -> None:
+    few = rpf3d.simulate(run.scene, rocks=20, engine="reference")
+    facts = summary(few)
+    shares = [place["reached"] for place in facts["benches"].values()]
+    assert shares and all(share["predictive"] is None and share["interval_95"] is None for share in shares)
+    assert any("predictive intervals are not known" in sentence for sentence in surer_than_it_may_be(few))
 
 
 def test_a_rock_flies_again_with_its_own_set(run: Run) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rpf3d_core.sensitivity.morris import LEVELS, effects_of, trajectories
+from rpf3d_core.sensitivity.morris import LEVELS, STEP, effects_of, trajectories
 from rpf3d_core.sensitivity.sobol import design, indices_of
 
 
@@ -16,21 +16,27 @@ def test_each_step_of_a_trajectory_moves_one_unknown_and_stays_in_the_cube() -> 
     assert paths.max() <= 1.0 + 1e-12
 
 
-def test_effects_of_a_linear_function_are_its_slopes() -> None:
+def test_effects_of_a_linear_function_are_its_slopes_times_the_step() -> None:
     slopes = np.array([[3.0, 0.0], [-7.0, 2.0], [0.5, 0.0]])
     paths = trajectories(8, 3, seed=1)
     found = effects_of(paths, paths @ slopes + 4.0, seed=1)
-    np.testing.assert_allclose(found.size, np.abs(slopes), atol=1e-12)
+    np.testing.assert_allclose(found.size, np.abs(slopes) * STEP, atol=1e-12)
     np.testing.assert_allclose(found.spread, 0.0, atol=1e-12)
-    np.testing.assert_allclose([found.low, found.high], [np.abs(slopes)] * 2, atol=1e-12)
+    np.testing.assert_allclose([found.low, found.high], [np.abs(slopes) * STEP] * 2, atol=1e-12)
 
 
 def test_an_interaction_shows_as_spread() -> None:
     paths = trajectories(200, 2, seed=2)
     found = effects_of(paths, np.prod(paths, axis=2)[..., None], seed=2)
     # Of u v the effect of u is v: on average 1/2 over the levels 0, 1/3, 2/3, 1, with variance 5/36.
-    np.testing.assert_allclose(found.size[:, 0], 0.5, atol=4 * (5 / 36 / 200) ** 0.5)
-    np.testing.assert_allclose(found.spread[:, 0], (5 / 36) ** 0.5, rtol=0.1)
+    np.testing.assert_allclose(found.size[:, 0], 0.5 * STEP, atol=4 * (5 / 36 / 200) ** 0.5)
+    np.testing.assert_allclose(found.spread[:, 0], STEP * (5 / 36) ** 0.5, rtol=0.1)
+
+
+def test_no_effect_is_larger_than_the_range_of_the_result() -> None:
+    paths = trajectories(40, 2, seed=4)
+    found = effects_of(paths, (paths[..., :1] > 0.5).astype(float), seed=4)
+    assert found.size[0, 0] == found.high[0, 0] == 1.0 and found.size[1, 0] == 0.0
 
 
 def ishigami(u: np.ndarray) -> np.ndarray:

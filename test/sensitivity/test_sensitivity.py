@@ -42,7 +42,7 @@ def test_the_unknown_that_bounces_decides_the_runout(tmp_path: Path) -> None:
     assert found.names == (R_N, "materials.default.friction_angle_deg")
     assert found.sets == 8 * 3
     assert is_clear(found, runout)
-    assert sentence_of(found, runout).startswith(f"{R_N} decides the mean runout: across its range")
+    assert sentence_of(found, runout).startswith(f"{R_N} decides the mean runout: moved by two thirds")
     energy = found.results.index("p95 energy")  # of the first impact, which no coefficient of the ground changes
     assert sentence_of(found, energy).startswith("no unknown moves the p95 energy")
 
@@ -73,3 +73,11 @@ def test_a_stopped_analysis_ends(tmp_path: Path) -> None:
     with pytest.raises(Stopped):
         sensitivity(scene(tmp_path), FEW, lambda done, of: flown.append(done), lambda: len(flown) > 2)
     assert np.diff(flown).tolist() == [1, 1]
+
+
+def test_a_scene_with_a_sample_is_refused_because_its_values_do_not_vary_one_by_one(tmp_path: Path) -> None:
+    path = scene(tmp_path)
+    (tmp_path / "posterior.parquet").touch()
+    path.write_text(path.read_text() + "unknowns: {sample: posterior.parquet}\n")
+    with pytest.raises(InputError, match=r"`unknowns.sample` gives the values of a calibration"):
+        sensitivity(path, FEW)

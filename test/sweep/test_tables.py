@@ -60,7 +60,8 @@ def test_a_fence_that_all_sets_reach_has_both_intervals(folder: Path) -> None:
 
 
 def test_the_note_names_only_intervals_that_stand_in_the_tables(folder: Path) -> None:
-    found = sweep(written(folder, UNKNOWN.replace("rocks: 60", "rocks: 80")), {BERM: (4,)}, folder / "out", Here())
+    (folder / "road.geojson").write_text(road(6.0, 60.0))  # every set sends rocks there
+    found = sweep(written(folder, UNKNOWN.replace("rocks: 60", "rocks: 400")), {BERM: (4,)}, folder / "out", Here())
     note, texts = notes_of(found.cells, found.records)[0], [*rows_of(found, "berm_1")[0], *rows_of(found, "floor")[0]]
     assert any(figure.interval == SAMPLING for figure in found.records[0].figures), "an energy of too few rocks"
     assert all("sampling only" not in text for text in texts)

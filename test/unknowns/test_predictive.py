@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rpf3d_core.unknowns.predictive import predictive_shares, ranked, ranked_if_enough
+from rpf3d_core.unknowns.predictive import ENOUGH, predictive_shares, ranked, ranked_if_enough
 
 SETS, SITES = 64, 3000
 Draw = Callable[[np.random.Generator, tuple[int, ...]], np.ndarray]
@@ -52,6 +52,20 @@ def test_sets_that_are_sure_and_disagree_leave_everything_open() -> None:
     counts = np.where(np.arange(SETS) % 2, 15.0, 0.0)[:, None]
     low, high = predictive_shares(counts, np.full((SETS, 1), 15.0))
     assert (low[0], high[0]) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("sets", [0, 1, 2, 20, ENOUGH - 1])
+def test_a_share_of_fewer_sets_than_95_per_cent_need_is_not_known(sets: int) -> None:
+    totals = np.where(np.arange(SETS) < sets, 1000.0, 0.0)[:, None]
+    assert np.isnan(predictive_shares(0.3 * totals, totals)).all()
+
+
+def test_39_sets_hold_the_share_of_one_more_site_with_95_per_cent() -> None:
+    rng = np.random.default_rng(11)
+    sets, site = rng.beta(0.3, 0.3, (ENOUGH, 40_000)), rng.beta(0.3, 0.3, 40_000)
+    rocks = np.full(sets.shape, 2000.0)
+    low, high = predictive_shares(rng.binomial(2000, sets).astype(float), rocks)
+    assert np.mean((low <= site) & (site <= high)) > 0.945
 
 
 def test_sets_without_rocks_do_not_count_and_one_set_predicts_nothing() -> None:
