@@ -52,7 +52,7 @@ class Separation(NamedTuple):
     overlap: bool
 
 
-@routine
+@kernel
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
     """Return the row of the corner that lies least far in the direction n (3,), the first one if several do."""
     best, row = math.inf, first

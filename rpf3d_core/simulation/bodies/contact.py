@@ -258,7 +258,7 @@ def _shortened(body: Body, motion: BodyMotion, h: float) -> float:
     return max(min(h, most), SHORTEST)
 
 
-@routine
+@kernel
 def carry(
     body: Body, room: Room, count: int, physics: Physics, motion: BodyMotion, h: float, at: tuple[float, RockContext]
 ) -> Carried:
