@@ -51,12 +51,81 @@ def reach_time(height: float, rate: float, fall: float) -> float:
     return (rate + root) / fall if rate > 0.0 else 2.0 * height / (root - rate)
 
 
-@routine
-def clear_time(corners: Any, first: int, last: int, size: float, sweep: Sweep, plane: tuple[Vec, float]) -> float:
-    """Return a time (s), 0 or more, possibly infinite, for which no corner of the body reaches the plane n . y = d.
+@kernel
+def set_arms(arms: Any, corners: Any, first: int, last: int, size: float) -> None:
+    """Write the corners of a body and their distances from the centre of mass into the first columns of `arms`.
 
+    arms : (4, N) receives x, y, z and the distance, m; a row for each, so that compiled code reads several at a time
     corners : (N, 3); the rows `first` to `last` - 1 times `size` (m) are the body's corners, in the body's axes
+    """
+    for i in range(last - first):
+        x, y, z = size * corners[first + i, 0], size * corners[first + i, 1], size * corners[first + i, 2]
+        arms[0, i], arms[1, i], arms[2, i] = x, y, z
+        arms[3, i] = math.sqrt(x * x + y * y + z * z)
+
+
+class Descent(NamedTuple):
+    """How the corners of a body approach a plane, for `clear_time`.
+
+    up, across : (3,), (3,) 1/s; their products with a corner are its height above the centre of mass (m) and its rate
+    centre : height of the centre of mass above the plane (m); rate : its rate (m/s); fall : its acceleration (m/s2)
+    turning : largest acceleration of a corner by rotation, for each metre from the centre of mass (1/s2)
+    """
+
+    up: Vec
+    across: Vec
+    centre: float
+    rate: float
+    fall: float
+    turning: float
+
+
+@kernel
+def _descent(sweep: Sweep, plane: tuple[Vec, float]) -> Descent:
+    """Return how the corners of a body approach a plane; plane : as in `clear_time`."""
+    n = plane[0]
+    return Descent(
+        up=turned_back(sweep.q, n),
+        across=turned_back(sweep.q, cross(n, sweep.w)),
+        centre=dot(n, sweep.x) - plane[1],
+        rate=dot(n, sweep.v),
+        fall=sweep.gravity * n[2],
+        turning=TURNING * sweep.spin_bound * sweep.spin_bound,
+    )
+
+
+@kernel
+def _bound_of(arms: Any, i: int, descent: Descent) -> Vec:
+    """Return a lower bound h + h' t - B t^2 / 2 of the height of corner i above the plane, as (h, h', B)."""
+    x, y, z = arms[0, i], arms[1, i], arms[2, i]
+    up, across = descent.up, descent.across
+    return (
+        descent.centre + (up[0] * x + up[1] * y + up[2] * z),
+        descent.rate + (across[0] * x + across[1] * y + across[2] * z),
+        descent.fall + descent.turning * arms[3, i],
+    )
+
+
+@kernel
+def _all_clear(arms: Any, count: int, descent: Descent, most: float) -> bool:
+    """Return True if no corner reaches the plane in `most` seconds; most searches end here.
+
+    The loop has no branch, so that compiled code takes several corners at a time.
+    """
+    clear = 0
+    for i in range(count):
+        height, sinks, bends = _bound_of(arms, i, descent)
+        clear += (height > 0.0) & (bends >= 0.0) & (height + most * (sinks - 0.5 * bends * most) > 0.0)
+    return clear == count
+
+
+@routine
+def clear_time(arms: Any, count: int, sweep: Sweep, plane: tuple[Vec, float], most: float) -> float:
+    """Return a time (s), 0 or more, for which no corner of the body reaches the plane n . y = d.
+
+    arms : (4, N), of which `count` columns are the body's corners, as `set_arms` writes them
     plane : unit normal n (3,) and distance d (m); the body lies on the side n . y > d, otherwise the result is 0
+    most : time (s) that the caller asks about; the result is infinite if no corner reaches the plane before
 
     Two bounds hold, and the longer time counts. A corner at height h with rate h' accelerates towards the plane by at
     most B = g n_z + TURNING w_max^2 |r|, so it needs at least the positive root of h + h' t - B t^2 / 2 = 0. And no
@@ -64,22 +133,20 @@ def clear_time(corners: Any, first: int, last: int, size: float, sweep: Sweep, p
 
     Source: rigid_blocks.md 6.3, with a smaller factor.
     """
-    n = plane[0]
-    up, across = turned_back(sweep.q, n), turned_back(sweep.q, cross(n, sweep.w))
-    centre, rate, fall = dot(n, sweep.x) - plane[1], dot(n, sweep.v), sweep.gravity * n[2]
-    turning = TURNING * sweep.spin_bound * sweep.spin_bound
-    time, farthest = math.inf, 0.0
-    for i in range(first, last):
-        x, y, z = size * corners[i, 0], size * corners[i, 1], size * corners[i, 2]
-        height = centre + (up[0] * x + up[1] * y + up[2] * z)
+    descent = _descent(sweep, plane)
+    if _all_clear(arms, count, descent, most):
+        return math.inf
+    time, farthest = most, 0.0
+    for i in range(count):
+        height, sinks, bends = _bound_of(arms, i, descent)
         if height <= 0.0:
             return 0.0
-        radius = math.sqrt(x * x + y * y + z * z)
-        sinks, bends = rate + (across[0] * x + across[1] * y + across[2] * z), fall + turning * radius
-        farthest = max(farthest, radius)
+        farthest = max(farthest, arms[3, i])
         # A parabola open to below that is above 0 at the least time so far has its root later: it needs no root.
         if bends < 0.0 or not height + time * (sinks - 0.5 * bends * time) > 0.0:
             time = min(time, reach_time(height, sinks, bends))
-    if centre <= farthest:
+    if not time < most:
+        return math.inf
+    if descent.centre <= farthest:
         return time
-    return max(time, reach_time(centre - farthest, rate, fall))
+    return max(time, reach_time(descent.centre - farthest, descent.rate, descent.fall))

@@ -52,15 +52,29 @@ class Separation(NamedTuple):
     overlap: bool
 
 
-@routine
+@kernel
+def _height(corners: Any, row: int, n: Vec) -> float:
+    """Return how far the corner in a row lies in the direction n (3,)."""
+    height: float = n[0] * corners[row, 0] + n[1] * corners[row, 1] + n[2] * corners[row, 2]
+    return height
+
+
+@kernel
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
-    """Return the row of the corner that lies least far in the direction n (3,), the first one if several do."""
-    best, row = math.inf, first
-    for i in range(first, last):
-        height = n[0] * corners[i, 0] + n[1] * corners[i, 1] + n[2] * corners[i, 2]
-        if height < best:
-            best, row = height, i
-    return row
+    """Return the row of the corner that lies least far in the direction n (3,), the first one if several do.
+
+    Two searches run side by side, each over every second corner, so that neither waits for the other's comparison.
+    """
+    least, row, other_least, other = math.inf, first, math.inf, first
+    for i in range(first, last - 1, 2):
+        height, other_height = _height(corners, i, n), _height(corners, i + 1, n)
+        if height < least:
+            least, row = height, i
+        if other_height < other_least:
+            other_least, other = other_height, i + 1
+    if (last - first) % 2 == 1 and _height(corners, last - 1, n) < least:
+        least, row = _height(corners, last - 1, n), last - 1
+    return other if other_least < least or (other_least == least and other < row) else row
 
 
 @kernel

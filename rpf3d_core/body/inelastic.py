@@ -79,7 +79,7 @@ def local_velocity(row: Any, velocity: Velocity) -> Vec:
     )
 
 
-@routine
+@kernel
 def solve_contact(row: Any, velocity: Velocity, mu: float, share: float) -> tuple[Velocity, float]:
     """Return the velocity of a body after the exact solution of one contact, and the change of the contact's velocity.
 

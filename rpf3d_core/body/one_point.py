@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from rpf3d_core.body.contacts import LOCAL, MATRIX, SCHUR
-from rpf3d_core.jit.dispatch import kernel, routine
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import ZERO, Vec
 
 STEPS = 60
@@ -16,7 +16,7 @@ The steps converge quadratically: the step from an error of NEARLY ends with rou
 """
 
 
-@routine
+@kernel
 def one_point(row: Any, u: Vec, mu: float) -> Vec:
     """Return the impulse (normal, tangent, tangent) m/s at one contact after which the contact does not approach.
 

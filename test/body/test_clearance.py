@@ -8,7 +8,7 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
-from rpf3d_core.body.clearance import TURNING, Sweep, clear_time, reach_time
+from rpf3d_core.body.clearance import TURNING, Sweep, clear_time, reach_time, set_arms
 from rpf3d_core.body.quaternions import turned
 from rpf3d_core.body.rotation import spin_bound, turned_for, turning_of
 from rpf3d_core.jit.dispatch import loop
@@ -83,26 +83,42 @@ def integrated(inertia: np.ndarray, state: np.ndarray, until: np.ndarray, shares
     return done.y[3 * count :].T.reshape(len(shares), count, 4)
 
 
+LONG = 1e9
+"""Time (s) after which no body of these tests reaches a plane for the first time."""
+
+
 # --- the times --------------------------------------------------------------------------------------------------------
 
 
 @loop
-def times_of(corners, space_spins, state, planes, bounds, found):
-    """Write the clear time of each body into `found`."""
+def times_of(corners, space_spins, state, planes, bounds, asked, arms, found):
+    """Write the clear time of each body into `found`.
+
+    asked : (N,) s, the time that the caller asks about; arms : (4, C), scratch
+    """
     for k in range(len(found)):
         s, p, w = state[k], planes[k], space_spins[k]
         sweep = Sweep(
             x=(s[0], s[1], s[2]), v=(s[3], s[4], s[5]), w=(w[0], w[1], w[2]), q=(s[9], s[10], s[11], s[12]),
             gravity=9.81, spin_bound=bounds[k],
         )  # fmt: skip
-        found[k] = clear_time(corners[k], 0, corners.shape[1], 1.0, sweep, ((p[0], p[1], p[2]), p[3]))
+        set_arms(arms, corners[k], 0, corners.shape[1], 1.0)
+        found[k] = clear_time(arms, corners.shape[1], sweep, ((p[0], p[1], p[2]), p[3]), asked[k])
 
 
-def clear_times(bodies: Bodies, run=times_of) -> np.ndarray:
+def clear_times(bodies: Bodies, run=times_of, asked=None) -> np.ndarray:
     space_spins = np.einsum("nij,nj->ni", matrices(bodies.state[:, 9:]), bodies.state[:, 6:9])
-    found = np.zeros(len(bodies.state))
-    run(bodies.corners, space_spins, bodies.state, bodies.planes, bodies.bounds, found)
+    found, arms = np.zeros(len(bodies.state)), np.zeros((4, bodies.corners.shape[1]))
+    asked = np.full(len(found), LONG) if asked is None else asked
+    run(bodies.corners, space_spins, bodies.state, bodies.planes, bodies.bounds, asked, arms, found)
     return found
+
+
+def clear_for(corners, first, last, size, sweep, plane) -> float:
+    """The clear time of one body; infinite beyond LONG."""
+    arms = np.zeros((4, last - first))
+    set_arms(arms, corners, first, last, size)
+    return clear_time(arms, last - first, sweep, plane, LONG)
 
 
 def random_bodies(seed: int, count: int, corners: int) -> Bodies:
@@ -153,7 +169,7 @@ def test_a_needle_with_the_largest_acceleration_arrives_little_after_its_clear_t
         x=(0.0, 0.0, 0.0), v=tuple((-np.cross(spin * w, r)).tolist()), w=tuple((spin * w).tolist()), q=q, gravity=0.0,
         spin_bound=spin,
     )  # fmt: skip
-    time = clear_time(r[None].copy(), 0, 1, 1.0, sweep, (tuple(n.tolist()), float(drop[0])))
+    time = clear_for(r[None].copy(), 0, 1, 1.0, sweep, (tuple(n.tolist()), float(drop[0])))
     arrives = math.sqrt(2.0 * height / (sizes[0] * spin * spin))
     assert sizes[0] == pytest.approx(1.2528, abs=1e-4)
     assert 0.99 * arrives < time < arrives
@@ -175,13 +191,14 @@ def test_no_rigid_body_accelerates_a_corner_by_more_than_the_factor():
 
 
 @loop
-def searched(corners, moments, state, planes, most, found):
+def searched(corners, moments, state, planes, most, arms, found):
     """Advance each body by its clear time to 1e-9 m from the plane; columns: time, evaluations, height."""
     for k in range(len(found)):
         s, p, m = state[k], planes[k], moments[k]
         spin, q = (s[6], s[7], s[8]), (s[9], s[10], s[11], s[12])
         turning = turning_of((m[0], m[1], m[2]), q, spin)
         bound = spin_bound(turning)
+        set_arms(arms, corners[k], 0, corners.shape[1], 1.0)
         t, height, count = 0.0, math.inf, 0
         while t < most and height > 1e-9 and count < 1000:
             at, w = turned_for(turning, t)
@@ -195,7 +212,7 @@ def searched(corners, moments, state, planes, most, found):
                 x=(s[0] + s[3] * t, s[1] + s[4] * t, s[2] + s[5] * t - 0.5 * 9.81 * t * t),
                 v=(s[3], s[4], s[5] - 9.81 * t), w=turned(at, w), q=at, gravity=9.81, spin_bound=bound,
             )  # fmt: skip
-            t += clear_time(corners[k], 0, corners.shape[1], 1.0, sweep, ((p[0], p[1], p[2]), p[3]))
+            t += clear_time(arms, corners.shape[1], sweep, ((p[0], p[1], p[2]), p[3]), most)
             count += 1
         found[k, 0], found[k, 1], found[k, 2] = t, count, height
 
@@ -207,10 +224,27 @@ def test_a_falling_body_reaches_the_plane_after_about_ten_evaluations():
     bodies.planes[:, :3] = (0.0, 0.6, 0.8)
     bodies.planes[:, 3] = -1.001 - rng.exponential(5.0, size=2000)
     found = np.zeros((2000, 3))
-    searched(bodies.corners, bodies.moments, bodies.state, bodies.planes, 60.0, found)
+    searched(bodies.corners, bodies.moments, bodies.state, bodies.planes, 60.0, np.zeros((4, 40)), found)
     assert np.all(np.abs(found[:, 2]) <= 1e-9)
     assert found[:, 1].mean() < 8.0
     assert found[:, 1].max() <= 40
+
+
+# --- the time asked about ---------------------------------------------------------------------------------------------
+
+
+def test_a_time_is_the_same_however_much_longer_is_asked_about_and_infinite_beyond():
+    bodies = random_bodies(5, 2000, CORNERS)
+    times = clear_times(bodies)
+    landing = np.isfinite(times)
+    assert landing.mean() > 0.4
+    for factor in (1.0 + 1e-6, 2.0, 1e3):
+        assert np.array_equal(clear_times(bodies, asked=np.minimum(factor * times, LONG))[landing], times[landing])
+    for factor in (1e-3, 0.5, 1.0 - 1e-6):
+        found = clear_times(bodies, asked=np.minimum(factor * times, LONG))
+        # The sphere around the body may be clear for longer than the corners are.
+        assert np.all((found == math.inf) | (found == times))
+        assert np.isinf(found[landing]).mean() > 0.5
 
 
 # --- closed forms -----------------------------------------------------------------------------------------------------
@@ -230,35 +264,35 @@ def test_a_body_without_spin_is_clear_until_it_lands_on_a_level_plane(up, height
     with mp.workdps(50):
         h = mpf(0.25 + height) - mpf(0.25)
         exact = (mpf(up) + mp.sqrt(mpf(up) ** 2 + 2 * mpf(G) * h)) / mpf(G)
-    assert clear_time(BRICK, 0, 8, 1.0, sweep, (LEVEL, 0.0)) == pytest.approx(float(exact), rel=4e-15)
+    assert clear_for(BRICK, 0, 8, 1.0, sweep, (LEVEL, 0.0)) == pytest.approx(float(exact), rel=4e-15)
 
 
 def test_a_body_that_touches_or_crosses_the_plane_has_no_clear_time():
     for height in (0.25, 0.2, -1.0):
-        assert clear_time(BRICK, 0, 8, 1.0, not_spinning(x=(0.0, 0.0, height)), (LEVEL, 0.0)) == 0.0
+        assert clear_for(BRICK, 0, 8, 1.0, not_spinning(x=(0.0, 0.0, height)), (LEVEL, 0.0)) == 0.0
 
 
 def test_a_body_that_nothing_brings_to_the_plane_is_clear_for_ever():
     under_a_roof = (0.0, 0.0, -1.0), -2.0  # the plane z = 2, seen from below
-    assert clear_time(BRICK, 0, 8, 1.0, not_spinning(), under_a_roof) == math.inf
-    assert clear_time(BRICK, 0, 8, 1.0, not_spinning(v=(0.0, 0.0, 5.8)), under_a_roof) == math.inf
-    assert clear_time(BRICK, 0, 8, 1.0, not_spinning(gravity=0.0), (LEVEL, -1.0)) == math.inf
+    assert clear_for(BRICK, 0, 8, 1.0, not_spinning(), under_a_roof) == math.inf
+    assert clear_for(BRICK, 0, 8, 1.0, not_spinning(v=(0.0, 0.0, 5.8)), under_a_roof) == math.inf
+    assert clear_for(BRICK, 0, 8, 1.0, not_spinning(gravity=0.0), (LEVEL, -1.0)) == math.inf
     # It rises 1.75 m at 6 m/s before gravity turns it round: 6 t - 9.81 t^2 / 2 = 1.75
     hits = (6.0 - math.sqrt(36.0 - 2.0 * G * 1.75)) / G
-    assert clear_time(BRICK, 0, 8, 1.0, not_spinning(v=(0.0, 0.0, 6.0)), under_a_roof) == pytest.approx(hits, rel=1e-14)
+    assert clear_for(BRICK, 0, 8, 1.0, not_spinning(v=(0.0, 0.0, 6.0)), under_a_roof) == pytest.approx(hits, rel=1e-14)
 
 
 def test_a_fast_spin_far_from_the_plane_does_not_shorten_the_fall_of_the_sphere_around_the_body():
     sweep = not_spinning(x=(0.0, 0.0, 100.0))._replace(w=(0.0, 0.0, 500.0), spin_bound=500.0)
     radius = math.sqrt(0.5**2 + 0.4**2 + 0.25**2)
     fall = math.sqrt(2.0 * (100.0 - radius) / G)
-    assert clear_time(BRICK, 0, 8, 1.0, sweep, (LEVEL, 0.0)) == pytest.approx(fall, rel=1e-14)
+    assert clear_for(BRICK, 0, 8, 1.0, sweep, (LEVEL, 0.0)) == pytest.approx(fall, rel=1e-14)
 
 
 def test_a_body_has_the_size_and_the_rows_that_are_given():
     rows = np.vstack([90.0 * BRICK, BRICK, 80.0 * BRICK])
     sweep = not_spinning(x=(0.0, 0.0, 2.0))
-    assert clear_time(rows, 8, 16, 4.0, sweep, (LEVEL, 0.0)) == pytest.approx(math.sqrt(2.0 / G), rel=1e-15)
+    assert clear_for(rows, 8, 16, 4.0, sweep, (LEVEL, 0.0)) == pytest.approx(math.sqrt(2.0 / G), rel=1e-15)
 
 
 def test_a_root_is_exact_for_all_sizes_of_its_terms():

@@ -32,7 +32,7 @@ from rpf3d_core.simulation.bodies.room import (
     Room,
 )
 from rpf3d_core.simulation.bodies.survey import clear_until, travelled
-from rpf3d_core.simulation.bodies.touch import BAND, copy_contacts, keep_impulses, list_contacts, touch
+from rpf3d_core.simulation.bodies.touch import BAND, copy_contacts, keep_impulses, list_contacts, mark_covered, touch
 from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
@@ -93,6 +93,7 @@ def contacts_of(
 ) -> int:  # fmt: skip
     """Look at the facets around a body, and write its contacts into `points`; return how many there are."""
     touch(body, room, physics.facets, motion, moved)
+    mark_covered(body, room, physics.facets, motion)
     return list_contacts(body, room, points, physics, motion, rock)
 
 
@@ -258,7 +259,7 @@ def _shortened(body: Body, motion: BodyMotion, h: float) -> float:
     return max(min(h, most), SHORTEST)
 
 
-@routine
+@kernel
 def carry(
     body: Body, room: Room, count: int, physics: Physics, motion: BodyMotion, h: float, at: tuple[float, RockContext]
 ) -> Carried:
@@ -281,12 +282,14 @@ def carry(
         t = max(clear_until(body, room, physics.facets, flight, h, moved), SHORTEST)
         end, path = motion_after(flight, t), moved + travelled(body, flight, t)
         pressed = _expect(body, room, count, begin, gravity, t)
-        now = contacts_of(body, room, room.later, physics, end, rock, path)
+        touch(body, room, physics.facets, end, path)
+        mark_covered(body, room, physics.facets, end)
         error = _error(body, room, path)
         if error <= 1.0 or h <= SHORTEST:
             break
         touch(body, room, physics.facets, motion, moved)
         h = max(min(_next_length(h, error), 0.7 * h), SHORTEST)
+    now = list_contacts(body, room, room.later, physics, end, rock)
     keep_impulses(body, room.points, count, room.later, now)
     copy_contacts(room.later, now, room.points)
     after = _shortened(body, end, max(_next_length(t, error), SHORTEST) if t < h else _next_length(h, error))

@@ -3,6 +3,9 @@
 import math
 from typing import Any
 
+import numpy as np
+
+from rpf3d_core.body.clearance import set_arms
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.materials.rock_context import RockContext, key_of, rock_of
 from rpf3d_core.simulation.bodies.follow import follow_body
@@ -34,9 +37,9 @@ def follow_in_room(
     MemoryError
         More than LARGEST_ROOM facets lie near one body.
     """
-    facets = FEWEST_FACETS
+    facets, corners = FEWEST_FACETS, int(np.diff(physics.rebound.shapes.first).max())
     while True:
-        begin, fits = follow(physics, locator, launches, logbook, begin, room_for(facets))
+        begin, fits = follow(physics, locator, launches, logbook, begin, room_for(facets, corners))
         if fits:
             return int(begin)
         facets *= 4
@@ -54,6 +57,7 @@ def follow_each(
         rock = RockContext(rock=rock_of(launches.sizes, i), key=key_of(launches.keys, i), impacts=0)
         radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock: the rock is never None
         body = body_of(physics.rebound, launches.shape[i], radius)
+        set_arms(room.arms, body.shapes.corners, body.first, body.last, body.size)
         pose = launches.pose[i]
         motion = BodyMotion(
             t=0.0,

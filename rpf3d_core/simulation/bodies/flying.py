@@ -10,7 +10,7 @@ from rpf3d_core.detection.search import flight_end
 from rpf3d_core.detection.sphere_contact import Course
 from rpf3d_core.detection.swept import stretch_end, swept_contact
 from rpf3d_core.effects.hooks import NO_MEETING, Meeting, first_obstacle, longest_flight
-from rpf3d_core.jit.dispatch import kernel, routine
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.slippage import slip_in_air
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.bodies.around import braked, height_of
@@ -99,7 +99,7 @@ def _next_path(
         longest = AGAIN * t
 
 
-@routine
+@kernel
 def fly_on(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> tuple[Ride, bool]:  # fmt: skip

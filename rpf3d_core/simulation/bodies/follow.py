@@ -49,7 +49,7 @@ STOPPED, MAX_TIME = int(Outcome.STOPPED), int(Outcome.MAX_TIME)
 MAX_IMPACTS, FAILED = int(Outcome.MAX_IMPACTS), int(Outcome.FAILED)
 
 
-@routine
+@kernel
 def meet(body: Body, room: Room, physics: Physics, ride: Ride, rock: RockContext, record: Record) -> Ride:
     """Return the state of a flying body that has come near the ground: in contact, after an impact if it was fast."""
     count = contacts_of(body, room, room.points, physics, ride.motion, rock, ride.moved)
@@ -76,7 +76,7 @@ def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: Ro
     return in_contact(ride, after, count, tally, passed)
 
 
-@routine
+@kernel
 def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext) -> Ride:
     """Return the state with the facets around a body in contact listed again if the body has moved on."""
     if norm(subtract(ride.motion.x, ride.centre)) <= MOVED_ON * margin_of(body):
@@ -86,7 +86,7 @@ def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride,
     return listed
 
 
-@routine
+@kernel
 def step_on(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
@@ -167,7 +167,7 @@ def _checked(before: Ride, after: Ride) -> Ride:
     return after if math.isfinite(total + motion.q[3]) else ended(before, FAILED)
 
 
-@routine
+@kernel
 def next_event(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:

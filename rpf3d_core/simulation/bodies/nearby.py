@@ -7,7 +7,7 @@ from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.touching import looked_at, scan
 from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.simulation.bodies.room import GAP, PLANE_COLUMNS, UNKNOWN, Room
-from rpf3d_core.terrain.facet_geometry import stored_normal
+from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import norm, subtract
@@ -31,12 +31,24 @@ def gathered(quest: Gather, facets: Facets, f: int, best: Touch) -> Touch:
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
+    if _is_beside(facets, f, quest.x, quest.distance + facets.tolerance):
+        return best
     if norm(subtract(quest.x, closest_point(facets, f, quest.x))) <= quest.distance:
         k = quest.count[0]
         if k < len(quest.facets):
             quest.facets[k] = f
         quest.count[0] = k + 1
     return best
+
+
+@kernel
+def _is_beside(facets: Facets, f: int, x: Vec, distance: float) -> bool:
+    """Return True if facet f lies farther than a distance (m) from x (3,) m along an axis, as most facets do."""
+    a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
+    beside = False
+    for k in range(3):
+        beside = beside or min(a[k], b[k], c[k]) > x[k] + distance or max(a[k], b[k], c[k]) < x[k] - distance
+    return beside
 
 
 @kernel

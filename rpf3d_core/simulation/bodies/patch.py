@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from rpf3d_core.body.distance import lowest
 from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.simulation.bodies.motion import Body
 from rpf3d_core.simulation.bodies.room import POLYGON, Room
@@ -17,13 +18,9 @@ MOST = 4
 @kernel
 def facing_face(body: Body, n: Vec) -> int:
     """Return the face of the body that faces the direction -n most; -1 if none does to FACING."""
-    normals, best = body.shapes.normals, -FACING
-    face = -1
-    for i in range(body.shapes.face_first[body.shape], body.shapes.face_first[body.shape + 1]):
-        along = normals[i, 0] * n[0] + normals[i, 1] * n[1] + normals[i, 2] * n[2]
-        if along < best:
-            best, face = along, i
-    return face
+    normals, shape = body.shapes.normals, body.shape
+    face = lowest(normals, body.shapes.face_first[shape], body.shapes.face_first[shape + 1], n)
+    return face if normals[face, 0] * n[0] + normals[face, 1] * n[1] + normals[face, 2] * n[2] < -FACING else -1
 
 
 @kernel

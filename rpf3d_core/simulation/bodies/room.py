@@ -37,6 +37,7 @@ class Room(NamedTuple):
     planes : (F, PLANE_COLUMNS) the last look at each of them
     points, later : (K, CONTACT_COLUMNS) contacts now, and at the end of a step; rows : (K, SOLVER_COLUMNS)
     polygon, clipped : (POLYGON, 4) corners of a contact polygon and their gaps (m)
+    arms : (4, N) the body's corners and their distances from the centre of mass (m), `clearance.set_arms`
     """
 
     facets: Any
@@ -47,10 +48,11 @@ class Room(NamedTuple):
     rows: Any
     polygon: Any
     clipped: Any
+    arms: Any
 
 
-def room_for(facets: int) -> Room:
-    """Return scratch memory for a given number of facets near a body."""
+def room_for(facets: int, corners: int) -> Room:
+    """Return scratch memory for given numbers of facets near a body and of corners of a body."""
     return Room(
         facets=np.zeros(facets, dtype=np.int64),
         count=np.zeros(1, dtype=np.int64),
@@ -60,4 +62,5 @@ def room_for(facets: int) -> Room:
         rows=np.zeros((CONTACTS, SOLVER_COLUMNS)),
         polygon=np.zeros((POLYGON, 4)),
         clipped=np.zeros((POLYGON, 4)),
+        arms=np.zeros((4, corners)),
     )

@@ -70,7 +70,7 @@ def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
     put(plane, NORMAL, n)
 
 
-@routine
+@kernel
 def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
     """Look at facet k of the room: write its gap and a separating plane.
 
@@ -148,15 +148,18 @@ def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: V
 
 
 @kernel
-def clear_of(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, level: float) -> float:
-    """Return a time (s) for which the body stays more than a level (m) above the separating plane of facet k.
+def clear_of(
+    body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, bounds: tuple[float, float]
+) -> float:  # fmt: skip
+    """Return a time (s) for which the body stays more than a level above the separating plane of facet k.
 
     motion : the motion of the flight at the last look
+    bounds : the level (m), and the time (s) beyond which the result is infinite
     """
+    level, most = bounds
     plane = room.planes[k]
     n, offset = vector(plane, NORMAL), plane[OFFSET] + level
-    corners = body.shapes.corners
-    return clear_time(corners, body.first, body.last, body.size, sweep_of(flight, motion), (n, offset))
+    return clear_time(room.arms, body.last - body.first, sweep_of(flight, motion), (n, offset), most)
 
 
 @kernel
@@ -211,11 +214,11 @@ def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizo
             if gap <= body.skin * (1.0 + EXACT) and _approaches(room, motion, k):
                 return Meeting(t, k)
             level = body.skin if gap > body.skin * (1.0 + EXACT) else LEAVING * gap
-            wait = max(wait, clear_of(body, room, flight, motion, k, level))
+            wait = max(wait, clear_of(body, room, flight, motion, k, (level, horizon - t)))
         planes[k, UNTIL] = t + max(wait, LEAST)
 
 
-@routine
+@kernel
 def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float, moved: float) -> float:
     """Return the time (s), at most h, for which no facet comes nearer than it may during a step.
 
@@ -241,7 +244,7 @@ def _clear_of_facet(body: Body, room: Room, facets: Facets, flight: Flight, most
     if plane[ACTIVE] != AWAY:
         level = min(FLOOR * body.skin, 0.5 * plane[GAP])
     while True:
-        t += max(clear_of(body, room, flight, motion, k, level), LEAST)
+        t += max(clear_of(body, room, flight, motion, k, (level, most.t - t)), LEAST)
         if t >= most.t:
             return most.t
         motion = motion_after(flight, t)

@@ -72,26 +72,39 @@ def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: flo
         plane[ACTIVE] = TOUCHED if near and plane[GAP] <= band else AWAY
 
 
-@routine
-def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext) -> int:
-    """Write the contacts with all marked facets into `points`; return how many there are.
-
-    physics : the ground; rock : the rock's data for ground properties that are drawn
+@kernel
+def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> None:
+    """Mark the touched facets whose nearest point to the body lies on a border that another facet covers.
 
     If another facet is nearer to the body's nearest point, this point touches a border that the other facet covers. The
     contact with this facet then acts along the facet's own normal, so blocks slide over the borders of facets that lie
     in one plane. The nearest of all facets always keeps its contact.
     """
-    facets, count, nearest = physics.facets, 0, _nearest(room)
+    nearest = _nearest(room)
+    for k in range(room.count[0]):
+        if room.planes[k, ACTIVE] == AWAY or k == nearest:
+            continue
+        n = vector(room.planes[k], GUESS)
+        m = _facet_normal(facets, room.facets[k], motion, n)
+        if dot(m, n) < 1.0 - SAME_PLANE and _is_covered(body, room, facets, motion, k):
+            room.planes[k, ACTIVE] = COVERED
+
+
+@routine
+def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext) -> int:
+    """Write the contacts with all marked facets into `points`; return how many there are.
+
+    physics : the ground; rock : the rock's data for ground properties that are drawn
+    """
+    facets, count = physics.facets, 0
     for k in range(room.count[0]):
         if room.planes[k, ACTIVE] == AWAY:
             continue
         f, plane = room.facets[k], room.planes[k]
         n, m = vector(plane, GUESS), _facet_normal(facets, f, motion, vector(plane, GUESS))
-        covered = k != nearest and dot(m, n) < 1.0 - SAME_PLANE and _is_covered(body, room, facets, motion, k)
         before = count
-        if covered:
-            n, plane[ACTIVE] = m, COVERED
+        if plane[ACTIVE] == COVERED:
+            n = m
         else:
             count = _add(body, points, count, vector(plane, NEAREST), n, plane[GAP])
         corners = facet_in_body(facets, f, motion)
