@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.formats.units import METRE
-from rpf3d_core.imports.crests import Crest, crests_of
+from rpf3d_core.imports.crests import Crest, crests_of, listed
 from rpf3d_core.imports.folder import new_folder
 from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text
 from rpf3d_core.scene.listings.json_schema import scene_schema
@@ -85,7 +85,7 @@ def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoi
         path="", choice_up=choice.up, unit=choice.unit, crs=crs, crs_is_stated=choice.crs is None,
         triangles=len(terrain.triangles), holes=faults.holes, low=points.min(axis=0).tolist(),
         high=points.max(axis=0).tolist(), zones=_zones(terrain),
-        crests=[_in_input(terrain, crest) for crest in crests_of(terrain)[:MOST_CRESTS]],
+        crests=[_in_input(terrain, crest) for crest in listed(crests_of(terrain), MOST_CRESTS)],
         highest=points[int(np.argmax(terrain.vertices[:, 2]))].tolist(),
     )  # fmt: skip
 

@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from rpf3d_core.formats.units import METRE
 from rpf3d_core.imports.crests import OVER, Crest
 from rpf3d_core.imports.scene_text import comment
@@ -113,16 +115,18 @@ def _sources(found: NewScene) -> Iterator[str]:
     yield from comment(
         f"CHECK: {len(found.crests)} crest candidates, where flat ground ends above a face steeper than {STEEP:g} "
         f"degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The largest is "
-        "the source. A mesh does not show where rocks are released: choose yours; remove the # of others.")  # fmt: skip
+        "the source; of many crests the largest and the highest are listed. A mesh does not show where rocks are "
+        "released: choose yours; remove the # of others.")  # fmt: skip
     yield "sources:"
     for number, crest in enumerate(found.crests, start=1):
-        yield from _crest(number, crest, "" if number == 1 else "# ")
+        yield from _crest(number, crest, found.choice_up, "" if number == 1 else "# ")
 
 
-def _crest(number: int, crest: Crest, mark: str) -> Iterator[str]:
-    """Yield the lines on a source along a crest; mark : what comments the source out."""
+def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
+    """Yield the lines on a source along a crest; up : axis that points up; mark : what comments the source out."""
     points = crest.points.tolist()
-    yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, above a face of {crest.height:.0f} m"
+    brow = f"brow at {np.median(crest.points[:, 'xyz'.index(up)]):,.0f} m"
+    yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, {brow}, above a face of {crest.height:.0f} m"
     yield f"  {mark}  line:"
     yield from (f"  {mark}    - {_point(point)}" for point in points)
     yield f"  {mark}  above_ground: 0.5"
