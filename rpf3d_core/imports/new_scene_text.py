@@ -37,6 +37,7 @@ class NewScene(NamedTuple):
     path : of the file, from the scene; choice_up : axis that points up; unit : of the coordinates
     crs : reference system, or None; crs_is_stated : True if the file states it
     low, high : (3,) m, extents of the input; highest : (3,) m, the highest point; crests : in the input's coordinates
+    split : zones of the file that consist of separate surfaces at different heights; `zones` holds their parts
     """
 
     path: str
@@ -51,6 +52,7 @@ class NewScene(NamedTuple):
     zones: Sequence[ZoneFound]
     crests: Sequence[Crest]
     highest: Sequence[float]
+    split: Sequence[str] = ()
 
 
 def scene_text(found: NewScene) -> str:
@@ -76,6 +78,12 @@ def _terrain(found: NewScene) -> Iterator[str]:
     yield f"  files: [{{path: {_quoted(found.path)}{unit}}}]"
     if found.choice_up != "z":
         yield f"  up: {found.choice_up}"
+    if found.split:
+        words = ("These layers consist of separate surfaces at different heights. Each becomes a zone, `_1` the "
+                 "highest, so that tables state what each bench retains. A material may name the layer or a "
+                 "part.")  # fmt: skip
+        yield from (f"  {line}" for line in comment(words))
+        yield f"  split: [{', '.join(map(_quoted, found.split))}]"
     if found.crs is None:
         yield "  # crs: EPSG:32719   # CHECK: the file states no coordinate reference system; name yours"
     else:

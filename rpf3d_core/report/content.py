@@ -227,7 +227,8 @@ def _benches(run: RunFiles) -> Iterator[Block]:
         [name, share(place["reached"]["share"]), *share_cells(place["retained"])] for name, place in places.items()
     ])  # fmt: skip
     yield Text("Reached: share of all rocks. Retained: share of the rocks that came to the zone and stopped there. "
-               "Zones that no rock reached are left out.", quiet=True)  # fmt: skip
+               "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
+               "rock reached are left out.", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [
         [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
          interval(place.get("energy_p95_sampling_j"), kilojoules)]
