@@ -198,7 +198,7 @@ def _pictures(run: RunFiles) -> Iterator[Block]:
 
 
 def _cells_without_energy(run: RunFiles) -> str:
-    """Return how many cells of the energy map are empty because few rocks reached them, as a sentence; or nothing."""
+    """Return how many cells of the energy map have no value because few rocks came, as a sentence; or nothing."""
     reached, energy = read_hazard(run, "reach_probability"), read_hazard(run, "energy_j", "p95")
     if reached is None:
         return ""
@@ -207,8 +207,8 @@ def _cells_without_energy(run: RunFiles) -> str:
     if not without:
         return ""
     of = int(cells.sum())
-    return (f" A cell needs {FEWEST_ROCKS} rocks: {without:,} of the {of:,} cells that rocks reached are empty. "
-            "Empty does not mean safe; fly more rocks to fill them.")  # fmt: skip
+    return (f" A cell needs {FEWEST_ROCKS} rocks: {without:,} of the {of:,} cells that rocks reached have no value. "
+            "That does not mean that they are safe; fly more rocks to fill them.")  # fmt: skip
 
 
 def _trimmed(path: Path) -> bytes:

@@ -104,4 +104,4 @@ def test_the_energy_map_says_how_many_cells_are_empty(two_benches: RunFiles) -> 
     assert energy is None or np.isfinite(energy.values).sum() == (rocks > 19.5).sum()
     (caption,) = [block.caption for block in report_blocks(two_benches, "wall")
                   if isinstance(block, Picture) and "95th percentile of the energy" in block.caption]  # fmt: skip
-    assert f"{few:,} of the {int((rocks > 0.5).sum()):,} cells that rocks reached are empty" in caption
+    assert f"{few:,} of the {int((rocks > 0.5).sum()):,} cells that rocks reached have no value" in caption
