@@ -20,6 +20,7 @@ setup(
     package_data={"rpf3d_core": ["*.json", "desk/*.css"]},
     python_requires=">=3.11",
     install_requires=[
+        "contourpy>=1.0.7",  # borders of faces, for crests; matplotlib needs it too
         "matplotlib>=3.8",
         "numba>=0.60",
         "numpy>=2.0",

@@ -153,6 +153,7 @@ They must be within the limits of the key.
 | `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
 | `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}` | sizes of rocks only: one of the list, each with the same \
 probability; a file has one number on each line, and may have a header |
+| `{measured: blocks.csv, column: diameter_m}` | the same, from the column of a table with that name in its header |
 
 - A random number depends only on the seed, the source, the number of the rock and the purpose, so it is the same on
   both engines.

@@ -43,6 +43,7 @@ def _print_check(report: "Check") -> None:
     lines = [line.split("  ", 1) for line in report.faults.describe()]
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
     lines += [["rocks", report.rocks.describe()]]
+    lines += [["measured", sentence] for sentence in report.measured]
     lines += [["shape", sentence] for sentence in report.shapes]
     lines += [["effects", ", ".join(named.effects.named) or "none named"]]
     models = f"rebound {named.impact_model.name}, ground {named.ground_model.name}"

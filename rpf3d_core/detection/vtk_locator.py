@@ -81,18 +81,43 @@ def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
 
 @first_contact.rule(VtkLocator)
 def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """Return the earliest contact of an arc: search box after box until the best contact lies within the boxes."""
+    """Return the earliest contact of an arc: search box after box until the best contact lies within the boxes.
+
+    A box next to the terrain holds no facet and is not searched. Such boxes grow without a limit, so that a rock that
+    starts far away needs few of them; a long box that meets the terrain is halved.
+    """
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:
         leave = min(time_over(arc, begin, length * locator.size), end)
         if not leave > begin:  # NaN, or a step that is zero after rounding
             leave = end
-        locator.locator.FindCellsWithinBounds(_box(arc, begin, leave, REACH * facets.tolerance), locator.found)
-        for k in range(locator.found.GetNumberOfIds()):
-            best = earlier_of(left, facets, locator.found.GetId(k), arc, best)
+        box = _box(arc, begin, leave, REACH * facets.tolerance)
+        meets = _meets(box, facets)
+        if meets and length > LONGEST_BOX:
+            length *= 0.5
+            continue
+        if meets:
+            best = _best_in_box(locator, facets, arc, left, box, best)
         if best.t <= leave or not leave < end:
             return best
-        begin, length = leave, min(2.0 * length, LONGEST_BOX)
+        begin, length = leave, min(2.0 * length, LONGEST_BOX) if meets else 2.0 * length
+
+
+def _best_in_box(
+    locator: VtkLocator, facets: Facets, arc: Arc, left: PreviousContact, box: list[float], best: Contact
+) -> Contact:
+    """Return the earlier one of a contact and the contacts of an arc with the facets in a box."""
+    locator.locator.FindCellsWithinBounds(box, locator.found)
+    for k in range(locator.found.GetNumberOfIds()):
+        best = earlier_of(left, facets, locator.found.GetId(k), arc, best)
+    return best
+
+
+def _meets(box: list[float], facets: Facets) -> bool:
+    """Return False only if a box (low and high x, y, z, m) lies next to the terrain; NaN counts as meeting it."""
+    return not any(
+        box[2 * axis] > facets.high[axis] or box[2 * axis + 1] < facets.low[axis] for axis in range(3)
+    )
 
 
 @notices_falls.rule(VtkLocator)

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,29 +11,67 @@ from rpf3d_core.formats.points import NUMBER, Row, rows_of, text_of
 from rpf3d_core.terrain.frame import FloatArray
 
 
-def read_numbers(path: Path) -> FloatArray:
-    """Return the numbers (N,) of a file, N >= 1, in its own unit.
+class NumberColumn(NamedTuple):
+    """A column of numbers in a file; values : (N,) in the file's own unit; name : by the header, or None without."""
 
-    Each line has one number. Empty lines, and comments after `#`, are skipped; a first line without a number is a
-    header.
+    values: FloatArray
+    name: str | None
+
+
+def read_numbers(path: Path, column: str | None = None) -> FloatArray:
+    """Return the numbers (N,) of a file, N >= 1, in its own unit; arguments and errors are as in `read_column`."""
+    return read_column(path, column).values
+
+
+def read_column(path: Path, column: str | None = None) -> NumberColumn:
+    """Return a column of numbers of a file, with its name.
+
+    Empty lines, and comments after `#`, are skipped; a first line without a number is a header.
+
+    column : name of the column in the header; None if each line has one number
 
     Raises
     ------
     InputError
-        The file cannot be read, has no number, or a line has anything else; names the line.
+        The file cannot be read, has no number or no such column, or a line has anything else; names the line.
     """
     rows = list(rows_of(path, text_of(path)))
+    header: list[str] = []
     if rows and not any(NUMBER.fullmatch(cell) for cell in rows[0].cells):
-        rows = rows[1:]
+        header, rows = [cell.strip().strip('"') for cell in rows[0].cells], rows[1:]
     if not rows:
         raise InputError(f"{path}: holds no number; each line must have one")
-    return np.array([_number(path, row) for row in rows])
+    if column is None:
+        return NumberColumn(np.array([_number(path, row, header) for row in rows]), " ".join(header).strip() or None)
+    place = _place(path, header, column)
+    return NumberColumn(np.array([_cell(path, row, place, column) for row in rows]), column)
 
 
-def _number(path: Path, row: Row) -> float:
+def _place(path: Path, header: list[str], column: str) -> int:
+    """Return the place of a column in the header."""
+    if header.count(column) == 1:
+        return header.index(column)
+    known = f"its columns are {', '.join(header)}" if header else "its first line does not name columns"
+    found = "twice" if column in header else "not"
+    raise InputError(f"{path}: the column {column!r} is {found} in the file; {known}")
+
+
+def _cell(path: Path, row: Row, place: int, column: str) -> float:
+    """Return the number of a line in a column."""
+    text = row.cells[place] if place < len(row.cells) else ""
+    if not NUMBER.fullmatch(text) or not math.isfinite(float(text)):
+        raise InputError(
+            f"{path}, line {row.line}: the column {column!r} must be one plain, finite number, but is {text[:60]!r}"
+        )
+    return float(text)
+
+
+def _number(path: Path, row: Row, header: list[str]) -> float:
     """Return the only number of a line."""
     cells = [cell for cell in row.cells if cell]
     if len(cells) != 1 or not NUMBER.fullmatch(cells[0]) or not math.isfinite(float(cells[0])):
         found = f"{len(cells)} cells ({', '.join(cells)})" if len(cells) != 1 else repr(cells[0])
-        raise InputError(f"{path}, line {row.line}: must be one plain, finite number, but is {found[:60]}")
+        named = [name for name in header if name]
+        advice = f"; name one of the columns {', '.join(named)} as `column`" if len(named) > 1 else ""
+        raise InputError(f"{path}, line {row.line}: must be one plain, finite number, but is {found[:60]}{advice}")
     return float(cells[0])

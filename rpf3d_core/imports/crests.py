@@ -1,23 +1,24 @@
 """Find crests of a terrain: lines where flat ground ends above a steep face, as candidates for sources of rocks.
 
-The terrain is seen as an image of heights. Steep pixels form faces. The border of a face is a crest where the ground
-outside the face is higher than in the face. Each point of a crest is then moved to the brow, and a little over it.
+The upper borders of faces (`face_borders`) are rough lines near crests. Each point of such a line is moved to the brow,
+and a little over it.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
+from numpy.lib.stride_tricks import sliding_window_view
 
-from rpf3d_core.terrain.faces import LOWEST, STEEP, first_face
+from rpf3d_core.imports.face_borders import JOINED, upper_borders
+from rpf3d_core.terrain.faces import LOWEST, first_face
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at
 
-SHORTEST, LONGEST = 10.0, 100.0
+SHORTEST, LONGEST = 10.0, 300.0
 """Least length (m) of a crest, and length from which it is cut into several."""
 SPACING = 3.0
 """Distance (m) between points of a crest that are moved to the brow."""
@@ -25,6 +26,8 @@ OVER = 0.2
 """Distance (m) in plan by which a crest lies over the brow, so that rocks fall instead of resting behind it."""
 SEARCHED = 3.0
 """Distance (m) before and behind the border of a face in which the brow is searched."""
+STRAY = 1.0
+"""Distance (m) of the brow at a point from the median of five neighbours beyond which the survey's noise made it."""
 BEHIND = 5
 """Number of steps behind the brow on which there must be ground: the edge of the survey is no crest."""
 HIGHEST = 40.0
@@ -33,8 +36,8 @@ FINE, PIXEL = 0.1, 0.2
 """Step (m) of the search for brow and foot, and side (m) of the pixels of the image in which they are searched."""
 COARSE = 1.0
 """Smallest side (m) of the pixels in which faces are searched."""
-MOST_CRESTS = 12
-"""Largest number of crests that are moved to the brow; the others are lower or shorter."""
+MOST_CRESTS = 16
+"""Largest number of crests that are moved to the brow; the others are lower or shorter, and below the highest one."""
 
 
 class Crest(NamedTuple):
@@ -48,76 +51,35 @@ class Crest(NamedTuple):
     height: float
 
 
-class _Grid(NamedTuple):
-    """Heights (rows, columns) m at the centres of pixels; left, bottom : m, of the image; side : (2,) m of a pixel."""
-
-    heights: FloatArray
-    left: float
-    bottom: float
-    side: FloatArray
-
-
 def crests_of(terrain: Terrain) -> list[Crest]:
-    """Return the crests of a terrain, those with the largest product of length and height first."""
-    image = height_image(terrain, terrain.vertices[:, :2], 0.0, COARSE)
-    lines = [part for line in _borders(_grid(image)) for part in _stretches(line)]
+    """Return the crests of a terrain, up to MOST_CRESTS, those with the largest product of length and height first."""
+    image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
+    lines = [part for line in upper_borders(image, SHORTEST) for part in _stretches(line)]
     rough = [(crest, line) for line in lines for crest in _on_the_brow(image, line)]
-    rough.sort(key=lambda found: -_size(found[0]))
-    exact = [crest for _, line in rough[:MOST_CRESTS]
-             for crest in _on_the_brow(height_image(terrain, line, HIGHEST, PIXEL), line)]  # fmt: skip
-    return sorted(exact, key=lambda crest: -_size(crest))
+    kept = _largest_and_highest([crest for crest, _ in rough], MOST_CRESTS)
+    lines = [rough[i][1] for i in kept]
+    exact = [crest for line in lines for crest in _on_the_brow(height_image(terrain, line, HIGHEST, PIXEL), line)]
+    return [exact[i] for i in _largest_and_highest(exact, len(exact))]
+
+
+def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
+    """Return the largest crests up to a number, among them the highest of all, in descending order of their size."""
+    return [crests[i] for i in _largest_and_highest(crests, most)]
+
+
+def _largest_and_highest(crests: Sequence[Crest], most: int) -> list[int]:
+    """Return the places of the largest crests up to a number, the largest first; the highest one is among them.
+
+    The brow at the top of a wall matters even if lower faces are larger: rocks from there fall farthest.
+    """
+    order = sorted(range(len(crests)), key=lambda i: -_size(crests[i]))
+    highest = max(order, key=lambda i: float(crests[i].points[:, 2].mean()), default=0)
+    return order[:most] if highest in order[:most] or not order else [*order[: most - 1], highest]
 
 
 def _size(crest: Crest) -> float:
     """Return the area (m2) of the face below a crest, seen from the front, by which crests are ranked."""
     return crest.length * crest.height
-
-
-def _grid(image: HeightImage) -> _Grid:
-    """Return the heights at the centres of the pixels of an image."""
-    rows, columns = image.view.facet.shape
-    window = image.view.window
-    side = np.array([window.width / columns, window.height / rows])
-    x = window.left + (np.arange(columns) + 0.5) * side[0]
-    y = window.bottom + (np.arange(rows) + 0.5) * side[1]
-    heights = np.stack([heights_at(image, np.column_stack([x, np.full(columns, each)])) for each in y])
-    return _Grid(heights=heights, left=window.left, bottom=window.bottom, side=side)
-
-
-def _steep(grid: _Grid) -> NDArray[np.bool_]:
-    """Return True (rows, columns) for pixels on ground that is steeper than STEEP, seen over three pixels."""
-    if min(grid.heights.shape) < 2:
-        return np.zeros(grid.heights.shape, dtype=bool)
-    along_y, along_x = np.gradient(grid.heights, grid.side[1], grid.side[0])
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.hypot(along_x, along_y) > math.tan(math.radians(STEEP)))
-
-
-def _borders(grid: _Grid) -> list[FloatArray]:
-    """Return lines (N, 2) m along borders of faces with higher ground outside; the face is on their left."""
-    steep = _steep(grid)
-    segments = [*_sides(grid, steep, axis=0), *_sides(grid, steep, axis=1)]
-    if not segments:
-        return []
-    merged = shapely.line_merge(shapely.MultiLineString(segments), directed=True)
-    lines = shapely.simplify(shapely.get_parts(merged), 1.5 * float(grid.side.max()))
-    return [shapely.get_coordinates(line) for line in lines if line.length >= SHORTEST]
-
-
-def _sides(grid: _Grid, steep: NDArray[np.bool_], axis: int) -> Iterator[FloatArray]:
-    """Yield the sides (2, 2) m between a steep pixel and a higher flat one, neighbours along an axis (0: north)."""
-    near = [slice(None), slice(None)]
-    far = [slice(None), slice(None)]
-    near[axis], far[axis] = slice(None, -1), slice(1, None)
-    a, b = tuple(near), tuple(far)
-    rises = grid.heights[b] > grid.heights[a]
-    for falls, inside in ((rises & steep[a] & ~steep[b], -1.0), (~rises & ~steep[a] & steep[b], 1.0)):
-        for row, column in np.argwhere(falls & np.isfinite(grid.heights[a]) & np.isfinite(grid.heights[b])).tolist():
-            corner = np.array([column, row], dtype=float) + ((0.0, 1.0) if axis == 0 else (1.0, 0.0))
-            other = corner + ((1.0, 0.0) if axis == 0 else (0.0, 1.0))
-            ends = np.array([corner, other]) * grid.side + (grid.left, grid.bottom)
-            turned = (inside < 0.0) == (axis == 0)
-            yield ends[::-1] if turned else ends
 
 
 def _stretches(line: FloatArray) -> list[FloatArray]:
@@ -131,25 +93,47 @@ def _stretches(line: FloatArray) -> list[FloatArray]:
 
 
 def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
-    """Yield the crest along a line (N, 2) m, moved to the brow, without points below which no face is found."""
-    tangent = np.gradient(line, axis=0)
-    outwards = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-    outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12)
+    """Yield the crests along a line (N, 2) m, moved to the brow; points below which no face is found are left out.
+
+    A stretch of such points that is longer than JOINED cuts the crest in two.
+    """
+    outwards = _outwards(line)
     distance = np.arange(-SEARCHED, HIGHEST, FINE)
     ground = heights_at(image, line[:, None, :] + distance[:, None] * outwards[:, None, :])
     found = [_brow_and_height(distance, heights) for heights in ground]
-    kept = [i for i, (_, height) in enumerate(found) if height >= LOWEST]
-    if len(kept) < 2:
-        return
-    plan = line[kept] + np.array([found[i][0] + OVER for i in kept])[:, None] * outwards[kept]
-    points = np.column_stack([plan, heights_at(image, plan)])
-    points = points[np.isfinite(points[:, 2])]
+    brow, height = np.array(found).T
+    kept = np.flatnonzero(height >= LOWEST)
+    gaps = np.flatnonzero(np.linalg.norm(np.diff(line[kept], axis=0), axis=1) > JOINED + SPACING) + 1
+    for some in np.split(kept, gaps):
+        plan = line[some] + (_in_line(brow[some])[:, None] + OVER) * outwards[some]
+        yield from _crest(np.column_stack([plan, heights_at(image, plan)]), height[some])
+
+
+def _outwards(line: FloatArray) -> FloatArray:
+    """Return the unit vectors (N, 2) to the left of a line (N, 2) m, into the face."""
+    tangent = np.gradient(line, axis=0)
+    outwards = np.column_stack([-tangent[:, 1], tangent[:, 0]])
+    return np.asarray(outwards / np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12))
+
+
+def _in_line(brow: FloatArray) -> FloatArray:
+    """Return the distances (N,) m of the brow, where a distance that only noise explains becomes the neighbours'."""
+    if len(brow) < 3:
+        return brow
+    around = np.median(sliding_window_view(np.pad(brow, 2, mode="reflect"), 5), axis=1)
+    return np.where(np.abs(brow - around) > STRAY, around, brow)
+
+
+def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
+    """Yield the crest through points (N, 3) m, if its part on ground is long enough; height : (N,) m of the face."""
+    on_ground = np.isfinite(points[:, 2])
+    points, height = points[on_ground], height[on_ground]
     if len(points) < 2:
         return
     points = shapely.get_coordinates(shapely.simplify(shapely.LineString(points), FINE), include_z=True)
     length = float(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1).sum())
     if length >= SHORTEST:
-        yield Crest(points=points, length=length, height=float(np.median([found[i][1] for i in kept])))
+        yield Crest(points=points, length=length, height=float(np.median(height)))
 
 
 def _brow_and_height(distance: FloatArray, ground: FloatArray) -> tuple[float, float]:

@@ -9,17 +9,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.formats.units import METRE
-from rpf3d_core.imports.crests import Crest, crests_of
+from rpf3d_core.imports.crests import Crest, crests_of, listed
 from rpf3d_core.imports.folder import new_folder
 from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text
 from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 from rpf3d_core.setup.misplaced import placing_notes
+from rpf3d_core.setup.split_zones import words_on_parts
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.edges import edges_of
 from rpf3d_core.terrain.mesh.faults import FaultReport
+from rpf3d_core.terrain.zone_parts import parts_by_height, with_parts
 
 SCENE = "scene.yaml"
 MOST_CRESTS = 8
@@ -55,7 +58,11 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
     """
     scene = _bare_scene(terrain_file.resolve(), choice)
     terrain, faults = read_terrain(scene)
-    found = _found(scene, terrain, faults, choice)
+    edges = edges_of(terrain.triangles, len(terrain.vertices))
+    parts = parts_by_height(terrain, edges) if len(terrain.zones) > 1 else []
+    for each in parts:
+        terrain = with_parts(terrain, each)
+    found = _found(scene, terrain, faults, choice)._replace(split=[each.zone for each in parts])
     with new_folder(folder) as part:
         target = folder.resolve()
         found = found._replace(path=Path(os.path.relpath(terrain_file.resolve(), target)).as_posix())
@@ -63,7 +70,8 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
         (part / SCHEMA).write_text(json.dumps(scene_schema(), indent=2) + "\n", encoding="utf-8")
     read_scene(folder / SCENE)
     known = scene.model_copy(update={"terrain": scene.terrain.model_copy(update={"crs": found.crs})})
-    notes = (*placing_notes(known, faults, ()), *faults.remarks)
+    split = [words_on_parts(parts, terrain.frame.origin[2])] if parts else []
+    notes = (*placing_notes(known, faults, ()), *(remark for remark in faults.remarks if remark not in split))
     return NewSceneFiles(path=folder / SCENE, sentences=_sentences(found), warnings=notes)
 
 
@@ -85,7 +93,7 @@ def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoi
         path="", choice_up=choice.up, unit=choice.unit, crs=crs, crs_is_stated=choice.crs is None,
         triangles=len(terrain.triangles), holes=faults.holes, low=points.min(axis=0).tolist(),
         high=points.max(axis=0).tolist(), zones=_zones(terrain),
-        crests=[_in_input(terrain, crest) for crest in crests_of(terrain)[:MOST_CRESTS]],
+        crests=[_in_input(terrain, crest) for crest in listed(crests_of(terrain), MOST_CRESTS)],
         highest=points[int(np.argmax(terrain.vertices[:, 2]))].tolist(),
     )  # fmt: skip
 
@@ -120,4 +128,5 @@ def _sentences(found: NewScene) -> list[str]:
         first = found.crests[0]
         crests = (f"{len(found.crests)} crest candidates; the source is the first, {first.length:.0f} m long above a "
                   f"face of {first.height:.0f} m")  # fmt: skip
-    return [f"{found.triangles:,} triangles, {found.holes:,} holes", f"zones: {zones}", crests]
+    split = [f"split by height, numbered from the top: {', '.join(found.split)}"] if found.split else []
+    return [f"{found.triangles:,} triangles, {found.holes:,} holes", f"zones: {zones}", *split, crests]

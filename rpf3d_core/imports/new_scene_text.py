@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from rpf3d_core.formats.units import METRE
 from rpf3d_core.imports.crests import OVER, Crest
 from rpf3d_core.imports.scene_text import comment
@@ -35,6 +37,7 @@ class NewScene(NamedTuple):
     path : of the file, from the scene; choice_up : axis that points up; unit : of the coordinates
     crs : reference system, or None; crs_is_stated : True if the file states it
     low, high : (3,) m, extents of the input; highest : (3,) m, the highest point; crests : in the input's coordinates
+    split : zones of the file that consist of separate surfaces at different heights; `zones` holds their parts
     """
 
     path: str
@@ -49,6 +52,7 @@ class NewScene(NamedTuple):
     zones: Sequence[ZoneFound]
     crests: Sequence[Crest]
     highest: Sequence[float]
+    split: Sequence[str] = ()
 
 
 def scene_text(found: NewScene) -> str:
@@ -74,6 +78,12 @@ def _terrain(found: NewScene) -> Iterator[str]:
     yield f"  files: [{{path: {_quoted(found.path)}{unit}}}]"
     if found.choice_up != "z":
         yield f"  up: {found.choice_up}"
+    if found.split:
+        words = ("These layers consist of separate surfaces at different heights. Each becomes a zone, `_1` the "
+                 "highest, so that tables state what each bench retains. A material may name the layer or a "
+                 "part.")  # fmt: skip
+        yield from (f"  {line}" for line in comment(words))
+        yield f"  split: [{', '.join(map(_quoted, found.split))}]"
     if found.crs is None:
         yield "  # crs: EPSG:32719   # CHECK: the file states no coordinate reference system; name yours"
     else:
@@ -113,16 +123,18 @@ def _sources(found: NewScene) -> Iterator[str]:
     yield from comment(
         f"CHECK: {len(found.crests)} crest candidates, where flat ground ends above a face steeper than {STEEP:g} "
         f"degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The largest is "
-        "the source. A mesh does not show where rocks are released: choose yours; remove the # of others.")  # fmt: skip
+        "the source; of many crests the largest and the highest are listed. A mesh does not show where rocks are "
+        "released: choose yours; remove the # of others.")  # fmt: skip
     yield "sources:"
     for number, crest in enumerate(found.crests, start=1):
-        yield from _crest(number, crest, "" if number == 1 else "# ")
+        yield from _crest(number, crest, found.choice_up, "" if number == 1 else "# ")
 
 
-def _crest(number: int, crest: Crest, mark: str) -> Iterator[str]:
-    """Yield the lines on a source along a crest; mark : what comments the source out."""
+def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
+    """Yield the lines on a source along a crest; up : axis that points up; mark : what comments the source out."""
     points = crest.points.tolist()
-    yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, above a face of {crest.height:.0f} m"
+    brow = f"brow at {np.median(crest.points[:, 'xyz'.index(up)]):,.0f} m"
+    yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, {brow}, above a face of {crest.height:.0f} m"
     yield f"  {mark}  line:"
     yield from (f"  {mark}    - {_point(point)}" for point in points)
     yield f"  {mark}  above_ground: 0.5"

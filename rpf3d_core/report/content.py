@@ -1,20 +1,21 @@
 """Assemble the content of a report from the result folder of a run: warnings first, limits and sign-off last."""
 
-import io
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from rpf3d_core.hazard.benches import in_percent
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.barriers_part import barriers_part
 from rpf3d_core.report.elements import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.inputs_part import inputs_part
-from rpf3d_core.report.passing import FencePlace, places_beyond, shares_beyond
-from rpf3d_core.report.run_files import RunFiles
-from rpf3d_core.report.section import CriticalSection, critical_section
+from rpf3d_core.report.passing import FencePlace, places_beyond
+from rpf3d_core.report.run_files import RunFiles, read_hazard
+from rpf3d_core.report.section import critical_section
+from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
-from rpf3d_core.report.toe import FAR, MOST_ROCKS, BeyondToe, beyond_toe, directions, held_beyond
+from rpf3d_core.report.toe import DESIGN, MOST_ROCKS, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -32,8 +33,6 @@ from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 HELD = (50, 75, 90, 95)
 """Percentiles of the distance beyond the toe that a report states."""
-DESIGN = 90
-"""The percentile that the summary of a report states: the distance that holds 90 % of the rocks."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
 """Rows of the table of main figures from which it leaves out zones, and zones that it shows with many areas, too."""
 THREE = ("value", "95 % predictive", "95 % sampling")
@@ -45,11 +44,12 @@ BOTH = (
     "The predictive interval holds what the scene does not know about the ground. The sampling interval holds the "
     "number of rocks only. Design with the wider one."
 )
+ENERGY = "hazard/energy_p95.png"
 PICTURES = (
     (("map.png",), "Map: paths, releases and ends of rocks."),
     (("hazard/reach_probability_high.png", "hazard/reach_probability.png"), "Reach probability of the cells; with "
      "unknowns the upper end of its 95 % interval."),
-    (("hazard/energy_p95.png",), "95th percentile of the energy in each cell."),
+    ((ENERGY,), "95th percentile of the energy in each cell."),
 )  # fmt: skip
 """Pictures of the run that a report shows: file names, of which the first that exists is taken, and caption."""
 SLIDES = (
@@ -99,7 +99,7 @@ def report_blocks(run: RunFiles, site: str) -> list[Block]:
         _run_facts(run, site),
         *_answer(run, beyond),
         *_pictures(run),
-        *_section_part(run, beyond, section),
+        *section_part(run, beyond, section),
         *_benches(run),
         *_distances(run, beyond),
         *_fences(run, measured, segments),
@@ -150,7 +150,7 @@ def _as_sentence(warning: str) -> str:
 
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
     """Return the main figures of the report."""
-    rows = [["distance beyond the toe that holds 90 % of the rocks",
+    rows = [["distance beyond the toe of the first face that holds 90 % of the rocks",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
@@ -166,7 +166,17 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
     more = (
         [Text(f"The zones that retained the least; and {left} more in the table of retention below.")] if left else []
     )
-    return [Heading("The answer"), Table(("", *THREE), rows), *more, Text(note, quiet=True)]
+    return [Heading("The answer"), Table(("", *THREE), rows), *more, *_further_faces(beyond), Text(note, quiet=True)]
+
+
+def _further_faces(beyond: BeyondToe) -> list[Block]:
+    """Return a sentence on rocks that went down further faces below the first one; nothing without such rocks."""
+    further = int(beyond.further.sum())
+    if not further:
+        return []
+    return [Text(f"{further:,} of {len(beyond.rows):,} rocks went down a further face below the first one. Their "
+                 "distance from the toe of the first face includes berms and those faces: it is a distance from the "
+                 "upper bench, and not one from the toe of the wall.")]  # fmt: skip
 
 
 def _pictures(run: RunFiles) -> Iterator[Block]:
@@ -181,9 +191,24 @@ def _pictures(run: RunFiles) -> Iterator[Block]:
     for names, words in PICTURES:
         there = [run.folder / name for name in names if (run.folder / name).is_file()]
         if there:
-            yield Picture(_trimmed(there[0]), words, 0.9)
+            more = _cells_without_energy(run) if ENERGY in names else ""
+            yield Picture(_trimmed(there[0]), f"{words}{more}", 0.9)
     if not (run.folder / "map.png").is_file():
         yield Text("The run wrote no maps (`outputs.pictures` is false).", quiet=True)
+
+
+def _cells_without_energy(run: RunFiles) -> str:
+    """Return how many cells of the energy map have no value because few rocks came, as a sentence; or nothing."""
+    reached, energy = read_hazard(run, "reach_probability"), read_hazard(run, "energy_j", "p95")
+    if reached is None:
+        return ""
+    cells = np.isfinite(reached.values)
+    without = int(cells.sum()) if energy is None else int((cells & ~np.isfinite(energy.values)).sum())
+    if not without:
+        return ""
+    of = int(cells.sum())
+    return (f" A cell needs {FEWEST_ROCKS} rocks: {without:,} of the {of:,} cells that rocks reached have no value. "
+            "That does not mean that they are safe; fly more rocks to fill them.")  # fmt: skip
 
 
 def _trimmed(path: Path) -> bytes:
@@ -191,44 +216,6 @@ def _trimmed(path: Path) -> bytes:
     from rpf3d_core.results.plots.trimmed import trimmed  # imports matplotlib
 
     return trimmed(path)
-
-
-def _section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Block]:
-    """Yield the critical section as a picture."""
-    yield Heading("Critical section")
-    if section is None:
-        yield Text("Not known: no rock stopped away from its release.")
-        return
-    east, north = section.start.tolist()
-    yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "
-               f"from its release (rock {section.rock} of source {section.source}, runout {section.runout:.1f} m). Its "
-               f"azimuth, {section.azimuth:.0f} degrees, is the mean of the rocks that start there. It shows the paths "
-               f"in a strip of {section.width:.0f} m.")  # fmt: skip
-    yield Picture(_section_png(run, beyond, section),
-                  "Above: the ground and the paths in the section. Below: rocks of all sections that pass a distance, "
-                  "with both intervals.")  # fmt: skip
-
-
-def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> bytes:
-    """Return the picture of the critical section as PNG."""
-    from rpf3d_core.results.plots.section import SectionDrawing, section_figure
-
-    zero = section.toe if np.isfinite(section.toe) else 0.0
-    at = np.linspace(0.0, max(float(section.distance[-1] - zero), 1.0), 120)
-    shares = shares_beyond(beyond, run.sets, at) if len(beyond.rows) else []
-    predictive = [figure.predictive for figure in shares]
-    held = held_beyond(beyond, run.sets, DESIGN).value
-    figure = section_figure(SectionDrawing(
-        distance=section.distance - zero, ground=section.ground, paths=[path - (zero, 0.0) for path in section.paths],
-        held=held if held is not None and held < FAR else None, at=at if shares else np.empty(0),
-        passed=np.array([figure.value for figure in shares], dtype=float),
-        sampling=np.array([figure.sampling for figure in shares], dtype=float).reshape(-1, 2).T,
-        predictive=None if not shares or None in predictive else np.array(predictive, dtype=float).T,
-        origin="the toe" if np.isfinite(section.toe) else "the release",
-    ))  # fmt: skip
-    content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=150)
-    return content.getvalue()
 
 
 def _benches(run: RunFiles) -> Iterator[Block]:
@@ -240,7 +227,8 @@ def _benches(run: RunFiles) -> Iterator[Block]:
         [name, share(place["reached"]["share"]), *share_cells(place["retained"])] for name, place in places.items()
     ])  # fmt: skip
     yield Text("Reached: share of all rocks. Retained: share of the rocks that came to the zone and stopped there. "
-               "Zones that no rock reached are left out.", quiet=True)  # fmt: skip
+               "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
+               "rock reached are left out.", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [
         [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
          interval(place.get("energy_p95_sampling_j"), kilojoules)]
@@ -261,6 +249,7 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
         ("holds", *THREE),
         [[f"{p} % of the rocks", *figure_cells(held_beyond(beyond, run.sets, p), metres)] for p in HELD],
     )
+    yield from _further_faces(beyond)
     yield Text("Horizontal distance from the foot of the first face below the release to the end of the rock, along "
                f"the rock's way in plan. A face is steeper than {STEEP:g} degrees and at least {LOWEST:g} m high. "
                f"Of {len(beyond.rows):,} rocks.",

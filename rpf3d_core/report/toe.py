@@ -31,6 +31,8 @@ SHORTEST = 1.0
 """Runout (m) below which the direction of a rock is not its own, but the mean of all rocks."""
 BEYOND = 1e9
 """Distance (m) that stands for rocks that did not stop: farther than any terrain."""
+DESIGN = 90
+"""The percentile that the summary of a report states: the distance that holds 90 % of the rocks."""
 FAR = 1e6
 """Distance (m) from which a result means beyond the terrain."""
 
@@ -51,6 +53,7 @@ class BeyondToe(NamedTuple):
         did not stop
     shift : (N,) m by which the displacement of a rock's parameter set moves its path along its line; 0 without a misfit
     set : (N,) parameter set of each rock; None without unknowns
+    further : (N,) True for a rock that went down a further face below the first one
     """
 
     rows: NDArray[np.int64]
@@ -59,6 +62,7 @@ class BeyondToe(NamedTuple):
     distance: FloatArray
     shift: FloatArray
     set: NDArray[np.int64] | None
+    further: NDArray[np.bool_]
 
     @property
     def displaced(self) -> FloatArray:
@@ -77,7 +81,20 @@ def beyond_toe(run: RunFiles) -> BeyondToe:
     return BeyondToe(
         rows=rows, along=along, toe=toe[known], distance=distance[known], shift=_shift(run, rows, along),
         set=None if run.ends.set is None else run.ends.set[rows],
+        further=_further(run, rows, along, toe[known]),
     )  # fmt: skip
+
+
+def _further(run: RunFiles, rows: NDArray[np.int64], along: FloatArray, toe: FloatArray) -> NDArray[np.bool_]:
+    """Return flags (N,): a rock went on beyond its toe (m) and down a further face, on its line (N, 2) to its end."""
+    rest = run.ends.runout[rows] - toe
+    further, on = np.zeros(len(rows), dtype=bool), np.flatnonzero(rest > FLAT)
+    if len(on):
+        start = run.ends.release[rows[on], :2] + toe[on, None] * along[on]
+        ends = start + rest[on, None] * along[on]
+        image = height_image(run.terrain, np.concatenate([start, ends]), LEAST_REACH)
+        further[on] = np.isfinite(_feet(image, start, along[on], rest[on]))
+    return further
 
 
 def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
-from rpf3d_core.runs.check_shapes import shapes_in_words
+from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
 from rpf3d_core.runs.check_sources import SourceHeight, heights_of, high_above
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import without_friction
@@ -123,6 +123,7 @@ class Check:
     warnings : sentences on settings that are valid but suspicious; cost : None if `fit` is False
     assumed_friction : names of the materials that use the default friction angle
     shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
+    measured : sentences on the files of measured sizes: which column is read, and in which unit
     """
 
     scene: Scene
@@ -134,6 +135,7 @@ class Check:
     cost: Cost | None
     assumed_friction: tuple[str, ...] = ()
     shapes: tuple[str, ...] = ()
+    measured: tuple[str, ...] = ()
 
     @property
     def fit(self) -> bool:
@@ -181,6 +183,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         cost=None,
         assumed_friction=assumed,
         shapes=shapes_in_words(scene),
+        measured=measured_sizes(scene),
     )
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
 

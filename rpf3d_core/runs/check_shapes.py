@@ -1,8 +1,12 @@
 """Describe the shapes of a scene's rocks for the report of `rpf3d check`."""
 
+from rpf3d_core.scene.measured import MeasuredList
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.shapes import polyhedra_of, weights_of
 from rpf3d_core.shapes.polyhedron import Polyhedron
+
+UNITS = {"diameter": "m", "mass": "kg", "volume": "m3"}
+"""Sizes of rocks, and the unit in which each is read."""
 
 
 def shapes_in_words(scene: Scene) -> tuple[str, ...]:
@@ -21,6 +25,14 @@ def shapes_in_words(scene: Scene) -> tuple[str, ...]:
     shares = [weight / total for weight in weights]
     sizes = zip(polyhedra, shares, strict=True)
     return (*(_describe(block, share, scene.rock.has_own_size) for block, share in sizes), *findings)
+
+
+def measured_sizes(scene: Scene) -> tuple[str, ...]:
+    """Return a sentence for each file of measured sizes: its column, its unit and its range; the same one once."""
+    sizes = [(getattr(each, measure), measure, unit)
+             for each in (scene.rock, *scene.sources) for measure, unit in UNITS.items()]  # fmt: skip
+    found = (size.describe(measure, unit) for size, measure, unit in sizes if isinstance(size, MeasuredList))
+    return tuple(dict.fromkeys(sentence for sentence in found if sentence))
 
 
 def _describe(block: Polyhedron, share: float, own_size: bool) -> str:

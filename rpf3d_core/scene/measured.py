@@ -1,14 +1,14 @@
 """Sizes of rocks in a scene: a number, a distribution, or a list of measured sizes."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
-from rpf3d_core.formats.numbers import read_numbers
+from rpf3d_core.formats.numbers import read_column, read_numbers
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
-from rpf3d_core.scene.values import InputFile, Number, StrictModel
+from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, refuse
 
 Numbers = Annotated[tuple[Number, ...], Field(min_length=1)]
 
@@ -20,6 +20,20 @@ class MeasuredList(StrictModel):
         Annotated[InputFile, Tag("[file]")] | Annotated[Numbers, Tag("[numbers]")],
         Discriminator(lambda value: "[numbers]" if isinstance(value, list | tuple) else "[file]"),
     ] = Field(description="a list of at least one number, or the path of a file with a number on each line")
+    column: Name | None = Field(
+        None, description="the name of the column of the file that holds the sizes, or left out if there is one only"
+    )
+
+    @model_validator(mode="after")
+    def _column_of_a_file(self) -> Self:
+        if self.column is not None and isinstance(self.measured, tuple):
+            raise refuse("is given, but the sizes are in the scene and not in a file", "column")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_an_empty_column(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out a column that is not given, so that a scene without one keeps its digest."""
+        return {key: value for key, value in plain(self).items() if key != "column" or value is not None}
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -36,8 +50,19 @@ class MeasuredList(StrictModel):
         InputError
             The file is damaged; names it and the line.
         """
-        values = np.array(self.measured) if isinstance(self.measured, tuple) else read_numbers(self.measured)
-        return Measured(values=np.sort(values.astype(float)))
+        if isinstance(self.measured, tuple):
+            return Measured(values=np.sort(np.array(self.measured).astype(float)))
+        return Measured(values=np.sort(read_numbers(self.measured, self.column)))
+
+    def describe(self, measure: str, unit: str) -> str:
+        """Return which column of which file the sizes are, and in which unit they are read; "" without a file."""
+        if isinstance(self.measured, tuple):
+            return ""
+        found = read_column(self.measured, self.column)
+        column = f"column {found.name!r}" if found.name else "the only column"
+        low, high = float(found.values.min()), float(found.values.max())
+        return (f"{measure}: {column} of {self.measured.name}, read in {unit}: {len(found.values):,} values from "
+                f"{low:g} to {high:g}")  # fmt: skip
 
 
 if TYPE_CHECKING:

@@ -153,7 +153,7 @@ def scene_digest(scene: Scene) -> str:
     content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
     """
     content = _without_optional(scene.model_dump(exclude={"path", "data_hint"}), scene.rock.is_body)
-    content["terrain"] = _given({**content["terrain"], "files": _files(scene)}, ("benches",))
+    content["terrain"] = _given({**content["terrain"], "files": _files(scene)}, ("benches", "split"))
     return _digest(content | {"rebound": _with_sphere(scene, content["rebound"])})
 
 

@@ -99,6 +99,11 @@ class TerrainSpec(StrictModel):
         (), description="a list of {name, along, height, width}, each raised on the ground as a zone of its own"
     )
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
+    split: tuple[Name, ...] | None = Field(
+        None, min_length=1, description="a list of names of zones that consist of separate surfaces at different "
+        "heights, such as all berms of a wall in one layer: each surface becomes a zone, `NAME_1` the highest; or left "
+        "out for no split",
+    )  # fmt: skip
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
     crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
                              "or left out for that of GeoTIFF files")  # fmt: skip

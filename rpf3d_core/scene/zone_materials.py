@@ -15,6 +15,8 @@ MOST_NAMED = 12
 def material_of(scene: Scene, zone: str) -> Material:
     """Return the material of a zone: by exact name, else by the first matching pattern in the file, else `default`.
 
+    A part of a split zone without a material of its own name has that of the zone.
+
     Raises
     ------
     SceneError
@@ -31,14 +33,21 @@ def name_of_material(scene: Scene, zone: str) -> str:
     SceneError
         As `material_of`.
     """
-    fitting = (pattern for pattern in scene.materials if fnmatchcase(zone, pattern))
-    name = zone if zone in scene.materials else next(fitting, "default")
+    whole = _whole(scene, zone)
+    fitting = (pattern for each in (zone, whole) for pattern in scene.materials if fnmatchcase(each, pattern))
+    name = zone if zone in scene.materials else whole if whole in scene.materials else next(fitting, "default")
     if name in scene.materials:
         return name
     known = ", ".join(scene.materials)
     raise SceneError(
         f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
     )
+
+
+def _whole(scene: Scene, zone: str) -> str:
+    """Return the zone of which a zone is a part by `terrain.split`; the zone itself if it is not a part."""
+    name, _, number = zone.rpartition("_")
+    return name if number.isdigit() and name in (scene.terrain.split or ()) else zone
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
@@ -88,7 +97,8 @@ def check_materials(scene: Scene, zones: Sequence[str]) -> None:
         A material fits no zone; the message names it and the nearest zone, or the existing zones.
     """
     for name in scene.materials:
-        if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in zones):
+        known = (*zones, *(scene.terrain.split or ()))
+        if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in known):
             continue
         near = get_close_matches(name, zones, n=1)
         shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")

@@ -17,6 +17,7 @@ from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import with_berms, with_zones_of_berms
+from rpf3d_core.setup.split_zones import split_zones
 from rpf3d_core.terrain.benches.slope import benches_terrain
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up
@@ -41,7 +42,8 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     Files are read in order, rotated to z up, moved to a local origin of whole metres and welded. All facets keep their
     order, faulty facets included, so facet numbers in the run equal facet numbers in the files. Facets cut by berms are
     an exception: the first part of each cut facet keeps the number, and the other parts follow after all facets. Zones
-    drawn as polygons are assigned last. Later polygons replace earlier polygons, but a berm stays a separate zone.
+    drawn as polygons are assigned last. Later polygons replace earlier polygons, but a berm stays a separate zone. Then
+    the zones that the scene names are split by height.
 
     Raises
     ------
@@ -54,7 +56,8 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
     terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw, scene)
-    report = replace(fault_report(terrain, winding, edges, files), remarks=remarks)
+    terrain, notes = split_zones(terrain, scene, edges)
+    report = replace(fault_report(terrain, winding, edges, files), remarks=(*remarks, *notes))
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
     return terrain, report

@@ -8,7 +8,7 @@ import pytest
 import rasterio
 from benches_fallen_from import HEIGHT, TOE, bench
 from jsonschema import Draft202012Validator
-from mine_files import EAST, NORTH, at_site, write_dxf, write_landxml, write_las, write_omf, write_surpac
+from mine_files import EAST, NORTH, at_site, write_dxf_layers, write_landxml, write_las, write_omf, write_surpac
 from terrain_files import ascii_stl
 from typer.testing import CliRunner
 
@@ -48,6 +48,13 @@ def write_obj(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
 def write_stl(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
     path.write_text(ascii_stl(vertices[triangles]))
     return path
+
+
+def write_dxf(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
+    """Write the bench on two layers: the level ground in front of the face is the floor, the rest the wall."""
+    corners, low = vertices[triangles], vertices[:, 2].min()
+    layers = np.where((corners[:, :, 2] - low).max(axis=1) < 0.01, "floor", "wall").tolist()
+    return write_dxf_layers(path, list(zip(layers, corners.tolist(), strict=True)))
 
 
 def write_asc(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:

@@ -21,6 +21,9 @@ from scenes_of_facets import (
 
 from rpf3d_core.detection.bucket_grid import BUCKETS_PER_FACET, ENTRIES_PER_FACET, FEWEST_BUCKETS
 from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.simulation.engines import Compiled, Reference
+from rpf3d_core.terrain.benches.parameters import Benches
+from rpf3d_core.terrain.benches.slope import benches_terrain
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
 pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine to compare with")
@@ -125,3 +128,28 @@ def test_a_walk_along_an_arc_that_is_no_number_ends():
         [sys.executable, "-c", NAN, *folders], capture_output=True, text=True, timeout=60, check=False
     )
     assert done.stdout == "done\n", done.stderr
+
+
+class Counted:
+    """VTK's locator, with the number of boxes that were searched."""
+
+    def __init__(self, locator: object) -> None:
+        self.locator, self.boxes = locator, 0
+
+    def FindCellsWithinBounds(self, box: list[float], found: object) -> None:
+        self.boxes += 1
+        self.locator.FindCellsWithinBounds(box, found)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("height", [5.0, 8e2, 8.15e5])
+def test_a_place_far_above_the_terrain_needs_few_boxes(height: float) -> None:
+    """A source in a file in millimetres starts 815 km above a terrain in metres."""
+    facets = facets_of(benches_terrain(Benches(number=1, roughness=0.1)))
+    engine = Reference(facets)
+    engine.locator.locator = counted = Counted(engine.locator.locator)
+    place = np.array([[50.0, 30.0, facets.high[2] + height]])
+    place[0, :2] = 0.5 * (np.array(facets.low[:2]) + np.array(facets.high[:2]))
+    found = engine.ground_below(place)
+    assert np.array_equal(found, Compiled(facets).ground_below(place))
+    assert found[0, 1] >= 0 and found[0, 0] > height
+    assert counted.boxes < 30

@@ -76,6 +76,7 @@ CONFINED = {
         "rpf3d_core/detection/vtk_", "rpf3d_core/formats/vtk_", "rpf3d_core/accuracy/decimated.py",
         "rpf3d_core/results/plots/path_profiles.py", "rpf3d_core/desk/window.py",
     ),
+    "contourpy": ("rpf3d_core/imports/face_borders.py",),
     "scipy": ("rpf3d_core/shapes/polyhedron.py",),
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
@@ -92,6 +93,7 @@ CONFINED = {
         "rpf3d_core/setup/",
         "rpf3d_core/live/areas.py",
         "rpf3d_core/imports/crests.py",
+        "rpf3d_core/imports/face_borders.py",
         *(
             f"rpf3d_core/terrain/{file}.py"
             for file in ("zones", "cloud", "cloud_holes", "gap_around_patch", "gaps", "steep_gaps", "outer_walls")

@@ -4,10 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import rpf3d_core as rpf3d
+from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.numbers import read_numbers
+from rpf3d_core.runs.check import check_scene
 from rpf3d_core.scene.reading import read_scene, scene_digest
 
 SCENE = """\
@@ -126,3 +129,63 @@ def test_a_source_has_one_size_and_its_digest_is_that_of_before_where_it_has_non
     other = scene_digest(read_scene(tmp_path / "scene.yaml"))
     (tmp_path / "scene.yaml").write_text(text.replace("diameter: 1.5", "diameter: 1.6"))
     assert scene_digest(read_scene(tmp_path / "scene.yaml")) != other
+
+
+TABLE = "block;diameter_m;mass_kg\nB0;0.4;120\nB1;0.9;980\n\nB2;0.4;110\n"
+
+
+def test_a_column_of_a_table_is_read_by_its_name(tmp_path: Path) -> None:
+    (tmp_path / "blocks.csv").write_text(TABLE)
+    (tmp_path / "plain.csv").write_text("120\n980\n110\n")
+    named = masses(written(tmp_path, "mass: {measured: blocks.csv, column: mass_kg}"), "reference")
+    assert np.array_equal(named, masses(written(tmp_path, "mass: {measured: plain.csv}"), "reference"))
+    assert set(named) == {110.0, 120.0, 980.0}
+
+
+@pytest.mark.parametrize(
+    ("column", "content", "sentence"),
+    [
+        ("size", TABLE, "the column 'size' is not in the file; its columns are block, diameter_m, mass_kg"),
+        ("a", "a;a\n1;2\n", "the column 'a' is twice in the file"),
+        ("a", "1;2\n", "its first line does not name columns"),
+        ("block", TABLE, "line 2: the column 'block' must be one plain, finite number, but is 'B0'"),
+        ("b", "a;b\n1;2\n3\n", "line 3: the column 'b' must be one plain, finite number, but is ''"),
+        (None, TABLE, "name one of the columns block, diameter_m, mass_kg as `column`"),
+    ],
+)
+def test_a_column_that_cannot_be_read_is_named(
+    tmp_path: Path, column: str | None, content: str, sentence: str
+) -> None:
+    (tmp_path / "blocks.csv").write_text(content)
+    with pytest.raises(InputError) as caught:
+        read_numbers(tmp_path / "blocks.csv", column)
+    assert sentence in str(caught.value)
+
+
+def test_a_column_of_a_list_in_the_scene_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="the sizes are in the scene and not in a file"):
+        read_scene(written(tmp_path, "mass: {measured: [400, 250], column: mass_kg}"))
+
+
+@pytest.mark.parametrize(
+    ("size", "sentence"),
+    [
+        ("diameter: {measured: blocks.csv, column: diameter_m}",
+         "diameter: column 'diameter_m' of blocks.csv, read in m: 3 values from 0.4 to 0.9"),
+        ("mass: {measured: one.csv}", "mass: column 'kg' of one.csv, read in kg: 2 values from 250 to 400"),
+        ("mass: {measured: bare.csv}", "mass: the only column of bare.csv, read in kg: 2 values from 250 to 400"),
+    ],
+)  # fmt: skip
+def test_check_says_which_column_is_read_in_which_unit(tmp_path: Path, size: str, sentence: str) -> None:
+    (tmp_path / "blocks.csv").write_text(TABLE)
+    (tmp_path / "one.csv").write_text("kg\n400\n250\n")
+    (tmp_path / "bare.csv").write_text("400\n250\n")
+    assert check_scene(read_scene(written(tmp_path, size))).measured == (sentence,)
+    done = CliRunner().invoke(app, ["check", str(tmp_path / "scene.yaml")])
+    assert sentence[:30] in done.output
+
+
+def test_a_scene_without_a_column_keeps_its_digest(tmp_path: Path) -> None:
+    (tmp_path / "blocks.txt").write_text("250\n400\n")
+    scene = read_scene(written(tmp_path, "mass: {measured: blocks.txt}"))
+    assert "column" not in scene.model_dump()["rock"]["mass"]

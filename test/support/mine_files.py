@@ -25,6 +25,18 @@ def write_dxf(path: Path, vertices: np.ndarray, triangles: np.ndarray, units: in
     return path
 
 
+def write_dxf_layers(path: Path, faces: list[tuple[str, list[tuple[float, float, float]]]]) -> Path:
+    """Write quadrangles as 3DFACE, each on a layer that it names, with ezdxf."""
+    import ezdxf
+
+    document = ezdxf.new("R2010")
+    document.header["$INSUNITS"] = 6
+    for layer, corners in faces:
+        document.modelspace().add_3dface(corners, dxfattribs={"layer": layer})
+    document.saveas(path)
+    return path
+
+
 def write_landxml(path: Path, vertices: np.ndarray, triangles: np.ndarray, name: str = "topo") -> Path:
     """Write a mesh as a TIN surface: northing first."""
     points = "".join(f'<P id="{i}">{y!r} {x!r} {z!r}</P>\n' for i, (x, y, z) in enumerate(vertices.tolist(), start=1))

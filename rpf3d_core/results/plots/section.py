@@ -16,7 +16,7 @@ WIDTH, PANEL, SHARES = 10.0, 9.0, 2.4
 """Width of the picture, width of its panels, and height of the lower panel (inches)."""
 LOWEST, HIGHEST = 2.0, 7.5
 """Least and greatest height (inches) of the section; between them, lengths and heights have the same scale."""
-LIMIT, BAND = "#b3007a", "#9bb8e0"
+LIMIT, BAND, FENCE = "#b3007a", "#9bb8e0", "#111111"
 
 
 class SectionDrawing(NamedTuple):
@@ -26,6 +26,7 @@ class SectionDrawing(NamedTuple):
     held : distance that holds 90 % of the rocks, None if it is not on the picture
     at : (D,) m; passed : (D,) share of the rocks that pass; sampling, predictive : (2, D) ends of intervals or None
     origin : name of the zero of distances
+    fences : name, distance, and elevations of foot and top of each barrier that crosses the section
     """
 
     distance: FloatArray
@@ -37,6 +38,7 @@ class SectionDrawing(NamedTuple):
     sampling: FloatArray
     predictive: FloatArray | None
     origin: str
+    fences: Sequence[tuple[str, float, float, float]] = ()
 
 
 def section_figure(drawing: SectionDrawing) -> Figure:
@@ -62,7 +64,8 @@ def section_figure(drawing: SectionDrawing) -> Figure:
 
 def _heights(drawing: SectionDrawing) -> tuple[float, float]:
     """Return the lowest and the highest elevation (m) of the picture."""
-    heights = np.concatenate([drawing.ground, *(path[:, 1] for path in drawing.paths)])
+    tops = np.array([top for _, _, _, top in drawing.fences])
+    heights = np.concatenate([drawing.ground, tops, *(path[:, 1] for path in drawing.paths)])
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
     room = 0.08 * (high - low) + 0.5
     return low - room, high + room
@@ -75,6 +78,9 @@ def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated
     axes.plot(drawing.distance, ground, color=GROUND, linewidth=1.8, label="terrain")
     axes.add_collection(LineCollection(list(drawing.paths), colors=PATH, linewidths=0.6, alpha=0.5))
     axes.plot([], [], color=PATH, linewidth=0.8, label=f"kept paths in the strip ({len(drawing.paths):,})")
+    for name, distance, foot, top in drawing.fences:
+        axes.plot([distance, distance], [foot, top], color=FENCE, linewidth=3.0, solid_capstyle="butt", zorder=4,
+                  label=f"barrier {name}: {top - foot:g} m high")  # fmt: skip
     if drawing.held is not None:
         axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % of the rocks: {drawing.held:.1f} m")
     label(axes, "", "elevation (m)" + ("" if abs(exaggerated - 1.0) < 0.02 else f", heights x {exaggerated:.2g}"))

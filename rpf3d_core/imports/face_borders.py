@@ -1,0 +1,183 @@
+"""Find the upper borders of faces in an image of heights: rough lines near crests, whole where a crest is whole.
+
+A face is what is steeper than STEEP. Its border is a contour of the slope; the part of the border where the face falls
+away from the border is the upper one. Noise of a survey leaves gaps in a border and cuts faces into islands, so parts
+are joined where the brow continues within JOINED.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import contourpy
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.faces import LOWEST, STEEP
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.height_image import HeightImage, heights_at
+
+JOINED = 6.0
+"""Longest gap (m) between two parts of a crest that are joined if the brow continues."""
+SMALLEST = 5.0
+"""Least length (m) of the border of a face; shorter ones are noise."""
+FALLS = 0.3
+"""Least cosine (-) between the way into the face and the way down at its upper border: sides of a face are none."""
+TURNS = 0.5
+"""Least cosine (-) between the directions of two parts that are joined."""
+HEADING = 4.0
+"""Length (m) at the end of a part over which its direction is taken."""
+
+
+class _Grid(NamedTuple):
+    """Heights (H, W) m at the centres of pixels, NaN without ground; x : (W,) m; y : (H,) m."""
+
+    heights: FloatArray
+    x: FloatArray
+    y: FloatArray
+
+
+def upper_borders(image: HeightImage, shortest: float) -> list[FloatArray]:
+    """Return lines (N, 2) m along the upper borders of faces, from a length (m) on; the face is on their left.
+
+    image : of the terrain with a margin of two pixels, so that faces end within the image
+    """
+    grid = _grid(image)
+    if min(grid.heights.shape) < 3:
+        return []
+    downhill = _downhill(grid)
+    slope = np.hypot(downhill[..., 0], downhill[..., 1])
+    lines = contourpy.contour_generator(x=grid.x, y=grid.y, z=slope).lines(math.tan(math.radians(STEEP)))
+    contours = [np.asarray(line, dtype=float) for line in lines]
+    parts = [part for contour in contours if _length(contour) >= SMALLEST for part in _upper(grid, downhill, contour)]
+    joined = _joined(parts, [_heights_of_ends(grid, part) for part in parts])
+    side = float(grid.x[1] - grid.x[0])
+    return [shapely.get_coordinates(shapely.simplify(shapely.LineString(line), 0.5 * side))
+            for line in joined if _length(line) >= shortest]  # fmt: skip
+
+
+def _grid(image: HeightImage) -> _Grid:
+    """Return the heights at the centres of the pixels of an image."""
+    rows, columns = image.view.facet.shape
+    window = image.view.window
+    x = window.left + (np.arange(columns) + 0.5) * window.width / columns
+    y = window.bottom + (np.arange(rows) + 0.5) * window.height / rows
+    heights = np.stack([heights_at(image, np.column_stack([x, np.full(columns, each)])) for each in y])
+    return _Grid(heights=heights, x=x, y=y)
+
+
+def _downhill(grid: _Grid) -> FloatArray:
+    """Return the slope (H, W, 2) as a vector down the hill, seen over three pixels; 0 next to missing ground."""
+    along_y, along_x = np.gradient(grid.heights, grid.y, grid.x)
+    return np.asarray(np.nan_to_num(-np.stack([along_x, along_y], axis=-1)))
+
+
+def _at(grid: _Grid, points: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return row and column (N,) of the pixels at points (N, 2) m, the nearest for points outside."""
+    row = np.rint((points[:, 1] - grid.y[0]) / (grid.y[1] - grid.y[0])).astype(np.int64)
+    column = np.rint((points[:, 0] - grid.x[0]) / (grid.x[1] - grid.x[0])).astype(np.int64)
+    return np.clip(row, 0, len(grid.y) - 1), np.clip(column, 0, len(grid.x) - 1)
+
+
+def _upper(grid: _Grid, downhill: FloatArray, contour: FloatArray) -> Iterator[FloatArray]:
+    """Yield the parts (N, 2) m of the border (P, 2) m of a face on which the face falls away from the border.
+
+    Steeper ground is on the left of a contour.
+    """
+    way = np.diff(contour, axis=0)
+    inwards = np.column_stack([-way[:, 1], way[:, 0]])
+    inwards /= np.maximum(np.linalg.norm(inwards, axis=1, keepdims=True), 1e-12)
+    side = float(grid.x[1] - grid.x[0])
+    down = downhill[_at(grid, contour[:-1] + 0.5 * way + side * inwards)]
+    cosine = (down * inwards).sum(axis=1) / np.maximum(np.linalg.norm(down, axis=1), 1e-12)
+    lengths = np.linalg.norm(way, axis=1)
+    falls, first = _without_gaps(cosine > FALLS, lengths, closed=bool(np.array_equal(contour[0], contour[-1])))
+    places = np.concatenate([contour[:-1][first:], contour[:-1][:first]])
+    for begin, end in _runs(falls):
+        last = contour[-1:] if first == 0 and end == len(falls) else places[[end % len(falls)]]
+        yield np.concatenate([places[begin:end], last])
+
+
+def _without_gaps(falls: NDArray[np.bool_], lengths: FloatArray, closed: bool) -> tuple[NDArray[np.bool_], int]:
+    """Return which segments (S,) of a border are of its upper part, with gaps up to JOINED filled, and a start.
+
+    lengths : (S,) m; closed : a closed border is turned, so that it starts in the longest gap
+    """
+    gaps = list(_runs(~falls))
+    spans = [float(lengths[begin:end].sum()) for begin, end in gaps]
+    first = gaps[int(np.argmax(spans))][0] if closed and gaps else 0
+    falls, lengths = np.roll(falls, -first), np.roll(lengths, -first)
+    filled = falls.copy()
+    for begin, end in _runs(~falls):
+        if begin > 0 and end < len(falls) and lengths[begin:end].sum() <= JOINED:
+            filled[begin:end] = True
+    return filled, first
+
+
+def _runs(flags: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Yield begin and end of the runs of True in flags (S,)."""
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    yield from zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True)
+
+
+def _heights_of_ends(grid: _Grid, part: FloatArray) -> FloatArray:
+    """Return the height (2,) m of the ground at the first and the last point of a part."""
+    return grid.heights[_at(grid, part[[0, -1]])]
+
+
+def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArray]:
+    """Return parts (N, 2) m joined end to start where the brow continues, the nearest first.
+
+    heights : (2,) m at the ends of each part
+    """
+    after: dict[int, int] = {}
+    before: dict[int, int] = {}
+    for _, one, other in sorted(_neighbours(parts, heights)):
+        if one not in after and other not in before and _last(after, other) != one:
+            after[one], before[other] = other, one
+    return [np.concatenate([parts[i] for i in _chain(after, first)]) for first in range(len(parts))
+            if first not in before]  # fmt: skip
+
+
+def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[tuple[float, int, int]]:
+    """Yield the gap (m) and the numbers of two parts, of which the second one continues the first one."""
+    if not parts:
+        return
+    starts = shapely.STRtree([shapely.Point(part[0]) for part in parts])
+    for one, part in enumerate(parts):
+        for other in starts.query(shapely.Point(part[-1]), predicate="dwithin", distance=JOINED).tolist():
+            step = abs(float(heights[one][1] - heights[other][0]))
+            if other != one and not step > LOWEST and _continues(part, parts[other]):
+                yield float(np.linalg.norm(parts[other][0] - part[-1])), one, other
+
+
+def _continues(part: FloatArray, other: FloatArray) -> bool:
+    """Return True if the line to another part, and the other part, go on in the direction of a part."""
+    leaving, entering = _heading(part[::-1]) * -1.0, _heading(other)
+    gap = other[0] - part[-1]
+    across = abs(float(leaving[0] * gap[1] - leaving[1] * gap[0]))
+    return float(leaving @ entering) >= TURNS and across <= max(0.5 * JOINED, float(leaving @ gap))
+
+
+def _heading(part: FloatArray) -> FloatArray:
+    """Return the unit vector (2,) from the first point of a part to the point HEADING m along the part."""
+    line = shapely.LineString(part)
+    way = shapely.get_coordinates(shapely.line_interpolate_point(line, min(HEADING, line.length)))[0] - part[0]
+    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
+
+
+def _last(after: dict[int, int], number: int) -> int:
+    return _chain(after, number)[-1]
+
+
+def _chain(after: dict[int, int], first: int) -> list[int]:
+    """Return the numbers of the parts that follow one another from a first one on."""
+    chain = [first]
+    while chain[-1] in after:
+        chain.append(after[chain[-1]])
+    return chain
+
+
+def _length(line: FloatArray) -> float:
+    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())

@@ -1,0 +1,70 @@
+"""Find where the barriers of a scene stand in a section, so that the picture of the section shows them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import local_plan
+from rpf3d_core.formats.polylines import lines_along
+from rpf3d_core.report.run_files import RunFiles
+from rpf3d_core.report.section import CriticalSection
+from rpf3d_core.terrain.frame import FloatArray
+
+
+class FenceInSection(NamedTuple):
+    """A barrier where it crosses a section: distance (m) along it, elevations (m) of foot and top."""
+
+    name: str
+    distance: float
+    foot: float
+    top: float
+
+
+def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSection], list[str]]:
+    """Return the barriers of a run's scene that cross a section, and the names of the others."""
+    panels = panels_of(run)
+    found = [fence for panel in panels for fence in _crossings(run, section, panel)]
+    crossing = {fence.name for fence in found}
+    return found, [panel["name"] for panel in panels if panel["name"] not in crossing]
+
+
+def panels_of(run: RunFiles) -> list[dict[str, Any]]:
+    """Return the panels of the barriers of a run's scene, as summary.json has them, with paths of files."""
+    barriers = run.summary["scene"]["effects"].get("barriers") or {}
+    return list(barriers.get("panels", ()))
+
+
+def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -> Iterator[FenceInSection]:
+    """Yield where a barrier crosses a section, on ground."""
+    east, north, _ = run.terrain.frame.origin
+    azimuth = np.radians(section.azimuth)
+    start, along = section.start - (east, north), np.array([np.sin(azimuth), np.cos(azimuth)])
+    for line in _lines(run, panel["along"]):
+        for distance in _distances(line - start, along):
+            if section.distance[0] <= distance <= section.distance[-1]:
+                foot = float(np.interp(distance, section.distance, section.ground))
+                if np.isfinite(foot):
+                    yield FenceInSection(
+                        name=panel["name"], distance=distance, foot=foot, top=foot + float(panel["height"])
+                    )
+
+
+def _lines(run: RunFiles, along: Any) -> list[FloatArray]:
+    """Return the lines (P, 2) m of a barrier in the local frame; none if its file is no longer there."""
+    try:
+        lines = lines_along(Path(along) if isinstance(along, str) else tuple(map(tuple, along)))
+    except InputError:
+        return []
+    return [local_plan(run.terrain.frame, line) for line in lines]
+
+
+def _distances(line: FloatArray, along: FloatArray) -> list[float]:
+    """Return the distances (m) along a ray at which a line (P, 2) m, seen from the start of the ray, crosses it."""
+    ahead, across = line @ along, line @ np.array([-along[1], along[0]])
+    crossed = np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0))
+    share = across[crossed] / (across[crossed] - across[crossed + 1])
+    found: list[float] = (ahead[crossed] + share * (ahead[crossed + 1] - ahead[crossed])).tolist()
+    return found

@@ -1,0 +1,55 @@
+"""The part of a report on the critical section: where it lies, its picture, and the barriers that cross it."""
+
+import io
+from collections.abc import Iterator
+
+import numpy as np
+
+from rpf3d_core.report.blocks import Block, Heading, Picture, Text
+from rpf3d_core.report.passing import shares_beyond
+from rpf3d_core.report.run_files import RunFiles
+from rpf3d_core.report.section import CriticalSection
+from rpf3d_core.report.section_fences import fences_in
+from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
+
+
+def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Block]:
+    """Yield the critical section as a picture."""
+    yield Heading("Critical section")
+    if section is None:
+        yield Text("Not known: no rock stopped away from its release.")
+        return
+    east, north = section.start.tolist()
+    yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "
+               f"from its release (rock {section.rock} of source {section.source}, runout {section.runout:.1f} m). Its "
+               f"azimuth, {section.azimuth:.0f} degrees, is the mean of the rocks that start there. It shows the paths "
+               f"in a strip of {section.width:.0f} m.")  # fmt: skip
+    yield Picture(_section_png(run, beyond, section),
+                  "Above: the ground, the paths and the barriers in the section. Below: rocks of all sections that "
+                  "pass a distance, with both intervals.")  # fmt: skip
+    if elsewhere := fences_in(run, section)[1]:
+        yield Text(f"Barriers of the scene that the picture leaves out: {', '.join(elsewhere)}. They do not cross the "
+                   "section, or the file of their line is no longer there.", quiet=True)  # fmt: skip
+
+
+def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> bytes:
+    """Return the picture of the critical section as PNG."""
+    from rpf3d_core.results.plots.section import SectionDrawing, section_figure
+
+    zero = section.toe if np.isfinite(section.toe) else 0.0
+    at = np.linspace(0.0, max(float(section.distance[-1] - zero), 1.0), 120)
+    shares = shares_beyond(beyond, run.sets, at) if len(beyond.rows) else []
+    predictive = [figure.predictive for figure in shares]
+    held = held_beyond(beyond, run.sets, DESIGN).value
+    figure = section_figure(SectionDrawing(
+        distance=section.distance - zero, ground=section.ground, paths=[path - (zero, 0.0) for path in section.paths],
+        held=held if held is not None and held < FAR else None, at=at if shares else np.empty(0),
+        passed=np.array([figure.value for figure in shares], dtype=float),
+        sampling=np.array([figure.sampling for figure in shares], dtype=float).reshape(-1, 2).T,
+        predictive=None if not shares or None in predictive else np.array(predictive, dtype=float).T,
+        origin="the toe of the first face" if np.isfinite(section.toe) else "the release",
+        fences=[fence._replace(distance=fence.distance - zero) for fence in fences_in(run, section)[0]],
+    ))  # fmt: skip
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=150)
+    return content.getvalue()

@@ -1,0 +1,63 @@
+"""Split zones of the terrain by height as a scene asks, and note zones that count several benches as one."""
+
+from collections.abc import Sequence
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.mesh.edges import Edges
+from rpf3d_core.terrain.zone_parts import ZoneParts, names_of_parts, parts_by_height, with_parts
+
+MOST_NAMED = 6
+"""Largest number of parts whose heights a note states."""
+
+
+def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, tuple[str, ...]]:
+    """Return the terrain with the zones split that the scene names, and a note on the others that might be.
+
+    Zones of a made terrain are one bench each, so they are not looked at; nor is a terrain of a single zone, which has
+    no benches to distinguish.
+
+    Raises
+    ------
+    TerrainError
+        The scene names a zone that does not exist, is one surface, or has a part with the name of another zone.
+    """
+    wanted = scene.terrain.split or ()
+    if not wanted and (scene.terrain.files is None or len(terrain.zones) < 2):
+        return terrain, ()
+    found = parts_by_height(terrain, edges)
+    for name in wanted:
+        terrain = with_parts(terrain, _wanted(terrain, scene, found, name))
+    left = [parts for parts in found if parts.zone not in wanted]
+    return terrain, (words_on_parts(left, terrain.frame.origin[2]),) if left else ()
+
+
+def _wanted(terrain: Terrain, scene: Scene, found: Sequence[ZoneParts], name: str) -> ZoneParts:
+    """Return the parts of a zone that the scene asks to split; errors are as in `split_zones`."""
+    where = f"{scene.path}: `terrain.split` names the zone {name!r}, "
+    if name not in terrain.zones:
+        raise TerrainError(f"{where}which the terrain does not have; its zones are {', '.join(terrain.zones)}")
+    parts = next((parts for parts in found if parts.zone == name), None)
+    if parts is None:
+        raise TerrainError(f"{where}which is one surface, or has surfaces at one height only: remove it there")
+    if taken := [part for part in names_of_parts(parts) if part in terrain.zones]:
+        raise TerrainError(f"{where}but the name of its part {taken[0]!r} is that of another zone: rename that layer")
+    return parts
+
+
+def words_on_parts(found: Sequence[ZoneParts], origin: float) -> str:
+    """Return a note on zones of several surfaces at different heights; origin : height (m) of the local frame."""
+    zones = ", ".join(f"{parts.zone} ({_heights(parts, origin)})" for parts in found)
+    names = ", ".join(parts.zone for parts in found)
+    return (
+        f"separate surfaces at different heights count as one zone in all tables and in retention: {zones}; to have "
+        f"each as a zone of its own, numbered from the top, give the scene `terrain: {{split: [{names}]}}`"
+    )
+
+
+def _heights(parts: ZoneParts, origin: float) -> str:
+    """Return the number of parts of a zone and their mean heights as text."""
+    shown = ", ".join(f"{height + origin:,.0f}" for height in parts.heights[:MOST_NAMED])
+    more = ", ..." if len(parts.heights) > MOST_NAMED else ""
+    return f"{len(parts.heights)} surfaces, on average at {shown}{more} m"

@@ -1,0 +1,107 @@
+"""A report of a wall with several benches and a fence says from which toe it counts, and draws what is in the scene."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from terrain_files import with_models
+
+from rpf3d_core.report.blocks import Picture, Table, Text
+from rpf3d_core.report.content import report_blocks
+from rpf3d_core.report.run_files import RunFiles, read_hazard, read_run
+from rpf3d_core.report.section import critical_section
+from rpf3d_core.report.section_fences import fences_in
+from rpf3d_core.report.toe import beyond_toe
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.reading import read_scene
+
+SCENE = """\
+terrain: {{benches: {{number: {number}, height: 12, berm: {berm}, width: 60}}}}
+materials:
+  default: {{normal_restitution: {{mean: 0.3, sd: 0.15, min: 0, max: 0.6}}, tangential_restitution: 0.85}}
+rock: {{density: 2500, diameter: 0.8}}
+sources: [{{name: top, crest: 1, above_ground: 1, rocks: 120, velocity: [2, 0, 0], velocity_spread: [3, 0, 0]}}]
+effects:
+  barriers:
+    panels:
+      - {{name: fence, along: {along}, height: 3, capacity_kj: 1}}
+      - {{name: beside, along: [[{x}, 900], [{x}, 901]], height: 3, capacity_kj: 1}}
+"""
+BERM, FLOOR = 6.0, 4.0
+"""Width (m) of a berm, and distance (m) of the fence in front of the lowest toe."""
+RUN = 12.0 / np.tan(np.radians(70.0))
+
+
+def flown(folder: Path, number: int, in_a_file: bool = False) -> RunFiles:
+    x = float(number * RUN + (number - 1) * BERM + FLOOR)
+    line = [[x, -29.0], [x, 29.0]]
+    folder.mkdir(exist_ok=True)
+    text = SCENE.replace("900", "28").replace("901", "29").format(number=number, berm=BERM, along=line, x=x + 3.0)
+    if in_a_file:
+        (folder / "fence.geojson").write_text(f'{{"type": "LineString", "coordinates": {line}}}')
+        text = text.replace(str(line), "fence.geojson")
+    (folder / "scene.yaml").write_text(with_models(text, ground='sliding'))
+    run_scene(read_scene(folder / "scene.yaml"), folder / "run", 120, "reference")
+    return read_run(folder / "run")
+
+
+@pytest.fixture(scope="module")
+def two_benches(tmp_path_factory: pytest.TempPathFactory) -> RunFiles:
+    return flown(tmp_path_factory.mktemp("two"), 2)
+
+
+def words(run: RunFiles) -> str:
+    return " ".join(block.text for block in report_blocks(run, "wall") if isinstance(block, Text))
+
+
+def test_rocks_that_go_down_a_second_face_are_counted(two_benches: RunFiles) -> None:
+    beyond, second = beyond_toe(two_benches), 2.0 * RUN + BERM
+    x = two_benches.ends.end[beyond.rows, 0] + two_benches.terrain.frame.origin[0]
+    down, clear = x > second, np.abs(x - second) > 1.0
+    assert 0 < down.sum() < len(down) and clear.mean() > 0.8
+    assert np.array_equal(beyond.further[clear], down[clear])
+    assert f"{beyond.further.sum():,} of {len(down):,} rocks went down a further face" in words(two_benches)
+
+
+def test_the_answer_names_the_face_whose_toe_it_counts_from(two_benches: RunFiles) -> None:
+    rows = [row for block in report_blocks(two_benches, "wall") if isinstance(block, Table) for row in block.rows]
+    assert any(row[0] == "distance beyond the toe of the first face that holds 90 % of the rocks" for row in rows)
+
+
+def test_one_face_has_no_further_one(tmp_path: Path) -> None:
+    run = flown(tmp_path / "one", 1)
+    assert not beyond_toe(run).further.any()
+    assert "further face" not in words(run)
+
+
+@pytest.mark.parametrize("in_a_file", [False, True])
+def test_the_section_shows_the_fence_where_it_stands(two_benches: RunFiles, tmp_path: Path, in_a_file: bool) -> None:
+    run = flown(tmp_path / "site", 2, in_a_file) if in_a_file else two_benches
+    section = critical_section(run)
+    assert section is not None
+    (fence,), elsewhere = fences_in(run, section)
+    assert elsewhere == ["beside"]
+    heading = np.radians(section.azimuth)
+    x = section.start[0] + fence.distance * np.sin(heading)
+    assert x == pytest.approx(2.0 * RUN + BERM + FLOOR, abs=1e-6)
+    assert (fence.foot, fence.top) == pytest.approx((0.0, 3.0), abs=1e-6)
+    assert "the picture leaves out: beside." in words(run)
+
+
+def test_a_fence_whose_file_is_gone_is_named_and_not_drawn(tmp_path: Path) -> None:
+    run = flown(tmp_path / "site", 2, in_a_file=True)
+    (tmp_path / "site" / "fence.geojson").unlink()
+    section = critical_section(run)
+    assert section is not None
+    assert fences_in(run, section) == ([], ["fence", "beside"])
+
+
+def test_the_energy_map_says_how_many_cells_are_empty(two_benches: RunFiles) -> None:
+    reached, energy = read_hazard(two_benches, "reach_probability"), read_hazard(two_benches, "energy_j", "p95")
+    assert reached is not None
+    rocks = np.nan_to_num(reached.values) * 120.0
+    few = int(((rocks > 0.5) & (rocks < 19.5)).sum())
+    assert energy is None or np.isfinite(energy.values).sum() == (rocks > 19.5).sum()
+    (caption,) = [block.caption for block in report_blocks(two_benches, "wall")
+                  if isinstance(block, Picture) and "95th percentile of the energy" in block.caption]  # fmt: skip
+    assert f"{few:,} of the {int((rocks > 0.5).sum()):,} cells that rocks reached have no value" in caption

@@ -1,0 +1,121 @@
+"""A layer with all berms of a wall is several benches: it is noted, and split from the top if the scene asks for it."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mine_files import write_dxf_layers
+
+from rpf3d_core import simulate
+from rpf3d_core.errors import InputError
+from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
+from rpf3d_core.runs.check import check_scene
+from rpf3d_core.scene.reading import read_scene, scene_digest
+from rpf3d_core.scene.zone_materials import name_of_material
+from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.terrain.facets import Terrain
+
+pytest.importorskip("ezdxf", reason="the walls are DXF files, which ezdxf writes")
+
+SCENE = """\
+terrain: {{files: [{{path: wall.dxf}}]{split}}}
+materials:
+  {materials}
+rock: {{density: 2500, diameter: 0.8}}
+sources: [{{name: top, points: [[-0.5, 15, 31]], rocks: 40, velocity: [3, 0, 0]}}]
+"""
+PROFILE = [(-10, 30, "BERMS"), (0, 30, "FACES"), (4, 18, "BERMS"), (9, 18, "FACES"), (14, 0, "BERMS"), (30, 0, "")]
+"""Corners (m) of the wall's profile, and the layer of the ground that follows each."""
+BENCHES = {"BERMS_1": 30.0, "BERMS_2": 18.0, "BERMS_3": 0.0}
+LENGTH = 30.0
+MATERIALS = "default: {normal_restitution: 0.4, tangential_restitution: 0.8}"
+
+
+def wall(folder: Path, gap: bool = False, faces: str = "FACES") -> Path:
+    """Write the wall as DXF; with a gap, the middle berm is two surfaces at one height; faces : their layer."""
+    quads = []
+    for (x, z, layer), (x2, z2, _) in pairwise(PROFILE):
+        for y in np.arange(0.0, LENGTH, 5.0):
+            name = "FACES" if gap and z == z2 == 18 and y == 10.0 else layer
+            quads.append((name.replace("FACES", faces), [(x, y, z), (x2, y, z2), (x2, y + 5.0, z2), (x, y + 5.0, z)]))
+    write_dxf_layers(folder / "wall.dxf", quads)
+    return folder / "wall.dxf"
+
+
+def scene(folder: Path, split: str = "", materials: str = MATERIALS, gap: bool = False) -> Path:
+    wall(folder, gap)
+    (folder / "scene.yaml").write_text(SCENE.format(split=split and f", split: [{split}]", materials=materials))
+    return folder / "scene.yaml"
+
+
+def heights(terrain: Terrain, zone: str) -> np.ndarray:
+    mine = terrain.zone == terrain.zones.index(zone)
+    return terrain.vertices[terrain.triangles[mine], 2] + terrain.frame.origin[2]
+
+
+@pytest.mark.parametrize("gap", [False, True])
+def test_a_layer_of_berms_is_split_into_benches_from_the_top(tmp_path: Path, gap: bool) -> None:
+    terrain, faults = read_terrain(read_scene(scene(tmp_path, "BERMS", gap=gap)))
+    assert [zone for zone in terrain.zones if zone.startswith("BERMS")] == list(BENCHES)
+    assert all((heights(terrain, name) == z).all() for name, z in BENCHES.items())
+    assert "FACES" in terrain.zones and heights(terrain, "FACES").std() > 1.0
+    assert faults.area_by_zone["BERMS_2"] == pytest.approx(5.0 * (LENGTH - 5.0 * gap))
+
+
+def test_without_the_key_a_note_says_what_counts_as_one(tmp_path: Path) -> None:
+    given = read_scene(scene(tmp_path))
+    terrain, _ = read_terrain(given)
+    assert set(terrain.zones) == {"BERMS", "FACES"}
+    (note,) = [text for text in check_scene(given).warnings if "separate surfaces" in text]
+    assert "BERMS (3 surfaces, on average at 30, 18, 0 m)" in note
+    assert "`terrain: {split: [" in note
+
+
+def test_the_same_rocks_stop_in_the_same_places_and_are_counted_for_each_bench(tmp_path: Path) -> None:
+    one, split = (tmp_path / name for name in ("one", "split"))
+    one.mkdir(), split.mkdir()
+    whole, parts = (simulate(scene(folder, names), engine="reference")
+                    for folder, names in ((one, ""), (split, "BERMS")))  # fmt: skip
+    assert np.array_equal(whole.flights.deposits.x, parts.flights.deposits.x)
+    for name, z in BENCHES.items():
+        mine = parts.terrain.zone[parts.flights.deposits.facet] == parts.terrain.zones.index(name)
+        assert np.array_equal(mine, np.isclose(parts.flights.deposits.x[:, 2] + parts.terrain.frame.origin[2], z))
+
+
+def test_a_material_may_name_the_layer_or_one_bench(tmp_path: Path) -> None:
+    hard = "{normal_restitution: 0.4, tangential_restitution: 0.8}"
+    lines = f"BERMS: {hard}\n  BERMS_2: {hard}\n  default: {hard}"
+    given = read_scene(scene(tmp_path, "BERMS", lines))
+    names = [name_of_material(given, zone) for zone in ("BERMS_1", "BERMS_2", "BERMS_3", "FACES")]
+    assert names == ["BERMS", "BERMS_2", "BERMS", "default"]
+    check_scene(given)
+
+
+@pytest.mark.parametrize(
+    ("faces", "split", "sentence"),
+    [
+        ("FACES", "BERM", "which the terrain does not have; its zones are"),
+        ("BERMS", "BERMS", "which is one surface"),
+        ("BERMS_2", "BERMS", "the name of its part 'BERMS_2' is that of another zone"),
+    ],
+)
+def test_a_zone_that_cannot_be_split_is_refused(tmp_path: Path, faces: str, split: str, sentence: str) -> None:
+    path = scene(tmp_path, split)
+    wall(tmp_path, faces=faces)
+    with pytest.raises(InputError, match=sentence):
+        read_terrain(read_scene(path))
+
+
+def test_the_digest_of_a_scene_counts_the_key(tmp_path: Path) -> None:
+    plain = scene_digest(read_scene(scene(tmp_path)))
+    assert scene_digest(read_scene(scene(tmp_path, "BERMS"))) != plain
+
+
+def test_a_new_scene_splits_such_layers_and_runs(tmp_path: Path) -> None:
+    written = write_new_scene(tmp_path / "site", wall(tmp_path), FileChoice())
+    given = read_scene(written.path)
+    assert "BERMS" in (given.terrain.split or ())
+    assert not [text for text in (*written.warnings, *check_scene(given).warnings) if "separate surfaces" in text]
+    assert any("split by height" in sentence for sentence in written.sentences)
+    assert '"BERMS_3": {library: bedrock}   # 480 m2' in written.path.read_text()
