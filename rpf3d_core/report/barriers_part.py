@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rpf3d_core.report.elements import Block, Heading, Table, Text
+from rpf3d_core.report.elements import Element, Heading, Table, Text
 from rpf3d_core.report.words import given, height, interval, kilojoules, share_cells
 
 BOTH = ("95 % predictive", "95 % sampling")
@@ -24,7 +24,7 @@ SAMPLING_ONLY = (
 LEAVES_OUT = "Predictive intervals at barriers leave out the misfit of the model."
 
 
-def barriers_part(barriers: dict[str, Any]) -> Iterator[Block]:
+def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
     """Yield the tables of what rocks did at the barriers of the scene.
 
     barriers : the section of summary.json

@@ -8,7 +8,7 @@ import numpy as np
 from rpf3d_core.hazard.benches import in_percent
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.barriers_part import barriers_part
-from rpf3d_core.report.elements import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.inputs_part import inputs_part
 from rpf3d_core.report.passing import FencePlace, places_beyond
 from rpf3d_core.report.run_files import RunFiles, read_hazard
@@ -79,7 +79,7 @@ FIELDS = (
 )
 
 
-def report_blocks(run: RunFiles, site: str) -> list[Block]:
+def report_elements(run: RunFiles, site: str) -> list[Element]:
     """Return the parts of the report in their order.
 
     site : name of the site, as the report shows it
@@ -148,7 +148,7 @@ def _as_sentence(warning: str) -> str:
     return f"{warning[:1].upper()}{warning[1:]}{'' if warning.endswith('?') else '.'}"
 
 
-def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
+def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     """Return the main figures of the report."""
     rows = [["distance beyond the toe of the first face that holds 90 % of the rocks",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
@@ -169,7 +169,7 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Block]:
     return [Heading("The answer"), Table(("", *THREE), rows), *more, *_further_faces(beyond), Text(note, quiet=True)]
 
 
-def _further_faces(beyond: BeyondToe) -> list[Block]:
+def _further_faces(beyond: BeyondToe) -> list[Element]:
     """Return a sentence on rocks that went down further faces below the first one; nothing without such rocks."""
     further = int(beyond.further.sum())
     if not further:
@@ -179,7 +179,7 @@ def _further_faces(beyond: BeyondToe) -> list[Block]:
                  "upper bench, and not one from the toe of the wall.")]  # fmt: skip
 
 
-def _pictures(run: RunFiles) -> Iterator[Block]:
+def _pictures(run: RunFiles) -> Iterator[Element]:
     """Yield the 3D view, the map and the hazard map."""
     seen, along = terrain_seen(run), directions(run.ends).mean(axis=0)
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
@@ -218,7 +218,7 @@ def _trimmed(path: Path) -> bytes:
     return trimmed(path)
 
 
-def _benches(run: RunFiles) -> Iterator[Block]:
+def _benches(run: RunFiles) -> Iterator[Element]:
     """Yield the tables of what each zone and area retains, and of the energies there."""
     places = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
     places |= {f"{name} (area)": area for name, area in run.summary["areas_of_interest"].items()}
@@ -239,7 +239,7 @@ def _benches(run: RunFiles) -> Iterator[Block]:
                quiet=True)  # fmt: skip
 
 
-def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
+def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
     """Yield the table of distances beyond the toe that hold a share of the rocks."""
     yield Heading("Distance from the toe")
     if len(beyond.rows) == 0:
@@ -256,7 +256,7 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Block]:
                quiet=True)  # fmt: skip
 
 
-def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Block]:
+def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
     """Yield the tables of what a fence beyond the toe would meet, and of the barriers of the scene."""
     yield Heading("Where a fence would stand")
     if not places:
@@ -267,7 +267,7 @@ def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iter
         yield from barriers_part(run.summary["barriers"])
 
 
-def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Block]:
+def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
     yield Table(("beyond the toe", "rocks that pass", *THREE[1:]), [
         [metres(place.distance), share(place.passed.value), share_interval(place.passed.predictive),
          share_interval(place.passed.sampling)] for place in places

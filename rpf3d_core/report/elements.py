@@ -61,4 +61,4 @@ class SignOff(NamedTuple):
     fields: Sequence[str]
 
 
-Block = Heading | Text | Bullets | Warnings | Table | Picture | View | SignOff
+Element = Heading | Text | Bullets | Warnings | Table | Picture | View | SignOff

@@ -4,7 +4,7 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from rpf3d_core.report.elements import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval'; " \
          "img-src data: blob:; font-src data:; worker-src blob:"  # fmt: skip
@@ -33,21 +33,21 @@ figure { margin: 1em 0; } figure img { max-width: 100%; border: 1px solid #e3e7e
 """
 
 
-def html_document(title: str, blocks: Sequence[Block], script: str) -> str:
+def html_document(title: str, elements: Sequence[Element], script: str) -> str:
     """Return the report as one HTML document; script : the JavaScript that the 3D view needs."""
     return "\n".join([
         "<!DOCTYPE html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         f"<title>{escape(title)}</title>", f"<style>{STYLE}</style>",
-        f"<script>{script}</script>" if any(isinstance(block, View) for block in blocks) else "",
-        "</head>", "<body>", *map(_block, blocks), "</body>", "</html>", "",
+        f"<script>{script}</script>" if any(isinstance(element, View) for element in elements) else "",
+        "</head>", "<body>", *map(_element, elements), "</body>", "</html>", "",
     ])  # fmt: skip
 
 
-def _block(block: Block) -> str:
+def _element(element: Element) -> str:
     """Return one part of the report as HTML."""
-    match block:
+    match element:
         case Heading(text, level):
             return f"<h{level}>{escape(text)}</h{level}>"
         case Text(text, quiet):
@@ -57,9 +57,9 @@ def _block(block: Block) -> str:
         case Warnings(title, sentences):
             return f'<div class="warnings" role="alert"><strong>{escape(title)}</strong>{_bullets(sentences)}</div>'
         case Table():
-            return _table(block)
+            return _table(element)
         case Picture():
-            return _picture(block)
+            return _picture(element)
         case View(html, caption, _):
             return f'<figure><div class="view">{html}</div><figcaption>{escape(caption)}</figcaption></figure>'
         case SignOff(fields):

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rpf3d_core.report.elements import Block, Heading, Table, Text
+from rpf3d_core.report.elements import Element, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
 from rpf3d_core.results.inputs import ASSUMED, CALIBRATED, ELSEWHERE, PARTLY, RANGES
@@ -32,7 +32,7 @@ CONFIRMED = {
 """How far a published figure is confirmed, in words, by the mark of the library."""
 
 
-def inputs_part(run: RunFiles) -> list[Block]:
+def inputs_part(run: RunFiles) -> list[Element]:
     """Return the section on inputs."""
     return [
         Heading("Inputs and where they come from"),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.report.elements import Block, Bullets, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.need import needed
 
 STYLE = """\
@@ -21,7 +21,7 @@ STYLE = """\
 """
 
 
-def write_pdf(path: Path, title: str, blocks: Sequence[Block]) -> None:
+def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
     """Write the report as PDF.
 
     Raises
@@ -33,7 +33,7 @@ def write_pdf(path: Path, title: str, blocks: Sequence[Block]) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         text = [STYLE, f"#set document(title: {quoted(title)})"]
-        text += [_block(block, folder, number) for number, block in enumerate(blocks)]
+        text += [_element(element, folder, number) for number, element in enumerate(elements)]
         (folder / "report.typ").write_text("\n\n".join(text), encoding="utf-8")
         try:
             content = typst.compile(folder / "report.typ", root=folder, ignore_system_fonts=True)
@@ -50,9 +50,9 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
-def _block(block: Block, folder: Path, number: int) -> str:
+def _element(element: Element, folder: Path, number: int) -> str:
     """Return one part of the report as typst; pictures are written to a folder under the number of the part."""
-    match block:
+    match element:
         case Heading(text, level):
             return f"#heading(level: {level}, {quoted(text)})"
         case Text(text, quiet):
@@ -63,7 +63,7 @@ def _block(block: Block, folder: Path, number: int) -> str:
             return ('#block(width: 100%, inset: 8pt, fill: rgb("#fff8e1"), stroke: (left: 4pt + rgb("#d9a400")))'
                     f"[#strong({quoted(title)}) {_bullets(sentences)}]")  # fmt: skip
         case Table():
-            return _table(block)
+            return _table(element)
         case Picture(png, caption, width):
             (folder / f"{number}.png").write_bytes(png)
             image = f'image("{number}.png", width: {100.0 * width:.0f}%)'

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.report.content import report_blocks
+from rpf3d_core.report.content import report_elements
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import write_pdf
 from rpf3d_core.report.run_files import read_run
@@ -25,10 +25,10 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
         raise InputError(f"{out}: is named for both the HTML report and the PDF; give --pdf another file")
     run = read_run(folder)
     name = site or Path(run.summary["scene"]["file"]).stem
-    title, blocks = f"Rockfall report: {name}", report_blocks(run, name)
+    title, elements = f"Rockfall report: {name}", report_elements(run, name)
     try:
-        out.write_text(html_document(title, blocks, script()), encoding="utf-8")
+        out.write_text(html_document(title, elements, script()), encoding="utf-8")
     except OSError as fault:
         raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
     if pdf is not None:
-        write_pdf(pdf, title, blocks)
+        write_pdf(pdf, title, elements)

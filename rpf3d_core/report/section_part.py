@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rpf3d_core.report.blocks import Block, Heading, Picture, Text
+from rpf3d_core.report.elements import Element, Heading, Picture, Text
 from rpf3d_core.report.passing import shares_beyond
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection
@@ -13,7 +13,7 @@ from rpf3d_core.report.section_fences import fences_in
 from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
 
 
-def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Block]:
+def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Element]:
     """Yield the critical section as a picture."""
     yield Heading("Critical section")
     if section is None:

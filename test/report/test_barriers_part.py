@@ -21,11 +21,11 @@ def section(over_sets: bool, **more):
 
 
 def tables_of(barriers):
-    return [block for block in barriers_part(barriers) if isinstance(block, Table)]
+    return [element for element in barriers_part(barriers) if isinstance(element, Table)]
 
 
 def words_of(barriers):
-    return " ".join(block.text for block in barriers_part(barriers) if isinstance(block, Text))
+    return " ".join(element.text for element in barriers_part(barriers) if isinstance(element, Text))
 
 
 def test_shares_energies_and_heights_have_both_intervals():

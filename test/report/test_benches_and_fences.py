@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from terrain_files import with_models
 
-from rpf3d_core.report.blocks import Picture, Table, Text
-from rpf3d_core.report.content import report_blocks
+from rpf3d_core.report.content import report_elements
+from rpf3d_core.report.elements import Picture, Table, Text
 from rpf3d_core.report.run_files import RunFiles, read_hazard, read_run
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.section_fences import fences_in
@@ -51,7 +51,7 @@ def two_benches(tmp_path_factory: pytest.TempPathFactory) -> RunFiles:
 
 
 def words(run: RunFiles) -> str:
-    return " ".join(block.text for block in report_blocks(run, "wall") if isinstance(block, Text))
+    return " ".join(element.text for element in report_elements(run, "wall") if isinstance(element, Text))
 
 
 def test_rocks_that_go_down_a_second_face_are_counted(two_benches: RunFiles) -> None:
@@ -64,7 +64,8 @@ def test_rocks_that_go_down_a_second_face_are_counted(two_benches: RunFiles) -> 
 
 
 def test_the_answer_names_the_face_whose_toe_it_counts_from(two_benches: RunFiles) -> None:
-    rows = [row for block in report_blocks(two_benches, "wall") if isinstance(block, Table) for row in block.rows]
+    tables = [element for element in report_elements(two_benches, "wall") if isinstance(element, Table)]
+    rows = [row for table in tables for row in table.rows]
     assert any(row[0] == "distance beyond the toe of the first face that holds 90 % of the rocks" for row in rows)
 
 
@@ -102,6 +103,6 @@ def test_the_energy_map_says_how_many_cells_are_empty(two_benches: RunFiles) -> 
     rocks = np.nan_to_num(reached.values) * 120.0
     few = int(((rocks > 0.5) & (rocks < 19.5)).sum())
     assert energy is None or np.isfinite(energy.values).sum() == (rocks > 19.5).sum()
-    (caption,) = [block.caption for block in report_blocks(two_benches, "wall")
-                  if isinstance(block, Picture) and "95th percentile of the energy" in block.caption]  # fmt: skip
+    (caption,) = [element.caption for element in report_elements(two_benches, "wall")
+                  if isinstance(element, Picture) and "95th percentile of the energy" in element.caption]  # fmt: skip
     assert f"{few:,} of the {int((rocks > 0.5).sum()):,} cells that rocks reached have no value" in caption

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from benches_fallen_from import TOE, fallen, thrown
 
-from rpf3d_core.report.content import HEIGHTS_LEAVE_OUT, report_blocks
+from rpf3d_core.report.content import HEIGHTS_LEAVE_OUT, report_elements
 from rpf3d_core.report.passing import places_beyond, shares_beyond
 from rpf3d_core.report.run_files import read_run
 from rpf3d_core.report.segments import segments_of
@@ -80,5 +80,5 @@ def test_a_report_displaces_rocks_as_its_run_did(unknown_ground, tmp_path) -> No
     scene = scene.model_copy(update={"unknowns": scene.unknowns.model_copy(update={"misfit": MISFIT})})
     run = read_run(folder)
     assert run.moves == pytest.approx(displacements_of_scene(scene, sets_of_scene(scene)), abs=0.0)
-    texts = [block.text for block in report_blocks(run, "site") if hasattr(block, "text")]
+    texts = [element.text for element in report_elements(run, "site") if hasattr(element, "text")]
     assert HEIGHTS_LEAVE_OUT in texts

@@ -43,7 +43,7 @@ def flown(folder: Path, material: str, more: str = "", sample: tuple[str, ...] =
 
 def sources(run, table: int) -> dict[str, str]:
     """Return the source of each input by its name, from one of both tables."""
-    found = [block for block in inputs_part(run) if isinstance(block, Table)][table]
+    found = [element for element in inputs_part(run) if isinstance(element, Table)][table]
     return {row[-3] if table else row[0]: row[-1] for row in found.rows}
 
 
@@ -88,7 +88,7 @@ def test_a_range_that_no_source_states_is_not_called_published(tmp_path: Path) -
 def test_a_default_is_not_called_stated(tmp_path: Path) -> None:
     material = "{normal_restitution: 0.5, tangential_restitution: 0.8}"
     run = flown(tmp_path, material, "effects: {drag: {}}\nrebound: constant\nstop_speed: 0.4")
-    rows = next(block for block in inputs_part(run) if isinstance(block, Table)).rows
+    rows = next(element for element in inputs_part(run) if isinstance(element, Table)).rows
     found = {name: source for name, _, source in rows}
     assert found["rock density"] == found["rock size"] == found["rock shape"] == DEFAULT
     assert found["gravity"] == found["upward axis"] == found["reference system"] == DEFAULT
@@ -108,7 +108,7 @@ def test_what_a_scene_states_is_called_stated(tmp_path: Path) -> None:
     material = "{normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 30}"
     more = "effects: {drag: {density: 1.2}}\nrock: {density: 2700, diameter: 1}\ngravity: 9.81"
     run = flown(tmp_path, material, more)
-    rows = next(block for block in inputs_part(run) if isinstance(block, Table)).rows
+    rows = next(element for element in inputs_part(run) if isinstance(element, Table)).rows
     found = {name: source for name, _, source in rows}
     assert found["rock density"] == found["rock size"] == found["gravity"] == STATED
     assert found["rock shape"] == found["stop speed"] == DEFAULT

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.report import view
-from rpf3d_core.report.content import FIELDS, LIMITS, report_blocks
+from rpf3d_core.report.content import FIELDS, LIMITS, report_elements
 from rpf3d_core.report.elements import Heading, Picture, Table, Text, Warnings
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import quoted, write_pdf
@@ -54,8 +54,8 @@ class Page(HTMLParser):
         return " ".join(" ".join(self.words).split())
 
 
-def tables(blocks, header):
-    return [block for block in blocks if isinstance(block, Table) and block.header[0] == header]
+def tables(elements, header):
+    return [element for element in elements if isinstance(element, Table) and element.header[0] == header]
 
 
 def test_a_report_has_every_section_in_order_and_warnings_first(report) -> None:
@@ -70,7 +70,7 @@ def test_a_report_identifies_its_run(report, unknown_ground) -> None:
     text = Page(report[0].read_text(encoding="utf-8")).text
     summary = json.loads((unknown_ground / "summary.json").read_text())
     assert "North wall <stage 3> & #[ramp]_*" in text
-    facts = dict(tables(report_blocks(read_run(unknown_ground), "north"), "this run")[0].rows)
+    facts = dict(tables(report_elements(read_run(unknown_ground), "north"), "this run")[0].rows)
     assert facts == {
         "site": "north", "scene file": "bench_15m.yaml", "scene digest (SHA-256)": summary["scene"]["digest"],
         "rpf3d version": summary["versions"]["rpf3d"], "seed": "1", "rocks flown": "128 of 128",
@@ -81,18 +81,18 @@ def test_a_report_identifies_its_run(report, unknown_ground) -> None:
 
 def test_what_makes_the_answer_too_sure_stands_first(unknown_ground, known_ground) -> None:
     for folder, expected in ((unknown_ground, "not from a calibration"), (known_ground, "every coefficient counts as")):
-        blocks = report_blocks(read_run(folder), "site")
-        first = next(i for i, block in enumerate(blocks) if isinstance(block, Warnings))
+        elements = report_elements(read_run(folder), "site")
+        first = next(i for i, element in enumerate(elements) if isinstance(element, Warnings))
         assert first == 1, "the title, then warnings, then facts of the run"
-        assert any(expected in sentence for sentence in blocks[first].sentences)
+        assert any(expected in sentence for sentence in elements[first].sentences)
 
 
 def test_warnings_of_the_run_are_in_the_report(unknown_ground, tmp_path) -> None:
     folder = shutil.copytree(unknown_ground, tmp_path / "run")
     inputs = json.loads((folder / "inputs.json").read_text())
     (folder / "inputs.json").write_text(json.dumps(inputs | {"warnings": ["a rock reaches 900 m/s"]}))
-    blocks = report_blocks(read_run(folder), "site")
-    assert any("A rock reaches 900 m/s." in block.sentences for block in blocks if isinstance(block, Warnings))
+    elements = report_elements(read_run(folder), "site")
+    assert any("A rock reaches 900 m/s." in element.sentences for element in elements if isinstance(element, Warnings))
 
 
 def test_notes_that_concern_files_only_stand_after_all_warnings(unknown_ground, tmp_path) -> None:
@@ -100,7 +100,7 @@ def test_notes_that_concern_files_only_stand_after_all_warnings(unknown_ground, 
     inputs = json.loads((folder / "inputs.json").read_text())
     assert not set(inputs["notes"]) & set(inputs["warnings"])
     (folder / "inputs.json").write_text(json.dumps(inputs | {"warnings": ["a rock"], "notes": ["no cell of 1 m"]}))
-    warnings = next(block for block in report_blocks(read_run(folder), "site") if isinstance(block, Warnings))
+    warnings = next(element for element in report_elements(read_run(folder), "site") if isinstance(element, Warnings))
     assert warnings.sentences[-1] == "No cell of 1 m." and len(warnings.sentences) > 2
 
 
@@ -108,13 +108,13 @@ def test_an_interrupted_run_says_so_first(unknown_ground, tmp_path) -> None:
     folder = shutil.copytree(unknown_ground, tmp_path / "run")
     summary = json.loads((folder / "summary.json").read_text())
     (folder / "summary.json").write_text(json.dumps(summary | {"partial": True, "rocks_planned": 6400}))
-    warnings = next(block for block in report_blocks(read_run(folder), "site") if isinstance(block, Warnings))
+    warnings = next(element for element in report_elements(read_run(folder), "site") if isinstance(element, Warnings))
     assert warnings.sentences[0] == "The run was interrupted: 128 of 6,400 rocks have flown."
 
 
 def test_every_share_has_both_intervals_the_predictive_first(unknown_ground) -> None:
-    blocks = report_blocks(read_run(unknown_ground), "site")
-    retained = tables(blocks, "zone")[0]
+    elements = report_elements(read_run(unknown_ground), "site")
+    retained = tables(elements, "zone")[0]
     assert list(retained.header[-2:]) == ["95 % predictive", "95 % sampling"]
     berm = next(row for row in retained.rows if row[0] == "berm")
     assert re.fullmatch(r"[\d.]+ %", berm[2]) and berm[3] == "0-100 %"
@@ -123,14 +123,14 @@ def test_every_share_has_both_intervals_the_predictive_first(unknown_ground) -> 
 
 def answer_of(run) -> tuple[list[str], list[str]]:
     """Return the first cells of the table of main figures, and the sentences after it up to the next heading."""
-    blocks = report_blocks(run, "site")
-    begin = blocks.index(Heading("The answer")) + 1
+    elements = report_elements(run, "site")
+    begin = elements.index(Heading("The answer")) + 1
     texts = []
-    for block in blocks[begin + 1 :]:
-        if not isinstance(block, Text):
+    for element in elements[begin + 1 :]:
+        if not isinstance(element, Text):
             break
-        texts.append(block.text)
-    return [row[0] for row in blocks[begin].rows], texts
+        texts.append(element.text)
+    return [row[0] for row in elements[begin].rows], texts
 
 
 def test_the_answer_names_every_area_and_the_worst_zones(known_ground) -> None:
@@ -158,30 +158,31 @@ def test_a_run_without_warnings_has_no_box_of_warnings(unknown_ground) -> None:
     run.inputs.update(warnings=[], notes=[], surer_than_it_may_be=[])
     run = run._replace(ends=run.ends._replace(at_rest=np.ones(len(run.ends.key), dtype=bool)))
     assert len(beyond_toe(run).rows) == len(run.ends.key), "no rock is without a toe"
-    assert [block for block in report_blocks(run, "site") if isinstance(block, Warnings)] == []
+    assert [element for element in report_elements(run, "site") if isinstance(element, Warnings)] == []
 
 
 def test_without_unknowns_no_predictive_interval_is_claimed(known_ground) -> None:
-    blocks = report_blocks(read_run(known_ground), "site")
-    answer = next(block for block in blocks if isinstance(block, Table) and block.header[0] == "")
+    elements = report_elements(read_run(known_ground), "site")
+    answer = next(element for element in elements if isinstance(element, Table) and element.header[0] == "")
     assert answer.rows and {row[2] for row in answer.rows} == {UNKNOWN}
-    assert any("Predictive intervals are not known" in block.text for block in blocks if isinstance(block, Text))
+    texts = [element.text for element in elements if isinstance(element, Text)]
+    assert any("Predictive intervals are not known" in text for text in texts)
 
 
 def test_inputs_say_where_they_come_from(unknown_ground, known_ground) -> None:
-    blocks = report_blocks(read_run(unknown_ground), "site")
-    rows = {row[1]: row for row in tables(blocks, "material")[0].rows}
+    elements = report_elements(read_run(unknown_ground), "site")
+    rows = {row[1]: row for row in tables(elements, "material")[0].rows}
     assert "library bedrock" in rows["normal restitution"][3] and " to " in rows["normal restitution"][2]
     assert " to " in rows["friction angle deg"][2]
     assert rows["friction angle deg"][3].startswith("range assumed by rpf3d")
-    assert any(block.text.startswith("Ground: NOT calibrated") for block in blocks if isinstance(block, Text))
-    known = tables(report_blocks(read_run(known_ground), "site"), "material")[0].rows
+    assert any(element.text.startswith("Ground: NOT calibrated") for element in elements if isinstance(element, Text))
+    known = tables(report_elements(read_run(known_ground), "site"), "material")[0].rows
     assert {(row[0], row[1]): row[3] for row in known} == {
         (material, coefficient): "stated in the scene"
         for material in ("default", "spill")
         for coefficient in ("normal restitution", "tangential restitution", "friction angle deg")
     }
-    inputs = {row[0]: row[2] for row in tables(report_blocks(read_run(known_ground), "site"), "input")[0].rows}
+    inputs = {row[0]: row[2] for row in tables(report_elements(read_run(known_ground), "site"), "input")[0].rows}
     assert inputs["stop speed"] == "stated in the scene"
     assert inputs["gravity"] == "NOT stated: the default of rpf3d"
 
@@ -196,11 +197,11 @@ def test_a_report_fetches_nothing(report) -> None:
 
 def test_names_of_the_user_are_text_and_not_markup(tmp_path) -> None:
     bad = '</title><script>alert(1)</script> "#eval(1)" \\ $x$ @ref'
-    blocks = [Heading(bad, 1), Text(bad), Warnings(bad, [bad]), Table((bad, "b"), [(bad, "1")])]
-    html = html_document(bad, blocks, "")
+    elements = [Heading(bad, 1), Text(bad), Warnings(bad, [bad]), Table((bad, "b"), [(bad, "1")])]
+    html = html_document(bad, elements, "")
     assert "<script>alert" not in html and html.count("&lt;script&gt;alert") == 7
     assert quoted('a"\\\n') == '"a\\"\\\\\\n"'
-    write_pdf(tmp_path / "r.pdf", bad, blocks)
+    write_pdf(tmp_path / "r.pdf", bad, elements)
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -213,8 +214,8 @@ EMBEDDED = {b"LibertinusSerif", b"NewCM", b"NewCMMath", b"DejaVuSansMono"}
 def test_the_pdf_has_pages_pictures_and_fonts_of_its_own(report, unknown_ground, tmp_path) -> None:
     content = report[1].read_bytes()
     assert content.startswith(b"%PDF") and content.rstrip().endswith(b"%%EOF")
-    blocks = report_blocks(read_run(unknown_ground), "site")
-    pictures = sum(isinstance(block, Picture) for block in blocks)
+    elements = report_elements(read_run(unknown_ground), "site")
+    pictures = sum(isinstance(element, Picture) for element in elements)
     assert pictures >= 2
     assert len(re.findall(rb"/Subtype\s*/Image", content)) >= pictures
     write_pdf(tmp_path / "short.pdf", "title", [Heading("title", 1), Text("text")])
@@ -323,7 +324,7 @@ def test_a_missing_library_is_named_with_how_to_install_it(known_ground, tmp_pat
         write_pdf(tmp_path / "r.pdf", "title", [Text("text")])
     monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
     with pytest.raises(InputError, match="needs the library plotly"):
-        report_blocks(read_run(known_ground), "site")
+        report_elements(read_run(known_ground), "site")
 
 
 def test_a_large_terrain_is_reduced_for_the_view_and_lies_where_it_lay(known_ground, monkeypatch) -> None:
