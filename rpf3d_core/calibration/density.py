@@ -72,8 +72,13 @@ def kernel_widths(values: FloatArray, error: float) -> FloatArray:
 
 
 def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) -> FloatArray:
-    """Return the kernel (N, R) of each simulated value (R, D) at each observed value (N, D), per unit of each axis."""
-    scaled, seen = values / widths, observed / widths
+    """Return the kernel (N, R) of each simulated value (R, D) at each observed value (N, D), per unit of each axis.
+
+    Distances are measured from the middle of the simulated values: the squares of coordinates of some thousand
+    kilometres would leave no digits for a distance of a metre.
+    """
+    middle = values.mean(axis=0)
+    scaled, seen = (values - middle) / widths, (observed - middle) / widths
     squares = (seen**2).sum(1)[:, None] + (scaled**2).sum(1)[None, :] - 2.0 * seen @ scaled.T
     size = (2.0 * np.pi) ** (0.5 * len(widths)) * float(np.prod(widths))
     return np.asarray(np.exp(-0.5 * np.maximum(squares, 0.0)) / size)
@@ -84,7 +89,7 @@ def grouped(rows: FloatArray) -> FloatArray:
     count = rows.shape[1]
     padded = np.zeros((len(rows), -(-count // GROUPS) * GROUPS))
     padded[:, :count] = rows
-    return np.asarray(padded.reshape(len(rows), -1, GROUPS).sum(axis=1).T)
+    return np.asarray(padded.reshape(len(rows), padded.shape[1] // GROUPS, GROUPS).sum(axis=1).T)
 
 
 def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike: FloatArray | None) -> FloatArray:

@@ -46,6 +46,21 @@ def test_a_rock_that_left_the_terrain_is_wrong_and_not_missing() -> None:
     assert not none.any()
 
 
+def test_densities_are_the_same_in_the_coordinates_of_a_country() -> None:
+    """Kernels of 0.1 m, 5,200 km from the origin: only the coordinates themselves are rounded, to a nanometre."""
+    place = np.round(RANDOM.normal((3.0, 0.0), (0.3, 0.2), (64, 2)) * 2.0**20) / 2.0**20
+    seen, country = place[:5] + 0.0625, np.array([500_000.0, 5_200_000.0])
+    rocks = np.ones(len(place), dtype=bool)
+    near = stop_densities(Stops(place, rocks), seen, np.array([0.05]), None)
+    far = stop_densities(Stops(place + country, rocks), seen + country, np.array([0.05]), None)
+    assert near.min() > 0.0
+    np.testing.assert_allclose(far, near, rtol=1e-6)
+
+
+def test_no_observed_stop_has_no_density() -> None:
+    assert stop_densities(Stops(PLACE, ALL), np.empty((0, 2)), ERRORS, None).shape == (GROUPS, 2, 0)
+
+
 def test_rocks_of_another_mass_do_not_stand_for_a_block() -> None:
     far = np.where(np.arange(len(PLACE)) % 2, 1000.0, 0.0)[:, None] + PLACE
     alike = np.ones((len(SEEN), len(PLACE)))
