@@ -25,23 +25,31 @@ NARROWING = 0.7
 Densities of neighbouring parameter sets are averaged afterwards, which removes noise, so kernels may be narrower.
 """
 LEAST_KERNEL = 0.1
-"""Smallest standard deviation (m) of a kernel, used where all rocks stop in one place and no error is given."""
+"""Smallest standard deviation (m) of a kernel or of observed stops, where all rocks stop in one place."""
 NORMAL_QUARTILES = 1.349
 """Distance of the quartiles of a standard normal distribution (-)."""
 
 
 MISFITS = (0.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0)
 """Misfits that are possible, as multiples of the spread of the observed stops; all are equally likely beforehand."""
+LEAST_STOPS = 3
+"""Smallest number of observed stops that say anything about the misfit."""
+LEAST_RATIO = 0.25
+"""Smallest ratio (-) of the two standard deviations of observed stops from which the spread is computed."""
 
 
 def misfits_of(observed: FloatArray) -> FloatArray:
-    """Return the possible misfits (M,) m of a model, from observed stops (N, 2) m.
+    """Return the possible misfits (M,) m of a model, from observed stops (N, 2) m; a single 0 if they are unknown.
 
-    The spread of the stops is the geometric mean of their standard deviations along and across.
+    The spread of the stops is the geometric mean of their standard deviations along and across. Stops on one line,
+    such as chainages or a surveyed toe, say nothing about the error of the model across the line, and their geometric
+    mean would be 0: no error at all. So the smaller standard deviation counts as at least LEAST_RATIO of the larger.
     """
-    if len(observed) < 2:
+    if len(observed) < LEAST_STOPS:
         return np.zeros(1)
-    return np.asarray(np.array(MISFITS) * float(np.sqrt(np.prod(observed.std(axis=0, ddof=1)))))
+    spread = observed.std(axis=0, ddof=1)
+    spread = np.maximum(spread, max(LEAST_RATIO * float(spread.max()), LEAST_KERNEL))
+    return np.asarray(np.array(MISFITS) * float(np.sqrt(np.prod(spread))))
 
 
 class Stops(NamedTuple):

@@ -139,7 +139,7 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
             anywhere,
         )  # fmt: skip
     if len(stops):
-        found["curve"] = curve_score(stops, folds)
+        found["curve"] = curve_score(stops, folds, slope.error, anywhere_density(slope))
         places = [one.stops for one in result.flown]
         without = weights.sum(axis=2, keepdims=True)
         found["rank"] = ranks(places, without, stops, np.array([slope.error]), slope.alike)

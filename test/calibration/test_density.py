@@ -84,6 +84,19 @@ def test_shares_of_rocks_are_counted() -> None:
 
 
 def test_misfits_scale_with_the_spread_of_the_stops() -> None:
-    stops = np.array([[0.0, 0.0], [4.0, 1.0]])
-    assert misfits_of(stops)[-1] == pytest.approx(np.sqrt(np.sqrt(8.0) * np.sqrt(0.5)))
-    assert misfits_of(stops[:1]).tolist() == [0.0]
+    stops = np.array([[0.0, 0.0], [4.0, 2.0], [4.0, 0.0]])
+    assert misfits_of(stops)[-1] == pytest.approx(np.sqrt(np.sqrt(16.0 / 3.0) * np.sqrt(4.0 / 3.0)))
+
+
+def test_stops_on_a_line_do_not_make_the_model_exact() -> None:
+    along = np.array([0.0, 10.0, 20.0])  # standard deviation 10 m
+    on_a_line = np.stack([along, np.full(3, 7.0)], axis=1)
+    assert misfits_of(on_a_line)[-1] == pytest.approx(np.sqrt(10.0 * 2.5))
+    assert misfits_of(on_a_line[:, ::-1])[-1] == pytest.approx(np.sqrt(10.0 * 2.5))
+    in_one_place = misfits_of(np.zeros((3, 2)))
+    assert in_one_place[0] == 0.0
+    assert in_one_place[-1] == pytest.approx(0.1)
+
+
+def test_two_stops_leave_the_misfit_unknown() -> None:
+    assert misfits_of(np.array([[0.0, 0.0], [4.0, 1.0]])).tolist() == [0.0]
