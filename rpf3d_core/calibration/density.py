@@ -135,10 +135,11 @@ def value_densities(values: FloatArray, observed: FloatArray, error: float) -> F
     return np.asarray(grouped(kernel) / (known.sum() / GROUPS))
 
 
-def share_densities(flags: NDArray[np.bool_]) -> FloatArray:
-    """Return the shares (GROUPS, 2) (-) of flagged rocks and of other rocks in each group, scaled as densities are.
+def share_densities(probabilities: FloatArray) -> FloatArray:
+    """Return the shares (GROUPS, M, 2) (-) of rocks that did what was counted, and of others, scaled as densities are.
 
-    flags : (R,) True for a rock that did what was counted, such as reaching an area
+    probabilities : (M, R) that each rock did it, such as reaching an area, for each misfit
     """
-    both = np.stack([flags, ~flags]).astype(float)
-    return np.asarray(grouped(both) / (len(flags) / GROUPS))
+    misfits, rocks = probabilities.shape
+    both = np.stack([probabilities, 1.0 - probabilities], axis=1).reshape(2 * misfits, rocks)
+    return np.asarray(grouped(both).reshape(GROUPS, misfits, 2) / (rocks / GROUPS))

@@ -40,15 +40,17 @@ def folds_of(count: int, seed: int) -> IntArray:
     return np.asarray(np.argsort(order) % folds)
 
 
-def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, columns: IntArray) -> FloatArray:
+def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, counts: IntArray) -> FloatArray:
     """Return the weights (F, S, M) of the sets and misfits, each without the observations of one fold.
 
-    folds : (N,) fold of each kept-out observation; columns : (N,) its column among all observations
+    folds : (N,) fold of each of the first N observations; counts : (K,) numbers of the observations that are counts of
+    rocks, which no fold is predicted from: they may be of the same rocks as the stops that are kept out
     """
     rows = []
     for fold in range(int(folds.max()) + 1):
         kept = np.ones(weighed.log_densities.shape[-1], dtype=bool)
-        kept[columns[folds == fold]] = False
+        kept[np.flatnonzero(folds == fold)] = False
+        kept[counts] = False
         rows.append(posterior_weights(log_ratio, log_likelihoods(weighed, kept)))
     return np.stack(rows)
 

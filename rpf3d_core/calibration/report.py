@@ -73,11 +73,12 @@ def _scores(found: Findings) -> Iterator[str]:
              "book values": found.book, "normal curve without physics": found.curve}  # fmt: skip
     yield from (f"| {name} | {_number(score)} |" for name, score in named.items())
     if (coverage := found.coverage()) is not None:
+        whole = coverage["with_misfit"]
         along, across = (" and ".join(f"{100 * coverage[p][axis]:.0f} %" for p in ("50", "90"))
                          for axis in ("along", "across"))  # fmt: skip
         yield (f"\n50 and 90 % predictive intervals hold {along} of the kept-out blocks along the slope, "
-               f"{across} across. With the misfit of the model included ({found.misfit:.1f} m), 90 % intervals hold "
-               f"{_shares(coverage['with_misfit']['90'])}.")  # fmt: skip
+               f"{across} across. With the misfit of the model included ({whole['misfit']:.1f} m), 90 % intervals hold "
+               f"{_shares(whole['90'])}.")  # fmt: skip
     yield f"\n{100 * found.left:.1f} % of the simulated rocks left the terrain or did not stop; they count as wrong.\n"
 
 

@@ -71,9 +71,10 @@ def _print(found: "Findings") -> None:
         words = ", ".join(f"{name} {score.mean:.2f}" for name, score in scores.items() if score is not None)
         screen.print(f"score of an observation (higher is better): {words}", soft_wrap=True)
     if (coverage := found.coverage()) is not None:
+        whole = coverage["with_misfit"]
         screen.print(f"90 % predictive intervals hold {100 * coverage['90']['along']:.0f} % of kept-out blocks along "
                      f"the slope, {100 * coverage['90']['across']:.0f} % across; with the misfit of the model "
-                     f"({found.misfit:.1f} m) {100 * coverage['with_misfit']['90']['along']:.0f} % and "
-                     f"{100 * coverage['with_misfit']['90']['across']:.0f} %", soft_wrap=True)  # fmt: skip
+                     f"({whole['misfit']:.1f} m) {100 * whole['90']['along']:.0f} % and "
+                     f"{100 * whole['90']['across']:.0f} %", soft_wrap=True)  # fmt: skip
     screen.print(f"{found.sets:,} parameter sets of {found.rocks:,} rocks, {found.effective:.0f} effective samples, "
                  f"noise {found.noise:.2f}", soft_wrap=True)  # fmt: skip

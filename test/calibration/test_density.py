@@ -79,8 +79,10 @@ def test_values_at_a_gate_have_a_density_that_integrates_to_one() -> None:
 
 
 def test_shares_of_rocks_are_counted() -> None:
-    flags = np.arange(320) < 80
-    np.testing.assert_allclose(share_densities(flags).mean(axis=0), [0.25, 0.75])
+    flags = np.stack([np.arange(320) < 80, np.full(320, 0.5)])  # two misfits
+    found = share_densities(flags.astype(float))
+    assert found.shape == (GROUPS, 2, 2)
+    np.testing.assert_allclose(found.mean(axis=0), [[0.25, 0.75], [0.5, 0.5]])
 
 
 def test_misfits_scale_with_the_spread_of_the_stops() -> None:

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 from rpf3d_core.calibration.density import Stops
-from rpf3d_core.calibration.folds import covered, curve_score, folds_of, predictive_score, ranks
-from rpf3d_core.calibration.likelihood import ASTRAY
+from rpf3d_core.calibration.folds import (
+    covered,
+    curve_score,
+    folds_of,
+    predictive_score,
+    ranks,
+    weights_without,
+)
+from rpf3d_core.calibration.likelihood import ASTRAY, Weighed
 
 RANDOM = np.random.default_rng(3)
 
@@ -52,6 +59,17 @@ def test_a_curve_is_not_surer_than_the_measurement() -> None:
 def test_one_odd_stop_cannot_decide_the_score_of_a_curve() -> None:
     seen = np.concatenate([RANDOM.normal(0.0, 1.0, (99, 2)), [[1e6, 1e6]]])
     assert curve_score(seen, folds_of(100, seed=1), 0.5, ANYWHERE).each[-1] == pytest.approx(np.log(ASTRAY * ANYWHERE))
+
+
+def test_counts_do_not_tell_a_fold_about_the_stops_that_it_keeps_out() -> None:
+    """Two sets: stops favour neither, a count (the last observation) the second. Folds do not know the count."""
+    logs = np.zeros((3, 2, 1, 5))
+    logs[:, 1, 0, 4] = 3.0
+    weighed = Weighed(log_densities=logs, counts=np.array([1.0, 1.0, 1.0, 1.0, 10.0]))
+    folds = np.array([0, 1, 0, 1])
+    blind = weights_without(np.zeros(2), weighed, folds, np.array([4]))
+    np.testing.assert_allclose(blind[:, :, 0], 0.5)
+    assert weights_without(np.zeros(2), weighed, folds, np.array([], dtype=int))[0, 1, 0] > 0.99
 
 
 def test_a_score_is_the_log_of_the_mean_density_over_sets() -> None:
