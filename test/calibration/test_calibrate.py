@@ -140,10 +140,36 @@ def test_too_few_effective_samples_are_refused(
     monkeypatch.setattr(verdict, "FLOOR", 1e6)
     result = CliRunner().invoke(app, ["calibrate", str(site[0]), "--out", str(out), "--budget", "400"])
     assert result.exit_code == 1
-    assert not (out / "calibrated.yaml").exists()
+    assert {path.name for path in out.iterdir()} == {"calibration.json", "report.md", "state"}
     assert content(out)["verdict"].startswith("refused: ")
     assert "What would help" in result.output.replace("\n", " ")
     assert (out / "report.md").read_text().splitlines()[1].startswith("**Refused**")
+
+
+def test_a_refused_calibration_shows_no_number_that_could_be_a_result(
+    done: Path, site: tuple[Path, dict[str, float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, known = site[0].parent / "numberless", content(done)
+    shutil.copytree(done, out)
+    monkeypatch.setattr(verdict, "FLOOR", 1e6)
+    printed = CliRunner().invoke(app, ["calibrate", str(site[0]), "--out", str(out), "--budget", "400"]).output
+    refused = content(out)
+    assert list(refused) == list(known)
+    for name, one in refused["parameters"].items():
+        assert list(one) == list(known["parameters"][name])
+        assert one["prior"] == known["parameters"][name]["prior"]
+        assert one["mean"] is one["low"] is one["high"] is one["shrinkage"] is None
+    assert set(refused["score"].values()) == {None}
+    assert {value for row in refused["correlation"].values() for value in row.values()} == {None}
+    assert refused["gain"] is refused["coverage"] is None
+    report = (out / "report.md").read_text()
+    for text in (printed, report):
+        for one in known["parameters"].values():
+            assert f"{one['mean']:.3g}" not in text
+        assert f"{known['score']['held_out']:.2f}" not in text
+        assert "intervals hold" not in text
+    assert "rpf3d: refused: " in printed.replace("\n", " ")
+    assert "note: refused" not in printed.replace("\n", " ")
 
 
 @pytest.mark.long
