@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.calibration.density import GROUPS
-from rpf3d_core.calibration.flown_passages import contained, path_points
+from rpf3d_core.calibration.flown_passages import STEP, contained, path_points
 from rpf3d_core.calibration.normal_space import normal_of, probability_below
 from rpf3d_core.calibration.observations import Directions
 from rpf3d_core.ensemble.batch import Batch
@@ -22,6 +22,8 @@ from rpf3d_core.values import DEPOSITED
 FloatArray = NDArray[np.float64]
 Section = tuple[float | None, float | None]
 
+STEPS_IN_MISFIT = 4.0
+"""Least number of points on a displaced path over a distance of one misfit."""
 COPIES = 16
 """Number of displaced copies of each rock that are compared with an area; the same for all rocks and sets."""
 
@@ -97,18 +99,22 @@ def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArra
 
 def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
     """Return the probability (M, R) that each rock crossed an area or stopped in it: the share of displaced paths."""
-    points, rows = path_points(batch)
-    widest = float(misfits.max()) * np.abs(unit_displacements()).max(axis=0)
-    corners = np.concatenate(outlines)
+    return np.stack([_reached(batch, outlines, sd) for sd in misfits.tolist()])
+
+
+def _reached(batch: Batch, outlines: list[FloatArray], sd: float) -> FloatArray:
+    """Return the probability (R,) of `reached_area` for a misfit (m); a large misfit needs no dense points on paths."""
+    points, rows = path_points(batch, max(STEP, sd / STEPS_IN_MISFIT))
+    widest, corners = sd * np.abs(unit_displacements()).max(axis=0), np.concatenate(outlines)
     near = ((points >= corners.min(axis=0) - widest) & (points <= corners.max(axis=0) + widest)).all(axis=1)
     points, rows = points[near], rows[near]
 
-    def reached(by: FloatArray) -> NDArray[np.bool_]:
+    def flags_at(by: FloatArray) -> NDArray[np.bool_]:
         flags = np.zeros(len(batch.rows), dtype=bool)
         flags[rows[contained(points + by, outlines)]] = True
         return flags
 
-    return np.stack([_share(reached, sd) for sd in misfits.tolist()])
+    return _share(flags_at, sd)
 
 
 def unit_displacements() -> FloatArray:

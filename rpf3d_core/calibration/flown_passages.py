@@ -15,6 +15,9 @@ HALVINGS = 40
 ABOVE_EVERYTHING = 1.0
 """Height (m) above the terrain from which the ground under a passage is searched."""
 
+STEP = 0.5
+"""Largest distance (m) of points on a path that are compared with an area."""
+
 
 class Passages(NamedTuple):
     """The first passage of each of R rocks through a gate; NaN for a rock that did not pass.
@@ -94,7 +97,7 @@ def visited(batch: Batch, inside: list[FloatArray]) -> NDArray[np.bool_]:
     return found
 
 
-def path_points(batch: Batch, step: float = 0.5) -> tuple[FloatArray, NDArray[np.int64]]:
+def path_points(batch: Batch, step: float = STEP) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return points (P, 2) m in plan along the paths of R rocks, local frame, and the rock of each point (P,).
 
     step : m, largest distance of neighbours on a path; the last point of each rock is where it ended
@@ -103,7 +106,8 @@ def path_points(batch: Batch, step: float = 0.5) -> tuple[FloatArray, NDArray[np
     first, last = _segments(rows)
     start, stop = batch.pieces[first, 1:3], batch.pieces[last, 1:3]
     steps = np.maximum(np.ceil(np.linalg.norm(stop - start, axis=1) / step).astype(np.int64), 1)
-    share = np.concatenate([np.arange(n) / n for n in steps.tolist()]) if len(steps) else np.empty(0)
+    before = np.repeat(np.cumsum(steps) - steps, steps)
+    share = (np.arange(len(before)) - before) / np.repeat(steps, steps)
     points = np.repeat(start, steps, axis=0) + share[:, None] * np.repeat(stop - start, steps, axis=0)
     rocks = np.concatenate([np.repeat(rows[first], steps), np.arange(len(batch.rows))])
     return np.concatenate([points, batch.finals[:, 1:3]]), rocks

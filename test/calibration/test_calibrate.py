@@ -29,6 +29,11 @@ FILES = {
     "coverage.png", "state",
 }  # fmt: skip
 SEED = 3
+BERM = "areas_of_interest:\n  - {name: berm, polygons: [[45, -3], [52.5, -3], [52.5, 3], [45, 3]]}\n"
+COUNTS = """\
+  shares: [{place: berm, stopped: 9, of: 20}, {place: berm, reached: 15, of: 20}]
+  gates: [{name: road, at: 52, passed: 10, of: 20}]
+"""
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +189,8 @@ def test_a_budget_is_kept_and_its_sets_are_used(site: tuple[Path, dict[str, floa
 
 
 def test_both_engines_give_the_same_bits(site: tuple[Path, dict[str, float]]) -> None:
-    text = site[0].read_text().replace("rocks: 400", "rocks: 64")
+    data = "calibration:\n" + COUNTS
+    text = site[0].read_text().replace("rocks: 400", "rocks: 64").replace("calibration:\n", BERM + data)
     flown = []
     for engine in ("compiled", "reference"):
         path = site[0].parent / f"{engine}.yaml"
@@ -193,6 +199,9 @@ def test_both_engines_give_the_same_bits(site: tuple[Path, dict[str, float]]) ->
         flown.append(fly_set(slope, [0.35, 0.8], releases_of_round(slope, 0)))
     assert flown[0].stops.place.tobytes() == flown[1].stops.place.tobytes()
     assert flown[0].densities.tobytes() == flown[1].densities.tobytes()
+    counts = flown[0].densities[:, -1, BLOCKS:].mean(axis=0)  # three counts, with the largest error of the model
+    assert ((counts > 0.0) & (counts < 1.0)).all()
+    np.testing.assert_allclose(counts.reshape(3, 2).sum(axis=1), 1.0)
 
 
 @pytest.mark.parametrize(
