@@ -30,8 +30,8 @@ def check_field(scene: Scene, field: Field) -> None:
     """
     if 0 < len(field.stops) < LEAST_STOPS and not field.values and not field.counted:
         points = "1 end point is" if len(field.stops) == 1 else f"{len(field.stops)} end points are"
-        raise InputError(f"{_points_file(scene)}: {points} too few for a calibration, because they do not determine "
-                         f"the error of the model; {LEAST_STOPS} are the least, {FEW_STOPS} are advised")  # fmt: skip
+        raise InputError(f"{_points_file(scene)}: {points} too few for a calibration: the error of the model "
+                         f"needs {LEAST_STOPS} or more, and {FEW_STOPS} are advised")  # fmt: skip
 
 
 def check_stops(prepared: Prepared, directions: Directions, field: Field) -> None:
