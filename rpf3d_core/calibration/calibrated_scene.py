@@ -35,17 +35,17 @@ def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, s
     return parameter_sets(names, values[order[rows.clip(max=len(order) - 1)]])
 
 
-def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: float) -> None:
+def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: float | None) -> None:
     """Write posterior.parquet and calibrated.yaml into a folder; files are named relative to this folder.
 
-    misfit : m, by how much observed stops differ from the model's beyond its own spread
+    misfit : m, by how much observed stops differ from the model's beyond its own spread; None if unknown
     """
     write_parameter_sets(out / SAMPLE, sample)
     written = read_yaml(scene.path).values
     values = {key: value for key, value in written.items() if key not in ("calibration", "unknowns", "rocks")}
     moved = _moved(values, scene.path.parent, out, set(_files_of(scene.model_dump())))
     more = {key: value for key, value in (written.get("unknowns") or {}).items() if key == "priors"}
-    unknowns = {**more, "sets": len(sample), "sample": SAMPLE, "misfit": round(misfit, 3)}
+    unknowns = {**more, "sets": len(sample), "sample": SAMPLE, "misfit": None if misfit is None else round(misfit, 3)}
     rocks = max(sum(source.rocks for source in scene.sources), ROCKS_A_SET * len(sample))
     text = (
         f"# Calibrated from {scene.path.name} by `rpf3d calibrate`: `rpf3d run` flies the posterior, a sample of "

@@ -25,23 +25,31 @@ NARROWING = 0.7
 Densities of neighbouring parameter sets are averaged afterwards, which removes noise, so kernels may be narrower.
 """
 LEAST_KERNEL = 0.1
-"""Smallest standard deviation (m) of a kernel, used where all rocks stop in one place and no error is given."""
+"""Smallest standard deviation (m) of a kernel or of observed stops, where all rocks stop in one place."""
 NORMAL_QUARTILES = 1.349
 """Distance of the quartiles of a standard normal distribution (-)."""
 
 
 MISFITS = (0.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0)
 """Misfits that are possible, as multiples of the spread of the observed stops; all are equally likely beforehand."""
+LEAST_STOPS = 3
+"""Smallest number of observed stops that say anything about the misfit."""
+LEAST_RATIO = 0.25
+"""Smallest ratio (-) of the two standard deviations of observed stops from which the spread is computed."""
 
 
 def misfits_of(observed: FloatArray) -> FloatArray:
-    """Return the possible misfits (M,) m of a model, from observed stops (N, 2) m.
+    """Return the possible misfits (M,) m of a model, from observed stops (N, 2) m; a single 0 if they are unknown.
 
-    The spread of the stops is the geometric mean of their standard deviations along and across.
+    The spread of the stops is the geometric mean of their standard deviations along and across. Stops on one line,
+    such as chainages or a surveyed toe, say nothing about the error of the model across the line, and their geometric
+    mean would be 0: no error at all. So the smaller standard deviation counts as at least LEAST_RATIO of the larger.
     """
-    if len(observed) < 2:
+    if len(observed) < LEAST_STOPS:
         return np.zeros(1)
-    return np.asarray(np.array(MISFITS) * float(np.sqrt(np.prod(observed.std(axis=0, ddof=1)))))
+    spread = observed.std(axis=0, ddof=1)
+    spread = np.maximum(spread, max(LEAST_RATIO * float(spread.max()), LEAST_KERNEL))
+    return np.asarray(np.array(MISFITS) * float(np.sqrt(np.prod(spread))))
 
 
 class Stops(NamedTuple):
@@ -72,8 +80,13 @@ def kernel_widths(values: FloatArray, error: float) -> FloatArray:
 
 
 def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) -> FloatArray:
-    """Return the kernel (N, R) of each simulated value (R, D) at each observed value (N, D), per unit of each axis."""
-    scaled, seen = values / widths, observed / widths
+    """Return the kernel (N, R) of each simulated value (R, D) at each observed value (N, D), per unit of each axis.
+
+    Distances are measured from the middle of the simulated values: the squares of coordinates of some thousand
+    kilometres would leave no digits for a distance of a metre.
+    """
+    middle = values.mean(axis=0)
+    scaled, seen = (values - middle) / widths, (observed - middle) / widths
     squares = (seen**2).sum(1)[:, None] + (scaled**2).sum(1)[None, :] - 2.0 * seen @ scaled.T
     size = (2.0 * np.pi) ** (0.5 * len(widths)) * float(np.prod(widths))
     return np.asarray(np.exp(-0.5 * np.maximum(squares, 0.0)) / size)
@@ -84,7 +97,7 @@ def grouped(rows: FloatArray) -> FloatArray:
     count = rows.shape[1]
     padded = np.zeros((len(rows), -(-count // GROUPS) * GROUPS))
     padded[:, :count] = rows
-    return np.asarray(padded.reshape(len(rows), -1, GROUPS).sum(axis=1).T)
+    return np.asarray(padded.reshape(len(rows), padded.shape[1] // GROUPS, GROUPS).sum(axis=1).T)
 
 
 def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike: FloatArray | None) -> FloatArray:
@@ -122,10 +135,11 @@ def value_densities(values: FloatArray, observed: FloatArray, error: float) -> F
     return np.asarray(grouped(kernel) / (known.sum() / GROUPS))
 
 
-def share_densities(flags: NDArray[np.bool_]) -> FloatArray:
-    """Return the shares (GROUPS, 2) (-) of flagged rocks and of other rocks in each group, scaled as densities are.
+def share_densities(probabilities: FloatArray) -> FloatArray:
+    """Return the shares (GROUPS, M, 2) (-) of rocks that did what was counted, and of others, scaled as densities are.
 
-    flags : (R,) True for a rock that did what was counted, such as reaching an area
+    probabilities : (M, R) that each rock did it, such as reaching an area, for each misfit
     """
-    both = np.stack([flags, ~flags]).astype(float)
-    return np.asarray(grouped(both) / (len(flags) / GROUPS))
+    misfits, rocks = probabilities.shape
+    both = np.stack([probabilities, 1.0 - probabilities], axis=1).reshape(2 * misfits, rocks)
+    return np.asarray(grouped(both).reshape(GROUPS, misfits, 2) / (rocks / GROUPS))

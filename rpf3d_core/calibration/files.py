@@ -7,51 +7,61 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.calibration.calibrated_scene import SAMPLE, SCENE, sample_of, write_calibrated
+from rpf3d_core.calibration.calibrated_scene import sample_of, write_calibrated
 from rpf3d_core.calibration.findings import Findings
 from rpf3d_core.calibration.flying import Slope
 from rpf3d_core.calibration.normal_space import values_of
 from rpf3d_core.calibration.report import report_text
 from rpf3d_core.calibration.rounds import Result
+from rpf3d_core.calibration.state import RESULTS
 from rpf3d_core.calibration.verdict import gain_of, is_refused, verdict_of
 from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
 
+ESTIMATED = ("mean", "low", "high", "shrinkage")
+"""Keys of a parameter that a refused calibration does not know."""
+
 
 def content_of(found: Findings) -> dict[str, Any]:
-    """Return the content of calibration.json; docs/reference/calibration.md lists its keys."""
+    """Return the content of calibration.json; docs/reference/calibration.md lists its keys.
+
+    A refused calibration has all keys, but null for every number that a reader could take for a result.
+    """
     names = [estimate.name for estimate in found.estimates]
-    matrix = found.correlation.tolist()
+    known = not is_refused(found)
     scores = {name: getattr(found, name) for name in ("held_out", "prior", "book", "curve")}
+    gain = dict(zip(("over_curve", "standard_error"), gain_of(found), strict=True))
     return {
         "parameters": {
-            one.name: {"prior": one.prior, "mean": one.mean, "low": one.low, "high": one.high,
-                       "shrinkage": one.shrinkage}
+            one.name: {"prior": one.prior, **{key: getattr(one, key) if known else None for key in ESTIMATED}}
             for one in found.estimates
         },
-        "correlation": {name: dict(zip(names, row, strict=True)) for name, row in zip(names, matrix, strict=True)},
+        "correlation": {
+            name: {other: value if known else None for other, value in zip(names, row, strict=True)}
+            for name, row in zip(names, found.correlation.tolist(), strict=True)
+        },
         "effective_samples": found.effective,
         "noise": found.noise,
-        "score": {name: None if score is None else score.mean for name, score in scores.items()},
-        "gain": dict(zip(("over_curve", "standard_error"), gain_of(found), strict=True)) if found.curve else None,
-        "coverage": found.coverage(),
+        "score": {name: score.mean if known and score is not None else None for name, score in scores.items()},
+        "gain": gain if known and found.curve else None,
+        "coverage": found.coverage() if known else None,
         "verdict": verdict_of(found),
-    }  # fmt: skip
+    }
 
 
 def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, result: Result, found: Findings) -> None:
-    """Write all files of a calibration into its folder; a refused calibration leaves no calibrated scene."""
-    for name in (SCENE, SAMPLE):
+    """Write all files of a calibration into its folder: of a refused one only calibration.json and report.md."""
+    for name in RESULTS:
         (out / name).unlink(missing_ok=True)
-    priors = [prior.distribution for prior in spec.unknowns.values()]
-    values = values_of(priors, result.posterior.z)
-    sample = replace(sample_of(slope.names, values, result.posterior.weights, scene.seed), place=slope.place)
-    _write_pictures(out, slope, result, found, (values, np.asarray(sample.values)))
+    if not is_refused(found):
+        priors = [prior.distribution for prior in spec.unknowns.values()]
+        values = values_of(priors, result.posterior.z)
+        sample = replace(sample_of(slope.names, values, result.posterior.weights, scene.seed), place=slope.place)
+        _write_pictures(out, slope, result, found, (values, np.asarray(sample.values)))
+        write_calibrated(out, scene, sample, found.misfit)
     (out / "report.md").write_text(report_text(scene, found), encoding="utf-8")
     text = json.dumps(content_of(found), indent=2, allow_nan=False) + "\n"
     (out / "calibration.json").write_text(text, encoding="utf-8")
-    if not is_refused(found):
-        write_calibrated(out, scene, sample, found.misfit)
 
 
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.calibration.data_warnings import data_warnings
 from rpf3d_core.calibration.flying import Flown, Slope, anywhere_density
 from rpf3d_core.calibration.folds import (
     LEAST_VALUES,
@@ -23,6 +24,7 @@ from rpf3d_core.materials.distributions import Distribution, quantiles
 from rpf3d_core.scene.calibration import CalibrationSpec
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 LOW, HIGH = 0.05, 0.95
 """Probabilities of the ends of a parameter's interval: a 90 % interval."""
@@ -54,8 +56,9 @@ class Findings:
     correlation : (U, U); scores are None where nothing could be kept out, or no book values are named
     rank : (N, 2) probabilities of the observed stops under predictions that have not seen them, with the measuring
     error alone, as a run shows its stops; whole_rank : (N, 2) with the misfit as well; None without stops
-    misfit : m, mean error of the model over the posterior; left : share (-) of its rocks that left the terrain or did
-    not stop
+    misfit : m, mean error of the model over the posterior; None if there were too few end points to know it
+    left : share (-) of the rocks of the posterior that left the terrain or did not stop
+    of_data : warnings of the observations, as sentences
     """
 
     estimates: list[Estimate]
@@ -68,10 +71,11 @@ class Findings:
     curve: Score | None
     rank: FloatArray | None
     whole_rank: FloatArray | None
-    misfit: float
+    misfit: float | None
     left: float
     sets: int
     rocks: int
+    of_data: tuple[str, ...]
 
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
@@ -106,8 +110,10 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
         ],
         correlation=correlation_of(values, post.weights), effective=post.effective, noise=post.noise,
         held_out=kept.get("held_out"), prior=kept.get("prior"), book=kept.get("book"), curve=kept.get("curve"),
-        rank=kept.get("rank"), whole_rank=kept.get("whole_rank"), misfit=float(post.misfits @ slope.misfits),
+        rank=kept.get("rank"), whole_rank=kept.get("whole_rank"),
+        misfit=float(post.misfits @ slope.misfits) if len(slope.misfits) > 1 else None,
         left=float(1.0 - post.weights @ deposited), sets=len(post.z), rocks=slope.rocks,
+        of_data=data_warnings(slope, result.flown),
     )  # fmt: skip
 
 
@@ -116,12 +122,19 @@ def _columns(slope: Slope) -> int:
     return len(slope.field.stops) or sum(len(one.observed) for one in slope.field.values)
 
 
+def _counts_beside(slope: Slope) -> IntArray:
+    """Return the numbers (K,) of the observations that are counts of rocks, if end points are kept out; else none."""
+    first = len(slope.field.stops) + sum(len(one.observed) for one in slope.field.values)
+    counts = 2 * len(slope.field.counted) if len(slope.field.stops) else 0  # those that did it, and the others
+    return np.arange(first, first + counts)
+
+
 def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> dict[str, Any]:
     """Return scores and ranks of observations, each predicted without its own fold."""
     field, post = slope.field, result.posterior
     count = _columns(slope)
-    folds, columns = folds_of(count, seed), np.arange(count)
-    weights = weights_without(post.log_ratio, post.weighed, folds, columns)[folds]
+    folds = folds_of(count, seed)
+    weights = weights_without(post.log_ratio, post.weighed, folds, _counts_beside(slope))[folds]
     densities = np.stack([one.densities.mean(axis=0)[:, :count] for one in result.flown])
     stops = field.stops
     anywhere: Any = anywhere_density(slope) if len(stops) else np.concatenate(
@@ -139,7 +152,7 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
             anywhere,
         )  # fmt: skip
     if len(stops):
-        found["curve"] = curve_score(stops, folds)
+        found["curve"] = curve_score(stops, folds, slope.error, anywhere_density(slope))
         places = [one.stops for one in result.flown]
         without = weights.sum(axis=2, keepdims=True)
         found["rank"] = ranks(places, without, stops, np.array([slope.error]), slope.alike)

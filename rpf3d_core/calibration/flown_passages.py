@@ -15,6 +15,9 @@ HALVINGS = 40
 ABOVE_EVERYTHING = 1.0
 """Height (m) above the terrain from which the ground under a passage is searched."""
 
+STEP = 0.5
+"""Largest distance (m) of points on a path that are compared with an area."""
+
 
 class Passages(NamedTuple):
     """The first passage of each of R rocks through a gate; NaN for a rock that did not pass.
@@ -83,20 +86,31 @@ def _above_ground(engine: Engine, x: FloatArray) -> FloatArray:
     return np.asarray(x[:, 2] - (top[:, 2] - drop))
 
 
-def visited(batch: Batch, inside: list[FloatArray], engine_step: float = 0.5) -> NDArray[np.bool_]:
+def visited(batch: Batch, inside: list[FloatArray]) -> NDArray[np.bool_]:
     """Return which of R rocks passed over or stopped in an area in plan, (R,).
 
-    inside : closed outlines (P, 2) m of the area, local frame; points on the paths are at most `engine_step` m apart
+    inside : closed outlines (P, 2) m of the area, local frame; points on the paths are compared, see `path_points`
+    """
+    points, rocks = path_points(batch)
+    found = np.zeros(len(batch.rows), dtype=bool)
+    found[rocks[contained(points, inside)]] = True
+    return found
+
+
+def path_points(batch: Batch, step: float = STEP) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Return points (P, 2) m in plan along the paths of R rocks, local frame, and the rock of each point (P,).
+
+    step : m, largest distance of neighbours on a path; the last point of each rock is where it ended
     """
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     first, last = _segments(rows)
     start, stop = batch.pieces[first, 1:3], batch.pieces[last, 1:3]
-    steps = np.maximum(np.ceil(np.linalg.norm(stop - start, axis=1) / engine_step).astype(np.int64), 1)
-    share = np.concatenate([np.arange(n) / n for n in steps.tolist()]) if len(steps) else np.empty(0)
+    steps = np.maximum(np.ceil(np.linalg.norm(stop - start, axis=1) / step).astype(np.int64), 1)
+    before = np.repeat(np.cumsum(steps) - steps, steps)
+    share = (np.arange(len(before)) - before) / np.repeat(steps, steps)
     points = np.repeat(start, steps, axis=0) + share[:, None] * np.repeat(stop - start, steps, axis=0)
-    found = np.zeros(len(batch.rows), dtype=bool)
-    found[np.repeat(rows[first], steps)[contained(points, inside)]] = True
-    return found | contained(batch.finals[:, 1:3], inside)
+    rocks = np.concatenate([np.repeat(rows[first], steps), np.arange(len(batch.rows))])
+    return np.concatenate([points, batch.finals[:, 1:3]]), rocks
 
 
 def contained(points: FloatArray, outlines: list[FloatArray]) -> NDArray[np.bool_]:
@@ -105,10 +119,14 @@ def contained(points: FloatArray, outlines: list[FloatArray]) -> NDArray[np.bool
     outlines : rings (P, 2) m of the area and of its holes; a point is inside if a ray from it crosses them an odd
         number of times
     """
-    inside = np.zeros(len(points), dtype=bool)
+    corners = np.concatenate(outlines)
+    near = np.flatnonzero(((points >= corners.min(axis=0)) & (points <= corners.max(axis=0))).all(axis=1))
+    x, y = points[near].T
+    inside = np.zeros(len(near), dtype=bool)
     for ring in outlines:
         for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
             if y0 != y1:
-                spans = (y0 > points[:, 1]) != (y1 > points[:, 1])
-                inside ^= spans & (points[:, 0] < x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0))
-    return inside
+                inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+    flags = np.zeros(len(points), dtype=bool)
+    flags[near[inside]] = True
+    return flags

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.calibration.data_checks import check_field, check_stops
 from rpf3d_core.calibration.density import (
     GROUPS,
     Stops,
@@ -17,7 +18,16 @@ from rpf3d_core.calibration.density import (
     stop_densities,
     value_densities,
 )
-from rpf3d_core.calibration.flown_passages import Passages, contained, passages, visited
+from rpf3d_core.calibration.flown_counts import (
+    deposited_in,
+    extent_of,
+    passed,
+    reached_area,
+    reached_section,
+    stopped_in_area,
+    stopped_in_section,
+)
+from rpf3d_core.calibration.flown_passages import Passages, passages
 from rpf3d_core.calibration.observations import (
     Counted,
     Directions,
@@ -38,7 +48,6 @@ from rpf3d_core.setup.parameter_sets import check_names, flight_of_set
 from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, precompile_flights, precompile_ground_below
 from rpf3d_core.unknowns.places import Surroundings, place_around
-from rpf3d_core.values import DEPOSITED
 
 FloatArray = NDArray[np.float64]
 
@@ -109,6 +118,7 @@ def slope_of(scene: Scene) -> Slope:
     with_values(scene, spec.book)  # refuses a wrong value of the book before the first flight
     prepared = prepare(scene)
     field = field_of(scene, prepared.terrain.frame)
+    check_field(scene, field)
     rocks = spec.rocks or rocks_a_set(scene, len(field.stops))
     slope = Slope(
         prepared=prepared, names=tuple(spec.unknowns), directions=directions_of(scene, prepared.terrain.frame),
@@ -116,6 +126,7 @@ def slope_of(scene: Scene) -> Slope:
     )  # fmt: skip
     releases = releases_of_round(slope, 0)
     check_releases(prepared, releases)
+    check_stops(prepared, slope.directions, field)
     flight = prepared.flight
     precompile_flights(prepared.engine, flight.models, flight.materials, flight.settings)
     precompile_ground_below(prepared.engine)
@@ -213,7 +224,7 @@ def fly_set(slope: Slope, values: Sequence[float] | FloatArray, releases: Releas
     flags = np.full(rocks, slope.needs_paths)
     keep = Keep(paths=flags, impacts=np.zeros(rocks, dtype=bool), record=slope.needs_paths)
     batch = fly_batches(prepared.engine, flight, releases, keep, None, BatchControl(threads=1))
-    deposited = np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
+    deposited = deposited_in(batch)
     mixed = _mixed_order(rocks)
     stops = Stops(place=slope.directions.places(batch.finals[:, 1:4])[mixed], deposited=deposited[mixed])
     energy = 0.5 * releases.mass * batch.finals[:, 5] ** 2 / JOULE_PER_KJ
@@ -228,18 +239,17 @@ def _mixed_order(rocks: int) -> NDArray[np.int64]:
 def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> FloatArray:
     """Return the densities of the C observations under one parameter set: (GROUPS, M, C), for each of M misfits.
 
-    Only the densities of stops depend on the misfit.
+    Densities of values at gates do not depend on the misfit.
     """
     field, mixed = slope.field, _mixed_order(len(releases.x))
     alike = None if slope.alike is None else slope.alike[:, mixed]
-    of_stops = stop_densities(stops, field.stops, np.hypot(slope.error, slope.misfits), alike)
-    parts = list[FloatArray]()
+    parts = [stop_densities(stops, field.stops, np.hypot(slope.error, slope.misfits), alike)]
     gates = {one.at: passages(batch, slope.directions, one.at, slope.prepared.engine) for one in field.values}
-    parts += [_of_values(one, gates[one.at], releases.mass, mixed) for one in field.values]
-    parts += [_of_count(slope, one, batch, stops, mixed) for one in field.counted]
-    others = [np.repeat(part[:, None, :], len(slope.misfits), axis=1) for part in parts]
-    together = np.concatenate([of_stops, *others], axis=2)
-    return np.ascontiguousarray(together)  # as read from disk, so that sums have the same order
+    for one in field.values:
+        known = _of_values(one, gates[one.at], releases.mass, mixed)
+        parts.append(np.repeat(known[:, None, :], len(slope.misfits), axis=1))
+    parts += [share_densities(_probabilities(slope, one, batch)[:, mixed]) for one in field.counted]
+    return np.ascontiguousarray(np.concatenate(parts, axis=2))  # as read from disk, so that sums have the same order
 
 
 def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:
@@ -249,34 +259,15 @@ def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.
     return value_densities(simulated[mixed], one.observed, one.error)
 
 
-def _of_count(slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]) -> FloatArray:
-    """Return the densities (GROUPS, 2) of a count: shares of rocks that did it, and that did not."""
+def _probabilities(slope: Slope, one: Counted, batch: Batch) -> FloatArray:
+    """Return the probability (M, R) that each rock did what was counted, for each misfit."""
+    outlines, observed = slope.prepared.outlines.get(one.place), slope.prepared.scene.observed
     if one.kind == "passed" and one.at is not None:
-        flags = passages(batch, slope.directions, one.at, slope.prepared.engine).passed[mixed]
-    elif one.place in slope.prepared.outlines:
-        flags = _in_area(slope, one, batch)[mixed]
-    else:
-        flags = _in_section(slope, one, batch, stops, mixed)
-    return share_densities(flags)
-
-
-def _in_area(slope: Slope, one: Counted, batch: Batch) -> NDArray[np.bool_]:
-    """Return which rocks (R,) stopped in an area of interest, or reached it."""
-    outlines = slope.prepared.outlines[one.place]
+        return passed(extent_of(batch, slope.directions), one.at, slope.misfits)
+    if outlines is not None:
+        return (reached_area if one.kind == "reached" else stopped_in_area)(batch, outlines, slope.misfits)
+    section = (None, None) if observed is None else observed.sections[one.place]
     if one.kind == "reached":
-        return visited(batch, outlines)
-    deposited = np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
-    return contained(batch.finals[:, 1:3], outlines) & deposited
-
-
-def _in_section(slope: Slope, one: Counted, batch: Batch, stops: Stops, mixed: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which rocks (R,), in mixed order, stopped in a section of the slope, or went past its lower end."""
-    observed = slope.prepared.scene.observed
-    low, high = (None, None) if observed is None else observed.sections[one.place]
-    along = stops.place[:, 0]
-    if one.kind == "stopped":
-        inside = (along >= (-np.inf if low is None else low)) & (along < (np.inf if high is None else high))
-        return inside & stops.deposited
-    if low is None:
-        return np.ones(len(along), dtype=bool)
-    return (along >= low) | passages(batch, slope.directions, low, slope.prepared.engine).passed[mixed]
+        return reached_section(extent_of(batch, slope.directions), section, slope.misfits)
+    along = slope.directions.places(batch.finals[:, 1:4])[:, 0]
+    return stopped_in_section(along, deposited_in(batch), section, slope.misfits)

@@ -1,11 +1,12 @@
 """Score on kept-out observations: folds, log scores, a curve without physics, and coverage of predictive intervals."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.calibration.density import Stops, kernel_widths
+from rpf3d_core.calibration.density import LEAST_KERNEL, Stops, kernel_widths
 from rpf3d_core.calibration.likelihood import ASTRAY, Weighed, log_likelihoods, posterior_weights
 
 FloatArray = NDArray[np.float64]
@@ -39,15 +40,17 @@ def folds_of(count: int, seed: int) -> IntArray:
     return np.asarray(np.argsort(order) % folds)
 
 
-def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, columns: IntArray) -> FloatArray:
+def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, counts: IntArray) -> FloatArray:
     """Return the weights (F, S, M) of the sets and misfits, each without the observations of one fold.
 
-    folds : (N,) fold of each kept-out observation; columns : (N,) its column among all observations
+    folds : (N,) fold of each of the first N observations; counts : (K,) numbers of the observations that are counts of
+    rocks, which no fold is predicted from: they may be of the same rocks as the stops that are kept out
     """
     rows = []
     for fold in range(int(folds.max()) + 1):
         kept = np.ones(weighed.log_densities.shape[-1], dtype=bool)
-        kept[columns[folds == fold]] = False
+        kept[np.flatnonzero(folds == fold)] = False
+        kept[counts] = False
         rows.append(posterior_weights(log_ratio, log_likelihoods(weighed, kept)))
     return np.stack(rows)
 
@@ -61,19 +64,33 @@ def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float
     return Score(np.log((1.0 - ASTRAY) * mixed + ASTRAY * anywhere))
 
 
-def curve_score(observed: FloatArray, folds: IntArray) -> Score:
+def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: float) -> Score:
     """Return the log score of a normal curve fitted to the other folds: a prediction without any physics.
 
+    The curve has the rules of the calibration: mean and variance are as unknown as parameters are, so the prediction is
+    Student's t distribution, and ASTRAY of the observations may come from anywhere.
+
     observed : (N, D), each axis with its own mean and standard deviation; axes are independent
+    error : measuring error, the smallest standard deviation that a curve can have (LEAST_KERNEL if the error is less)
+    anywhere : as in `Densities`
     """
     each = np.empty(len(observed))
     for fold in range(int(folds.max()) + 1):
         out = folds == fold
-        rest = observed[~out]
-        mean, sd = rest.mean(axis=0), np.maximum(rest.std(axis=0, ddof=1), 1e-9)
-        squares = ((observed[out] - mean) / sd) ** 2
-        each[out] = (-0.5 * squares - np.log(sd) - 0.5 * np.log(2.0 * np.pi)).sum(axis=1)
-    return Score(each)
+        each[out] = np.prod(_student_density(observed[out], observed[~out], max(error, LEAST_KERNEL)), axis=1)
+    return Score(np.log((1.0 - ASTRAY) * each + ASTRAY * anywhere))
+
+
+def _student_density(x: FloatArray, sample: FloatArray, least: float) -> FloatArray:
+    """Return the predictive density (K, D) at x (K, D) of a normal distribution known by a sample (N, D) alone, N > 1.
+
+    least : smallest standard deviation of the sample, in its unit
+    Source: Gelman et al. 2013, Bayesian Data Analysis, section 3.2, with the prior 1 / variance.
+    """
+    count, free = len(sample), len(sample) - 1
+    scale = np.maximum(sample.std(axis=0, ddof=1), least) * np.sqrt(1.0 + 1.0 / count)
+    peak = math.exp(math.lgamma(0.5 * count) - math.lgamma(0.5 * free)) / (math.sqrt(free * math.pi) * scale)
+    return np.asarray(peak * (1.0 + ((x - sample.mean(axis=0)) / scale) ** 2 / free) ** (-0.5 * count))
 
 
 def ranks(

@@ -45,6 +45,7 @@ class Weighed(NamedTuple):
     """The log-likelihood of S sets with its noise.
 
     log_densities : (D, S, M, C) logarithms of the averaged densities: first of all groups, then of each draw of groups
+    counts : (C,) how often each was observed
     """
 
     log_densities: FloatArray

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rpf3d_core.calibration.findings import Findings
+from rpf3d_core.calibration.findings import Estimate, Findings
 from rpf3d_core.calibration.folds import Score
 from rpf3d_core.calibration.verdict import MORE, VALID, advice_of, is_refused, warnings_of
 from rpf3d_core.scene.model import Scene
@@ -23,12 +23,24 @@ def report_text(scene: Scene, found: Findings) -> str:
 
 def _lines(scene: Scene, found: Findings) -> Iterator[str]:
     yield f"# Calibration of {scene.path.stem}"
-    if is_refused(found):
-        yield f"**Refused**: only {found.effective:.0f} effective samples. What would help:"
-        yield from (f"- {sentence}" for sentence in advice_of(found))
-    else:
-        yield f"The result is **{VALID}**, and for nothing else."
-    yield ""
+    yield from _refusal(found) if is_refused(found) else _result(found)
+
+
+def _refusal(found: Findings) -> Iterator[str]:
+    """Yield the lines of a refused calibration, which has no numbers that could be taken for a result."""
+    yield f"**Refused**: only {found.effective:.0f} effective samples. What would help:"
+    yield from (f"- {sentence}" for sentence in advice_of(found))
+    yield "\n## Priors"
+    yield "| parameter | prior |\n|---|---|"
+    yield from (f"| {one.name} | {_prior(one)} |" for one in found.estimates)
+    yield _flown(found)
+    if found.of_data:
+        yield "## What limits the data"
+        yield from (f"- {sentence}" for sentence in found.of_data)
+
+
+def _result(found: Findings) -> Iterator[str]:
+    yield f"The result is **{VALID}**, and for nothing else.\n"
     yield from _parameters(found)
     yield from _scores(found)
     yield from _warnings(found)
@@ -43,15 +55,22 @@ def _parameters(found: Findings) -> Iterator[str]:
     yield "## Parameters"
     yield "| parameter | prior | mean | 90 % interval | shrinkage |\n|---|---|---|---|---|"
     for one in found.estimates:
-        prior = ", ".join(f"{key} {value:g}" for key, value in one.prior.items())
         interval = f"{one.low:.3g} to {one.high:.3g}"
-        yield f"| {one.name} | {prior} | {one.mean:.3g} | {interval} | {100 * one.shrinkage:.0f} % |"
+        yield f"| {one.name} | {_prior(one)} | {one.mean:.3g} | {interval} | {100 * one.shrinkage:.0f} % |"
     if (worst := _worst_pair(found)) is not None:
         i, j = worst
         names = [one.name for one in found.estimates]
         yield f"\nStrongest correlation: {names[i]} with {names[j]}, {found.correlation[i, j]:.2f}."
-    yield (f"\n{found.sets:,} parameter sets of {found.rocks:,} rocks; {found.effective:.0f} effective samples; "
-           f"noise of the log-likelihood {found.noise:.2f}.\n")  # fmt: skip
+    yield _flown(found)
+
+
+def _prior(one: Estimate) -> str:
+    return ", ".join(f"{key} {value:g}" for key, value in one.prior.items())
+
+
+def _flown(found: Findings) -> str:
+    return (f"\n{found.sets:,} parameter sets of {found.rocks:,} rocks; {found.effective:.0f} effective samples; "
+            f"noise of the log-likelihood {found.noise:.2f}.\n")  # fmt: skip
 
 
 def _worst_pair(found: Findings) -> tuple[int, int] | None:
@@ -73,11 +92,12 @@ def _scores(found: Findings) -> Iterator[str]:
              "book values": found.book, "normal curve without physics": found.curve}  # fmt: skip
     yield from (f"| {name} | {_number(score)} |" for name, score in named.items())
     if (coverage := found.coverage()) is not None:
+        whole = coverage["with_misfit"]
         along, across = (" and ".join(f"{100 * coverage[p][axis]:.0f} %" for p in ("50", "90"))
                          for axis in ("along", "across"))  # fmt: skip
         yield (f"\n50 and 90 % predictive intervals hold {along} of the kept-out blocks along the slope, "
-               f"{across} across. With the misfit of the model included ({found.misfit:.1f} m), 90 % intervals hold "
-               f"{_shares(coverage['with_misfit']['90'])}.")  # fmt: skip
+               f"{across} across. With the misfit of the model included ({whole['misfit']:.1f} m), 90 % intervals hold "
+               f"{_shares(whole['90'])}.")  # fmt: skip
     yield f"\n{100 * found.left:.1f} % of the simulated rocks left the terrain or did not stop; they count as wrong.\n"
 
 

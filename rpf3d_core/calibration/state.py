@@ -24,7 +24,7 @@ RESULTS = (
     "coverage.png",
 )  # fmt: skip
 """Names of the files that a calibration writes."""
-VERSION = 1
+VERSION = 2
 """Version of the kept files; it changes whenever the sampler or the densities change."""
 
 

@@ -40,7 +40,7 @@ def is_refused(found: Findings) -> bool:
 
 def warnings_of(found: Findings) -> list[str]:
     """Return what a user must know before using a calibration, as sentences."""
-    return [*_combinations(found), *_of_parameters(found), *_of_data(found)]
+    return [*_combinations(found), *_of_parameters(found), *_of_predictions(found), *found.of_data]
 
 
 def _combinations(found: Findings) -> list[str]:
@@ -70,7 +70,7 @@ def _of_parameters(found: Findings) -> list[str]:
     return sentences
 
 
-def _of_data(found: Findings) -> list[str]:
+def _of_predictions(found: Findings) -> list[str]:
     """Return sentences about rocks that left, the score against a curve, and coverage."""
     sentences = []
     if found.left >= MANY_LEFT:

@@ -7,7 +7,7 @@ import typer
 
 from rpf3d_core.commands.options import EngineOption, SceneFile
 from rpf3d_core.commands.progress import interruptible
-from rpf3d_core.commands.screen import end_interrupted, print_table, print_warnings, screen
+from rpf3d_core.commands.screen import complaints, end_interrupted, print_table, print_warnings, screen
 
 if TYPE_CHECKING:
     from rpf3d_core.calibration.findings import Findings
@@ -30,7 +30,7 @@ def calibrate(
     from rpf3d_core.calibration.calibrate import calibrate as fit
     from rpf3d_core.calibration.calibrate import deadline_after
     from rpf3d_core.calibration.rounds import Control
-    from rpf3d_core.calibration.verdict import is_refused, verdict_of, warnings_of
+    from rpf3d_core.calibration.verdict import is_refused, warnings_of
 
     deadline = deadline_after(budget)
     sets = 0
@@ -45,10 +45,10 @@ def calibrate(
         done = fit(scene, out, Control(deadline=deadline, progress=show, stop=stop), engine)
     if done.found is None:
         end_interrupted(f"{done.sets:,} parameter sets are kept in {out}; the same command continues")
-    _print(done.found)
     if is_refused(done.found):
-        print_warnings([verdict_of(done.found)])
+        _print_refusal(done.found)
         raise typer.Exit(1)
+    _print(done.found)
     print_warnings(warnings_of(done.found))
     screen.print(f"results in {out.resolve()}; fly the posterior with: "
                  f"rpf3d run {out / 'calibrated.yaml'} --out RESULT", soft_wrap=True)  # fmt: skip
@@ -71,9 +71,23 @@ def _print(found: "Findings") -> None:
         words = ", ".join(f"{name} {score.mean:.2f}" for name, score in scores.items() if score is not None)
         screen.print(f"score of an observation (higher is better): {words}", soft_wrap=True)
     if (coverage := found.coverage()) is not None:
+        whole = coverage["with_misfit"]
         screen.print(f"90 % predictive intervals hold {100 * coverage['90']['along']:.0f} % of kept-out blocks along "
                      f"the slope, {100 * coverage['90']['across']:.0f} % across; with the misfit of the model "
-                     f"({found.misfit:.1f} m) {100 * coverage['with_misfit']['90']['along']:.0f} % and "
-                     f"{100 * coverage['with_misfit']['90']['across']:.0f} %", soft_wrap=True)  # fmt: skip
+                     f"({whole['misfit']:.1f} m) {100 * whole['90']['along']:.0f} % and "
+                     f"{100 * whole['90']['across']:.0f} %", soft_wrap=True)  # fmt: skip
+    _print_flown(found)
+
+
+def _print_refusal(found: "Findings") -> None:
+    """Print what was flown, what limits the data, and as the last line why the calibration is refused."""
+    from rpf3d_core.calibration.verdict import verdict_of
+
+    _print_flown(found)
+    print_warnings(found.of_data)
+    complaints.print(f"rpf3d: {verdict_of(found)}", markup=False)
+
+
+def _print_flown(found: "Findings") -> None:
     screen.print(f"{found.sets:,} parameter sets of {found.rocks:,} rocks, {found.effective:.0f} effective samples, "
                  f"noise {found.noise:.2f}", soft_wrap=True)  # fmt: skip

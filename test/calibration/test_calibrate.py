@@ -29,6 +29,11 @@ FILES = {
     "coverage.png", "state",
 }  # fmt: skip
 SEED = 3
+BERM = "areas_of_interest:\n  - {name: berm, polygons: [[45, -3], [52.5, -3], [52.5, 3], [45, 3]]}\n"
+COUNTS = """\
+  shares: [{place: berm, stopped: 9, of: 20}, {place: berm, reached: 15, of: 20}]
+  gates: [{name: road, at: 52, passed: 10, of: 20}]
+"""
 
 
 @pytest.fixture(scope="module")
@@ -140,10 +145,36 @@ def test_too_few_effective_samples_are_refused(
     monkeypatch.setattr(verdict, "FLOOR", 1e6)
     result = CliRunner().invoke(app, ["calibrate", str(site[0]), "--out", str(out), "--budget", "400"])
     assert result.exit_code == 1
-    assert not (out / "calibrated.yaml").exists()
+    assert {path.name for path in out.iterdir()} == {"calibration.json", "report.md", "state"}
     assert content(out)["verdict"].startswith("refused: ")
     assert "What would help" in result.output.replace("\n", " ")
     assert (out / "report.md").read_text().splitlines()[1].startswith("**Refused**")
+
+
+def test_a_refused_calibration_shows_no_number_that_could_be_a_result(
+    done: Path, site: tuple[Path, dict[str, float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, known = site[0].parent / "numberless", content(done)
+    shutil.copytree(done, out)
+    monkeypatch.setattr(verdict, "FLOOR", 1e6)
+    printed = CliRunner().invoke(app, ["calibrate", str(site[0]), "--out", str(out), "--budget", "400"]).output
+    refused = content(out)
+    assert list(refused) == list(known)
+    for name, one in refused["parameters"].items():
+        assert list(one) == list(known["parameters"][name])
+        assert one["prior"] == known["parameters"][name]["prior"]
+        assert one["mean"] is one["low"] is one["high"] is one["shrinkage"] is None
+    assert set(refused["score"].values()) == {None}
+    assert {value for row in refused["correlation"].values() for value in row.values()} == {None}
+    assert refused["gain"] is refused["coverage"] is None
+    report = (out / "report.md").read_text()
+    for text in (printed, report):
+        for one in known["parameters"].values():
+            assert f"{one['mean']:.3g}" not in text
+        assert f"{known['score']['held_out']:.2f}" not in text
+        assert "intervals hold" not in text
+    assert "rpf3d: refused: " in printed.replace("\n", " ")
+    assert "note: refused" not in printed.replace("\n", " ")
 
 
 @pytest.mark.long
@@ -158,7 +189,8 @@ def test_a_budget_is_kept_and_its_sets_are_used(site: tuple[Path, dict[str, floa
 
 
 def test_both_engines_give_the_same_bits(site: tuple[Path, dict[str, float]]) -> None:
-    text = site[0].read_text().replace("rocks: 400", "rocks: 64")
+    data = "calibration:\n" + COUNTS
+    text = site[0].read_text().replace("rocks: 400", "rocks: 64").replace("calibration:\n", BERM + data)
     flown = []
     for engine in ("compiled", "reference"):
         path = site[0].parent / f"{engine}.yaml"
@@ -167,6 +199,9 @@ def test_both_engines_give_the_same_bits(site: tuple[Path, dict[str, float]]) ->
         flown.append(fly_set(slope, [0.35, 0.8], releases_of_round(slope, 0)))
     assert flown[0].stops.place.tobytes() == flown[1].stops.place.tobytes()
     assert flown[0].densities.tobytes() == flown[1].densities.tobytes()
+    counts = flown[0].densities[:, -1, BLOCKS:].mean(axis=0)  # three counts, with the largest error of the model
+    assert ((counts > 0.0) & (counts < 1.0)).all()
+    np.testing.assert_allclose(counts.reshape(3, 2).sum(axis=1), 1.0)
 
 
 @pytest.mark.parametrize(

@@ -46,6 +46,21 @@ def test_a_rock_that_left_the_terrain_is_wrong_and_not_missing() -> None:
     assert not none.any()
 
 
+def test_densities_are_the_same_in_the_coordinates_of_a_country() -> None:
+    """Kernels of 0.1 m, 5,200 km from the origin: only the coordinates themselves are rounded, to a nanometre."""
+    place = np.round(RANDOM.normal((3.0, 0.0), (0.3, 0.2), (64, 2)) * 2.0**20) / 2.0**20
+    seen, country = place[:5] + 0.0625, np.array([500_000.0, 5_200_000.0])
+    rocks = np.ones(len(place), dtype=bool)
+    near = stop_densities(Stops(place, rocks), seen, np.array([0.05]), None)
+    far = stop_densities(Stops(place + country, rocks), seen + country, np.array([0.05]), None)
+    assert near.min() > 0.0
+    np.testing.assert_allclose(far, near, rtol=1e-6)
+
+
+def test_no_observed_stop_has_no_density() -> None:
+    assert stop_densities(Stops(PLACE, ALL), np.empty((0, 2)), ERRORS, None).shape == (GROUPS, 2, 0)
+
+
 def test_rocks_of_another_mass_do_not_stand_for_a_block() -> None:
     far = np.where(np.arange(len(PLACE)) % 2, 1000.0, 0.0)[:, None] + PLACE
     alike = np.ones((len(SEEN), len(PLACE)))
@@ -64,11 +79,26 @@ def test_values_at_a_gate_have_a_density_that_integrates_to_one() -> None:
 
 
 def test_shares_of_rocks_are_counted() -> None:
-    flags = np.arange(320) < 80
-    np.testing.assert_allclose(share_densities(flags).mean(axis=0), [0.25, 0.75])
+    flags = np.stack([np.arange(320) < 80, np.full(320, 0.5)])  # two misfits
+    found = share_densities(flags.astype(float))
+    assert found.shape == (GROUPS, 2, 2)
+    np.testing.assert_allclose(found.mean(axis=0), [[0.25, 0.75], [0.5, 0.5]])
 
 
 def test_misfits_scale_with_the_spread_of_the_stops() -> None:
-    stops = np.array([[0.0, 0.0], [4.0, 1.0]])
-    assert misfits_of(stops)[-1] == pytest.approx(np.sqrt(np.sqrt(8.0) * np.sqrt(0.5)))
-    assert misfits_of(stops[:1]).tolist() == [0.0]
+    stops = np.array([[0.0, 0.0], [4.0, 2.0], [4.0, 0.0]])
+    assert misfits_of(stops)[-1] == pytest.approx(np.sqrt(np.sqrt(16.0 / 3.0) * np.sqrt(4.0 / 3.0)))
+
+
+def test_stops_on_a_line_do_not_make_the_model_exact() -> None:
+    along = np.array([0.0, 10.0, 20.0])  # standard deviation 10 m
+    on_a_line = np.stack([along, np.full(3, 7.0)], axis=1)
+    assert misfits_of(on_a_line)[-1] == pytest.approx(np.sqrt(10.0 * 2.5))
+    assert misfits_of(on_a_line[:, ::-1])[-1] == pytest.approx(np.sqrt(10.0 * 2.5))
+    in_one_place = misfits_of(np.zeros((3, 2)))
+    assert in_one_place[0] == 0.0
+    assert in_one_place[-1] == pytest.approx(0.1)
+
+
+def test_two_stops_leave_the_misfit_unknown() -> None:
+    assert misfits_of(np.array([[0.0, 0.0], [4.0, 1.0]])).tolist() == [0.0]

@@ -1,13 +1,20 @@
 """Scores on what was kept out: folds, the curve without physics, ranks and coverage."""
 
-from math import erf, sqrt
+from math import erf, gamma, pi, prod, sqrt
 
 import numpy as np
 import pytest
 
 from rpf3d_core.calibration.density import Stops
-from rpf3d_core.calibration.folds import covered, curve_score, folds_of, predictive_score, ranks
-from rpf3d_core.calibration.likelihood import ASTRAY
+from rpf3d_core.calibration.folds import (
+    covered,
+    curve_score,
+    folds_of,
+    predictive_score,
+    ranks,
+    weights_without,
+)
+from rpf3d_core.calibration.likelihood import ASTRAY, Weighed
 
 RANDOM = np.random.default_rng(3)
 
@@ -18,15 +25,51 @@ def test_each_observation_is_kept_out_once_in_folds_of_equal_size() -> None:
     assert folds_of(3, seed=1).max() == 2
 
 
-def test_the_curve_is_fitted_without_the_fold_that_it_predicts() -> None:
-    seen = RANDOM.normal(10.0, 2.0, (20, 1))
+ANYWHERE = 1e-4
+
+
+def student(z: float, count: int, sd: float) -> float:
+    """Student's density with count - 1 degrees of freedom, as textbooks have it, of a stop after `count` stops."""
+    n, scale = count - 1, sd * sqrt(1 + 1 / count)
+    return gamma((n + 1) / 2) / (gamma(n / 2) * sqrt(n * pi) * scale) * (1 + (z / scale) ** 2 / n) ** (-(n + 1) / 2)
+
+
+@pytest.mark.parametrize("count", [3, 20])
+def test_the_curve_is_fitted_without_the_fold_that_it_predicts(count: int) -> None:
+    seen = RANDOM.normal(10.0, 2.0, (count, 2))
+    folds = folds_of(count, seed=2)
+    score = curve_score(seen, folds, 0.5, ANYWHERE)
+    for k in range(count):
+        rest = seen[folds != folds[k]]
+        mean, sd = rest.mean(axis=0), np.maximum(rest.std(axis=0, ddof=1), 0.5)
+        density = prod(student(seen[k, d] - mean[d], len(rest), sd[d]) for d in range(2))
+        assert score.each[k] == pytest.approx(np.log((1 - ASTRAY) * density + ASTRAY * ANYWHERE))
+
+
+def test_a_curve_is_not_surer_than_the_measurement() -> None:
+    """Stops on one line across the slope: the curve of this axis has the measuring error, or at least 0.1 m."""
+    line = np.stack([RANDOM.normal(0.0, 5.0, 20), np.zeros(20)], axis=1)
     folds = folds_of(20, seed=2)
-    score = curve_score(seen, folds)
-    for k in range(20):
-        rest = seen[folds != folds[k], 0]
-        mean, sd = sum(rest) / len(rest), rest.std(ddof=1)
-        density = np.exp(-0.5 * ((seen[k, 0] - mean) / sd) ** 2) / (sd * sqrt(2 * np.pi))
-        assert score.each[k] == pytest.approx(np.log(density))
+    along = curve_score(line[:, :1], folds, 0.5, 0.0).each
+    for error, sd in ((0.5, 0.5), (0.0, 0.1)):
+        across = np.log(student(0.0, 16, sd))
+        np.testing.assert_allclose(curve_score(line, folds, error, 0.0).each, along + across)
+
+
+def test_one_odd_stop_cannot_decide_the_score_of_a_curve() -> None:
+    seen = np.concatenate([RANDOM.normal(0.0, 1.0, (99, 2)), [[1e6, 1e6]]])
+    assert curve_score(seen, folds_of(100, seed=1), 0.5, ANYWHERE).each[-1] == pytest.approx(np.log(ASTRAY * ANYWHERE))
+
+
+def test_counts_do_not_tell_a_fold_about_the_stops_that_it_keeps_out() -> None:
+    """Two sets: stops favour neither, a count (the last observation) the second. Folds do not know the count."""
+    logs = np.zeros((3, 2, 1, 5))
+    logs[:, 1, 0, 4] = 3.0
+    weighed = Weighed(log_densities=logs, counts=np.array([1.0, 1.0, 1.0, 1.0, 10.0]))
+    folds = np.array([0, 1, 0, 1])
+    blind = weights_without(np.zeros(2), weighed, folds, np.array([4]))
+    np.testing.assert_allclose(blind[:, :, 0], 0.5)
+    assert weights_without(np.zeros(2), weighed, folds, np.array([], dtype=int))[0, 1, 0] > 0.99
 
 
 def test_a_score_is_the_log_of_the_mean_density_over_sets() -> None:

@@ -1,0 +1,82 @@
+"""Warn of what the observations of a calibration say less surely than it seems."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rpf3d_core.calibration.data_checks import FEW_STOPS, off_terrain
+from rpf3d_core.calibration.density import LEAST_STOPS
+from rpf3d_core.calibration.flying import Flown, Slope
+from rpf3d_core.calibration.observations import Field
+
+NAMED = 5
+"""Largest number of stops that a sentence names."""
+
+
+def data_warnings(slope: Slope, flown: list[Flown]) -> tuple[str, ...]:
+    """Return sentences on what the observations say less surely than it seems.
+
+    flown : all flown parameter sets
+    """
+    field = slope.field
+    return *_of_number(len(field.stops)), *_of_place(slope), *_of_counts(field), *_of_gates(slope, flown)
+
+
+def _of_number(stops: int) -> Iterator[str]:
+    """Yield a sentence if the number of observed stops is too small for the misfit, or for sure intervals."""
+    if stops < LEAST_STOPS:
+        yield (f"the error of the model (misfit) is unknown, because it needs {LEAST_STOPS} end points or more and the "
+               f"scene has {stops}: the model counts as exact, so all intervals are too narrow")  # fmt: skip
+    elif stops < FEW_STOPS:
+        yield (f"only {stops} end points were observed; so few hardly determine the error of the model or the coverage "
+               f"of intervals: survey at least {FEW_STOPS}")  # fmt: skip
+
+
+def _of_place(slope: Slope) -> Iterator[str]:
+    """Yield a sentence if observed stops lie off the terrain."""
+    off = off_terrain(slope.prepared, slope.directions, slope.field)
+    if len(off):
+        more = ", ..." if len(off) > NAMED else ""
+        yield (f"{len(off)} of {len(slope.field.stops)} end points lie off the terrain in plan or over a hole of it "
+               f"(number {', '.join(map(str, off[:NAMED].tolist()))}{more}): no simulated rock can stop there; check "
+               "their coordinates, or extend the terrain")  # fmt: skip
+
+
+def _of_counts(field: Field) -> Iterator[str]:
+    """Yield a sentence if counts are probably of the rocks whose end points are given as well."""
+    places = sorted({one.place for one in field.counted if one.of == len(field.stops)})
+    if places:
+        yield (f"the counts of {', '.join(places)} are of {len(field.stops)} rocks, as many as there are end points: "
+               "if they are the same rocks, they count twice and intervals are too narrow; leave these counts out")
+
+
+def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
+    """Yield sentences on values at gates: they have no error of the model, and a gate that no rock passed."""
+    gates = sorted({one.gate for one in slope.field.values})
+    if gates:
+        yield (f"the values observed at {', '.join(gates)} carry their measuring error but no error of the model: "
+               "intervals are too narrow where the model is poor")  # fmt: skip
+    for gate, at in sorted(_gates_without_rocks(slope, flown)):
+        yield (f"no simulated rock passed the gate {gate} (at {at:g} m), or none with values near the observed: it "
+               "determined nothing; check its distance along `observed.along`")  # fmt: skip
+
+
+def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
+    """Return name and distance (m) of the gates at which the observations have no density in any set.
+
+    Counts of passed rocks are compared without an error of the model, which would let rocks pass that stopped before.
+    """
+    most = np.max([one.densities[:, 0].max(axis=0) for one in flown], axis=0)
+    return {(name, at) for name, at, column in _gate_columns(slope.field) if not most[column].any()}
+
+
+def _gate_columns(field: Field) -> Iterator[tuple[str, float, slice]]:
+    """Yield name and distance (m) of each gate, with the columns of its observations that only passing rocks fill."""
+    column = len(field.stops)
+    for values in field.values:
+        yield values.gate, values.at, slice(column, column + len(values.observed))
+        column += len(values.observed)
+    for count in field.counted:
+        if count.kind == "passed" and count.at is not None:
+            yield count.place, count.at, slice(column, column + 1)
+        column += 2

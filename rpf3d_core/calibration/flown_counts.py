@@ -1,0 +1,143 @@
+"""How many simulated rocks did what was counted in the field, with the error of the model.
+
+A simulated stop or passage stands for observed ones at a distance: it has the error of the model (the misfit), as
+stops have that are compared one by one. So a rock near the end of a section did what was counted with a probability.
+Without an error the probability is 0 or 1.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.calibration.density import GROUPS
+from rpf3d_core.calibration.flown_passages import STEP, contained, path_points
+from rpf3d_core.calibration.normal_space import normal_of, probability_below
+from rpf3d_core.calibration.observations import Directions
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.unknowns.points import spread_points
+from rpf3d_core.values import DEPOSITED
+
+FloatArray = NDArray[np.float64]
+Section = tuple[float | None, float | None]
+
+STEPS_IN_MISFIT = 4.0
+"""Least number of points on a displaced path over a distance of one misfit."""
+COPIES = 16
+"""Number of displaced copies of each rock that are compared with an area; the same for all rocks and sets."""
+
+
+class Extent(NamedTuple):
+    """How far along the slope each of R rocks went, in the input's coordinates.
+
+    begin : (R,) m, where the rock began; least, most : (R,) m, smallest and largest distance of its path
+    """
+
+    begin: FloatArray
+    least: FloatArray
+    most: FloatArray
+
+
+def deposited_in(batch: Batch) -> NDArray[np.bool_]:
+    """Return which of R rocks stopped on the terrain, (R,)."""
+    return np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
+
+
+def extent_of(batch: Batch, directions: Directions) -> Extent:
+    """Return how far along the slope the recorded path of each rock goes; ends of segments are compared."""
+    rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
+    distance = directions.places(batch.pieces[:, 1:4])[:, 0]
+    begin, least, most = (directions.places(batch.finals[:, 1:4])[:, 0] for _ in range(3))
+    np.minimum.at(least, rows, distance)
+    np.maximum.at(most, rows, distance)
+    recorded, first = np.unique(rows, return_index=True)
+    begin[recorded] = distance[first]
+    return Extent(begin=begin, least=least, most=most)
+
+
+def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
+    """Return the probability (M, R) that each rock passed a gate, for each misfit (M,) m.
+
+    at : m, distance of the gate. The error of the model belongs to the farthest point of a path, and not to its
+    beginning, which is known. So a rock that begins beyond the gate passes it only if its own path does.
+    """
+    before = extent.begin < at
+    return np.stack([np.where(before, _beyond(extent.most - at, sd), extent.least < at) for sd in misfits.tolist()])
+
+
+def reached_section(extent: Extent, section: Section, misfits: FloatArray) -> FloatArray:
+    """Return the probability (M, R) that each rock reached a section, that is, went past its lower end.
+
+    section : lower and upper end (m), None where it has no end; misfits : (M,) m
+    As in `passed`, the error belongs to the farthest point of a path.
+    """
+    low = section[0]
+    if low is None:
+        return np.ones((len(misfits), len(extent.begin)))
+    return np.where(extent.begin >= low, 1.0, passed(extent, low, misfits))
+
+
+def stopped_in_section(
+    along: FloatArray, deposited: NDArray[np.bool_], section: Section, misfits: FloatArray
+) -> FloatArray:
+    """Return the probability (M, R) that each rock stopped in a section.
+
+    along : (R,) m, where rocks stopped; deposited : (R,) False for rocks that left the terrain or did not stop
+    """
+    low, high = section
+    from_low = np.ones((len(misfits), len(along))) if low is None else _all_beyond(along - low, misfits)
+    from_high = 0.0 if high is None else _all_beyond(along - high, misfits)
+    return np.asarray((from_low - from_high) * deposited)
+
+
+def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
+    """Return the probability (M, R) that each rock stopped in an area: the share of its displaced copies."""
+    deposited, stops = deposited_in(batch), batch.finals[:, 1:3]
+    return np.stack([_share(lambda by: contained(stops + by, outlines), sd) * deposited for sd in misfits.tolist()])
+
+
+def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
+    """Return the probability (M, R) that each rock crossed an area or stopped in it: the share of displaced paths."""
+    return np.stack([_reached(batch, outlines, sd) for sd in misfits.tolist()])
+
+
+def _reached(batch: Batch, outlines: list[FloatArray], sd: float) -> FloatArray:
+    """Return the probability (R,) of `reached_area` for a misfit (m); a large misfit needs no dense points on paths."""
+    points, rows = path_points(batch, max(STEP, sd / STEPS_IN_MISFIT))
+    widest, corners = sd * np.abs(unit_displacements()).max(axis=0), np.concatenate(outlines)
+    near = ((points >= corners.min(axis=0) - widest) & (points <= corners.max(axis=0) + widest)).all(axis=1)
+    points, rows = points[near], rows[near]
+
+    def flags_at(by: FloatArray) -> NDArray[np.bool_]:
+        flags = np.zeros(len(batch.rows), dtype=bool)
+        flags[rows[contained(points + by, outlines)]] = True
+        return flags
+
+    return _share(flags_at, sd)
+
+
+def unit_displacements() -> FloatArray:
+    """Return the displacements (COPIES, 2) (-) of the copies in plan: mean 0 and standard deviation 1 in x and y."""
+    normal = normal_of(np.clip(spread_points(COPIES, 2, GROUPS), 0.5 / COPIES, 1.0 - 0.5 / COPIES))
+    return np.asarray((normal - normal.mean(axis=0)) / normal.std(axis=0))
+
+
+def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> FloatArray:
+    """Return the share (R,) of displaced copies for which a rock is flagged; without an error the rock itself counts.
+
+    flags_at : returns flags (R,) from a displacement in plan (2,) m
+    """
+    if sd == 0.0:
+        return flags_at(np.zeros(2)).astype(float)
+    return np.asarray(np.mean([flags_at(sd * by) for by in unit_displacements()], axis=0))
+
+
+def _all_beyond(distance: FloatArray, misfits: FloatArray) -> FloatArray:
+    """Return the probabilities (M, R) of `_beyond` for each misfit."""
+    return np.stack([_beyond(distance, sd) for sd in misfits.tolist()])
+
+
+def _beyond(distance: FloatArray, sd: float) -> FloatArray:
+    """Return the probability (R,) that a distance (R,) m with an error of standard deviation sd (m) is at least 0."""
+    return probability_below(distance / sd) if sd > 0.0 else (distance >= 0.0).astype(float)

@@ -1,0 +1,119 @@
+"""Calibrations on other data than many end points: gates, counts, and few stops. Only a few parameter sets fly."""
+
+import json
+from pathlib import Path
+
+import pytest
+from recovery import BLOCKS, MIDDLE, known_scene
+from typer.testing import CliRunner, Result
+
+from rpf3d_core.calibration import rounds, sampling, verdict
+from rpf3d_core.cli import app
+from rpf3d_core.errors import InputError
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+
+pytestmark = pytest.mark.skipif(not HAS_NUMBA, reason="many parameter sets need the compiled engine")
+
+STOPS = "observed: {points_file: stops.csv, along: [1, 0, 0]}\n"
+GATE = "  gates: [{name: road, at: 40, speeds: [9, 10, 11, 12, 10.5]}]\n"
+AREA = "areas_of_interest:\n  - {name: berm, polygons: [[40, -60], [90, -60], [90, 60], [40, 60]]}\n"
+SHARE = "  shares: [{place: berm, stopped: 12, of: 30}, {place: berm, reached: 25, of: 30}]\n"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A scene with observed stops."""
+    return known_scene(tmp_path_factory.mktemp("other"), 3, MIDDLE)[0]
+
+
+@pytest.fixture(autouse=True)
+def few_sets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two rounds of 20 and 10 sets are enough to see what is written; their result is not refused."""
+    monkeypatch.setattr(sampling, "FIRST_SETS", 10)
+    monkeypatch.setattr(sampling, "FURTHER_SETS", 10)
+    monkeypatch.setattr(rounds, "MOST_ROUNDS", 2)
+    monkeypatch.setattr(verdict, "FLOOR", 1.0)
+
+
+def calibrated(site: Path, out: Path, before: str, after: str) -> Result:
+    """Calibrate the scene, with another text in place of one of its lines."""
+    text, scene = site.read_text().replace("rocks: 400", "rocks: 64"), site.with_name(f"{out.name}.yaml")
+    assert before in text
+    scene.write_text(text.replace(before, after))
+    return CliRunner().invoke(app, ["calibrate", str(scene), "--out", str(out), "--budget", "300"])
+
+
+def content(out: Path) -> dict:
+    return json.loads((out / "calibration.json").read_text())
+
+
+@pytest.mark.parametrize(("name", "data"), [("gates", GATE), ("shares", SHARE)], ids=["gates", "shares"])
+def test_a_calibration_without_end_points(site: Path, tmp_path: Path, name: str, data: str) -> None:
+    out = tmp_path / name
+    done = calibrated(site, out, STOPS + "calibration:\n", AREA + "calibration:\n" + data)
+    assert done.exit_code == 0, done.output
+    assert content(out)["coverage"] is None
+    assert (content(out)["score"]["held_out"] is None) == (name == "shares")
+
+
+def keep_stops(site: Path, number: int) -> str:
+    """Write a file with the first stops of the scene, and return the text of its key `observed`."""
+    lines = (site.parent / "stops.csv").read_text().splitlines()
+    (site.parent / f"{number}.csv").write_text("\n".join(lines[: number + 1]) + "\n")
+    return STOPS.replace("stops.csv", f"{number}.csv")
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_too_few_end_points_are_refused(site: Path, tmp_path: Path, number: int) -> None:
+    done = calibrated(site, tmp_path / "few", STOPS, keep_stops(site, number))
+    assert isinstance(done.exception, InputError)
+    points = "1 end point is" if number == 1 else "2 end points are"
+    assert f"{number}.csv: {points} too few" in str(done.exception)
+    assert not (tmp_path / "few").exists()
+
+
+def test_few_end_points_are_a_warning_with_their_number(site: Path, tmp_path: Path) -> None:
+    out = tmp_path / "five"
+    assert calibrated(site, out, STOPS, keep_stops(site, 5)).exit_code == 0
+    assert "only 5 end points were observed" in content(out)["verdict"]
+
+
+def test_two_end_points_and_a_gate_leave_the_misfit_unknown(site: Path, tmp_path: Path) -> None:
+    out = tmp_path / "two"
+    done = calibrated(site, out, STOPS + "calibration:\n", keep_stops(site, 2) + "calibration:\n" + GATE)
+    assert done.exit_code == 0, done.output
+    assert "the error of the model (misfit) is unknown" in content(out)["verdict"]
+    assert "misfit: null" in (out / "calibrated.yaml").read_text()
+    words = ["run", str(out / "calibrated.yaml"), "--out", str(tmp_path / "flown"), "--rocks", "2000"]
+    flown = CliRunner().invoke(app, words)
+    assert flown.exit_code == 0, flown.output
+
+
+def test_end_points_off_the_terrain(site: Path, tmp_path: Path) -> None:
+    """One is a warning with its number; if no end point is on the terrain, the file is refused."""
+    header, *lines = (site.parent / "stops.csv").read_text().splitlines()
+    (site.parent / "off.csv").write_text("\n".join([header, *lines[:6], "700,0,0", *lines[6:]]))
+    (site.parent / "away.csv").write_text("x,y,z\n700,1,0\n710,2,0\n720,3,0\n")
+    assert calibrated(site, tmp_path / "off", STOPS, STOPS.replace("stops", "off")).exit_code == 0
+    assert f"1 of {BLOCKS + 1} end points lie off the terrain in plan or over a hole of it (number 7)" in (
+        content(tmp_path / "off")["verdict"])  # fmt: skip
+    refused = calibrated(site, tmp_path / "away", STOPS, STOPS.replace("stops", "away")).exception
+    assert isinstance(refused, InputError)
+    assert "away.csv: no end point lies on the terrain: it goes from (700, 1) to (720, 3)" in str(refused)
+
+
+def test_values_at_gates_carry_no_error_of_the_model(site: Path, tmp_path: Path) -> None:
+    """And a gate that no rock passed is named."""
+    out, data = tmp_path / "gate", GATE + "    - {name: far, at: 5000, speeds: [12]}\n"
+    data = data.replace("gates: [{", "gates:\n    - {").replace("}]", "}")
+    assert calibrated(site, out, "calibration:\n", "calibration:\n" + data).exit_code == 0
+    verdict = content(out)["verdict"]
+    assert "the values observed at far, road carry their measuring error but no error of the model" in verdict
+    assert "no simulated rock passed the gate far (at 5000 m)" in verdict
+    assert "passed the gate road" not in verdict
+
+
+def test_counts_of_the_rocks_that_have_end_points(site: Path, tmp_path: Path) -> None:
+    out = tmp_path / "twice"
+    assert calibrated(site, out, "calibration:\n", AREA + "calibration:\n" + SHARE).exit_code == 0
+    assert f"the counts of berm are of {BLOCKS} rocks, as many as there are end points" in content(out)["verdict"]
