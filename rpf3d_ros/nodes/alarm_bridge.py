@@ -78,7 +78,7 @@ class AlarmBridgeNode(Node):
             self.look()
 
     def destroy_node(self) -> None:
-        """Open the contacts, then end."""
+        """Open all dry contacts, so that the alarm is on, then destroy the node."""
         for contact in self.contacts:
             contact.close()
         self.contacts = []
