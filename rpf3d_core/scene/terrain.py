@@ -101,7 +101,7 @@ class TerrainSpec(StrictModel):
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
     crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
-                             "or left out for that of GeoTIFF files")  # fmt: skip
+                             "or left out for the system of GeoTIFF files")  # fmt: skip
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
