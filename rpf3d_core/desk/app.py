@@ -84,7 +84,7 @@ class Desk:
         self.runner.close()
 
     def _actions(self) -> Actions:
-        """Return what the page calls; every refusal becomes a message on it."""
+        """Return the functions that the page calls; every refusal becomes a message on the page."""
         return Actions(**{
             name: self._told(getattr(self, f"_{name}")) for name in Actions._fields
         })  # fmt: skip

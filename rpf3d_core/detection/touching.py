@@ -157,7 +157,7 @@ def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
 
 @kernel
 def lesser(best: Touch, other: Touch) -> Touch:
-    """Return the better of two search results: the smaller `t`.
+    """Return the search result with the earlier contact (smaller `t`) of two.
 
     Ties go to the larger normal, then the smaller facet number.
     """

@@ -87,8 +87,8 @@ class HazardSpec(StrictModel):
     cell: Number | None = Field(
         None,
         ge=LEAST_CELL,
-        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for a cell that enough rocks "
-        "reach for percentiles",
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for a cell that "
+        "enough rocks reach for percentiles",
     )
     reach_levels: Shares = Field(
         REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"

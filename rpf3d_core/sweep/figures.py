@@ -96,7 +96,10 @@ def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
 
 
 def _figure(what: tuple[str, str, str, str], value: Any, predictive: Any, sampling: Any) -> Figure:
-    """Return a figure; what : result, kind, place and unit; predictive, sampling : both ends each, or None."""
+    """Return a figure with its intervals.
+
+    what : result, kind, place and unit; predictive, sampling : lower and upper end of the interval, or None
+    """
     result, kind, place, unit = what
     wide, narrow = _pair(predictive), _pair(sampling)
     is_predictive = wide != UNKNOWN

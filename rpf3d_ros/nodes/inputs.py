@@ -105,7 +105,7 @@ class Inputs:
     # --- on the thread of the surveys
 
     def _report_middleware(self, why: str, at_ns: int) -> None:
-        """Let a fault stand while the middleware cannot take terrain messages.
+        """Keep a fault as long as the middleware cannot deliver terrain messages.
 
         Afterwards a message may have been lost, so the terrain is out of date until a later whole survey is used.
 

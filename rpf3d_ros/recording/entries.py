@@ -118,7 +118,7 @@ class LastContents:
         return len(last) != len(arrays) or not all(map(np.array_equal, last, arrays))
 
     def note(self, name: str, *arrays: np.ndarray) -> None:
-        """Note arrays as the last ones of a name."""
+        """Remember these arrays as the last arrays of a name."""
         self._arrays[name] = arrays
 
     def is_new(self, name: str, *arrays: np.ndarray) -> bool:
