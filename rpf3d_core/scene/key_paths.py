@@ -118,7 +118,7 @@ def steps_to(scene: Scene, path: str) -> list[Steps]:
     Raises
     ------
     SceneError
-        The key path leads to no value of the scene; the message names the key that is missing and those there are.
+        The key path leads to no value of the scene; the message names the missing key and the existing keys.
     """
     found = list(_walk(scene, scene, path, path, ()))
     if not found:

@@ -165,7 +165,7 @@ class SourceSpec(StrictModel):
 
     @property
     def size_key(self) -> str | None:
-        """The key of the size that the rocks of this source have; None if they have that of `rock`."""
+        """The size key of this source: `diameter`, `mass` or `volume`; None if its rocks have the size in `rock`."""
         return next((name for name in SIZES if getattr(self, name) is not None), None)
 
     @property

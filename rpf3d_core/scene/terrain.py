@@ -110,7 +110,7 @@ class TerrainSpec(StrictModel):
 
     @model_validator(mode="after")
     def _as_benches_are(self) -> Self:
-        """Refuse what does not go with a slope of benches: another upward axis, a berm with the name of one of its."""
+        """Refuse keys that conflict with `benches`: another upward axis, or a berm with the name of a bench zone."""
         if self.benches is None:
             return self
         if self.up != "z":

@@ -80,7 +80,7 @@ def _moves_benches(steps: Steps) -> bool:
 
 
 def _places_of(scene: Scene) -> Iterator[str]:
-    """Yield the names of what a scene puts at coordinates on its terrain."""
+    """Yield the names of the parts of a scene that have coordinates on its terrain."""
     yield from (f"area {area.name}" for area in scene.areas_of_interest)
     barriers = scene.effects.barriers
     yield from () if barriers is None else (f"barrier {panel.name}" for panel in barriers.panels)

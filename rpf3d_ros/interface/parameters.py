@@ -144,9 +144,7 @@ class SimulatorParameters(InputParameters):
         "time (s) by which a stamp may be ahead of the node's clock; messages with later stamps are refused",
         0.0, 1e9,
     )  # fmt: skip
-    most_points: int = parameter(
-        MOST_POINTS, "largest number of points or vertices of a terrain", 4, LARGEST_COUNT
-    )
+    most_points: int = parameter(MOST_POINTS, "largest number of points or vertices of a terrain", 4, LARGEST_COUNT)
     equipment_radius: float = parameter(
         15.0, "radius (m) of the circle around each machine of areas/equipment", 0.1, 1e3
     )

@@ -52,7 +52,7 @@ def part_of(topic: str) -> str:
 
 
 class Inputs:
-    """The subscriptions of an active simulator node, and what is done with each message."""
+    """The subscriptions of an active simulator node, with a method for each kind of message."""
 
     def __init__(
         self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport,

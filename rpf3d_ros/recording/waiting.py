@@ -70,6 +70,6 @@ class HeldLines:
         self._waiting = None
 
     def rest(self) -> list[Read]:
-        """Return the held message, because nothing follows."""
+        """Return the message that still waits; call this at the end, when no message follows."""
         waiting, self._waiting = self._waiting, None
         return [waiting] if waiting is not None else []
