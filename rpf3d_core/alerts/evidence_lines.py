@@ -80,7 +80,7 @@ def origin_of(content: dict[str, Any] | None) -> Origin | None:
 
 
 def _written(value: Any) -> Any:
-    """Return a value in a form that JSON can hold: NaN and infinity as text."""
+    """Return a value as a type that JSON supports: NaN and infinity as text."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -54,7 +54,7 @@ class Separation(NamedTuple):
 
 @routine
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
-    """Return the row of the corner that lies least far in the direction n (3,), the first one if several do."""
+    """Return the first row whose corner lies least far in the direction n (3,)."""
     best, row = math.inf, first
     for i in range(first, last):
         height = n[0] * corners[i, 0] + n[1] * corners[i, 1] + n[2] * corners[i, 2]
