@@ -84,7 +84,7 @@ The **total** is the sum of the first three, because a systematic and a random e
 has the geometric error 0. For each scene, a line below names the cheapest setting among events and steps, over all
 measured terrains. To use a coarser terrain, you must make it. The parametric error is not in the total, because no
 setting reduces it: if it is above the target, `rpf3d cost` and `run --accuracy` say that rocks cannot buy the target.
-The largest of the four says what to spend on next: more rocks, a finer survey, or a calibration.
+The largest of the four shows what to improve next: more rocks, a finer survey, or a calibration.
 
 ## What do the columns mean?
 | column | meaning |

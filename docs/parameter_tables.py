@@ -26,7 +26,7 @@ KINDS = {
     "rpf3d_alarm_bridge": AlarmBridgeParameters,
 }
 SCENE = "scene"
-BOUNDS = {"gt": "above {:g}", "ge": "from {:g}", "lt": "below {:g}", "le": "to {:g}"}
+BOUNDS = {"gt": "above {:g}", "ge": "from {:g}", "lt": "to below {:g}", "le": "to {:g}"}
 BEGIN, END = "<!-- parameters: {} -->\n", "<!-- end -->"
 """Comments before and after each table; this program writes the lines between them."""
 

@@ -59,8 +59,8 @@ assigned to points in turn. They start evenly along a line, and evenly over the 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
 
-A source with `diameter`, `mass` or `volume` has rocks of this size, all others those of `rock`. Density and shape are
-those of `rock` everywhere. The live node refuses such a file, for its sources come in messages.
+A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in `rock`. All
+sources use the density and shape in `rock`. The live node refuses such a file, because it receives sources in messages.
 """
 PIT = "Lengths are in m, angles in degrees."
 BENCHES = """\
@@ -116,7 +116,7 @@ of cells; NODATA is a hole. Maps have the reference system `crs`; if GeoTIFF fil
 """
 SCENE = f"""\
 - `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` does not ask for
-  friction; `rolling_stone` has a `stop_speed` of its own.
+  friction; `rolling_stone` has a separate `stop_speed`.
 - `smallest_bounce`: when a bounce would rise less than this height, the remaining bounces are summed in closed form,
   or end, depending on the rebound model ([why](../explanation/physics.md#the-end-of-bouncing)).
 - `max_time` and `max_impacts` end a rock that still moves, with the outcome of the same name.
@@ -302,7 +302,7 @@ def default_of(field: Any) -> str:
         made = field.default_factory()
         if isinstance(made, model_keys.OneOf):
             return f"`{made.name}`"
-        return "its own defaults" if isinstance(made, BaseModel) else "none"
+        return "the defaults of its keys" if isinstance(made, BaseModel) else "none"
     if field.default is PydanticUndefined:
         return "must be given"
     return "none" if field.default in (None, ()) else f"`{plain(field.default)}`"

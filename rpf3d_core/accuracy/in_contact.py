@@ -29,7 +29,7 @@ class InContact(NamedTuple):
     """The measured error and cost of one accuracy of the contact.
 
     accuracy : m; rocks : number of rocks; seconds_per_1000 : s of one core for 1,000 rocks
-    off : difference from the result of the same rocks with the finest accuracy
+    off : difference from the result of the same rocks with the smallest `accuracy`
     """
 
     accuracy: float

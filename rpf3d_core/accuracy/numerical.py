@@ -102,7 +102,7 @@ def stepped_answers(
 ) -> Iterator[Measured]:
     """Yield the error and the cost of each fixed-step setting, compared with exact contacts for the same rocks.
 
-    exact : result of all releases by events
+    exact : result of all releases with exact events
     """
     # VTK's own locator over the same terrain: only this measurement needs it, to time the thesis' way.
     by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))

@@ -197,7 +197,7 @@ def ordinal(number: int) -> str:
 
 
 def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
-    """Return the tables of a price list, each as header and rows; that of the unknowns only if there are any."""
+    """Return the tables of a price list, each as header and rows; without unknowns their table is left out."""
     unknowns = [(PARAMETRIC_HEADER, parametric_rows(prices))] if prices.parametric else []
     return [
         (NUMERICAL_HEADER, numerical_rows(prices)),

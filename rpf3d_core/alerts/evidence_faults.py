@@ -119,7 +119,7 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
 
 
 def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
-    """Yield a fault for a predictive interval that does not hold the sampling interval, or has no parameter sets."""
+    """Yield a fault for a predictive interval that does not contain the sampling interval, or has no parameter sets."""
     low, high = area.predictive_low, area.predictive_high
     if area.sets < 0 or (low is None) != (high is None) or (low is not None and area.sets == 0):
         yield f"a predictive interval from {low} to {high} over {area.sets} parameter sets cannot be"

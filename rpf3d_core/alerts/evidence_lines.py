@@ -72,7 +72,7 @@ def _origins(content: dict[str, Any] | None) -> Origins | None:
 
 
 def origin_of(content: dict[str, Any] | None) -> Origin | None:
-    """Return the origin that `origin_content` wrote."""
+    """Return an origin from the plain values that `origin_content` made."""
     if content is None:
         return None
     x, y, z = (_read(value) for value in content["place"])
@@ -80,7 +80,7 @@ def origin_of(content: dict[str, Any] | None) -> Origin | None:
 
 
 def _written(value: Any) -> Any:
-    """Return a value in a form that JSON can hold: NaN and infinity as text."""
+    """Return a value as a type that JSON supports: NaN and infinity as text."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -107,7 +107,7 @@ def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
 
 
 def _is_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if `upper_end` is that of the predictive interval."""
+    """True if `upper_end` is the upper end of the predictive interval."""
     return terms.interval == "predictive" and area.predictive_high is not None
 
 
@@ -123,7 +123,7 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 
 
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Yield the energy and the first arrival over unknown ground that no limit is reached by, with their ends.
+    """Yield a text about the energy and one about the first arrival of an area in which no limit is reached.
 
     Only figures for which the area has limits; none without unknowns.
     """
@@ -189,7 +189,7 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
-    """Return the energies (J) that are compared with a limit: of all rocks, and the upper end over parameter sets.
+    """Return the energies (J) that are compared with a limit: one of all rocks, one upper end over parameter sets.
 
     Empty if no rock reached the area. The upper end is left out if the site compares sampling intervals. The energy of
     all rocks is compared always, so that a wrong upper end hides no danger.

@@ -107,7 +107,7 @@ class DecisionLog:
         return self.head
 
     def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
-        """Write all lines to disk, or none; write the thresholds first if the file does not hold them.
+        """Write all lines to disk, or none; write the thresholds first if the file does not contain them.
 
         Raises OSError if the lines are not on disk.
         """

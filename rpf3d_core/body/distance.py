@@ -61,7 +61,7 @@ def _height(corners: Any, row: int, n: Vec) -> float:
 
 @kernel
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
-    """Return the row of the corner that lies least far in the direction n (3,), the first one if several do.
+    """Return the first row whose corner lies least far in the direction n (3,).
 
     Two searches run side by side, each over every second corner, so that neither waits for the other's comparison.
     """

@@ -20,8 +20,8 @@ The steps converge quadratically: the step from an error of NEARLY ends with rou
 def one_point(row: Any, u: Vec, mu: float) -> Vec:
     """Return the impulse (normal, tangent, tangent) m/s at one contact after which the contact does not approach.
 
-    row : of the solver (`contacts.prepare`); u : velocity of the contact without this impulse, in local axes (m/s)
-    mu : friction (-)
+    row : row of the contact in the solver (`contacts.prepare`); mu : friction (-)
+    u : velocity of the contact without this impulse, in local axes (m/s)
 
     The impulse obeys Signorini's and Coulomb's law: no normal velocity if it presses; a tangential velocity of 0 if it
     lies inside the friction cone; else it lies on the cone, opposite to the tangential velocity. If the velocity has

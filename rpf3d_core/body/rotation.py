@@ -142,9 +142,11 @@ def is_steady(moments: Vec, w: Vec) -> bool:
 
 @kernel
 def beyond_separatrix(moments: Vec, w: Vec) -> float:
-    """Return L^2 - 2 T I2, with all digits although its two terms may cancel; 0 on the separatrix.
+    """Return L^2 - 2 T I2 without cancellation error.
 
-    The unit is that of the moments squared, times (rad/s)^2.
+    The result is positive if the spin circles the axis of the largest moment of inertia, negative for the smallest,
+    and 0 on the boundary between the two (separatrix). L : angular momentum; T : rotational energy; I2 : middle moment.
+    Unit: moments squared times (rad/s)^2.
     """
     a, c = moments[2] - moments[1], moments[1] - moments[0]
     x, y = moments[2] * a * w[2] * w[2], moments[0] * c * w[0] * w[0]

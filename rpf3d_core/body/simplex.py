@@ -22,7 +22,7 @@ class Vertex(NamedTuple):
 
 
 class Simplex(NamedTuple):
-    """The smallest simplex of given vertices that holds their nearest point v (3,) m to the origin.
+    """The smallest simplex of given vertices that contains their nearest point v (3,) m to the origin.
 
     size : number of vertices, 1 to 3 in the order a, b, c, or 4 if the origin lies inside a tetrahedron
     weights : shares (-) of a, b and c in v, none negative, with sum 1

@@ -68,7 +68,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _counts(alert: "Alert") -> str:
-    """Return what became of the acknowledgement of a decision, as the beginning of a sentence."""
+    """Return whether the acknowledgement of a decision took effect, as the beginning of a sentence."""
     if not alert.void:
         return "acknowledged by"
     waits = alert.acknowledgement in alert.waiting

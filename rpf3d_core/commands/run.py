@@ -152,7 +152,7 @@ def _print_barriers(run: "Run") -> None:
 
 
 def _print_open(run: "Run") -> None:
-    """Print where the answer of a run is surer than it can be, one line for each reason."""
+    """Print each reason why the result of a run may be too certain, one line each."""
     from rpf3d_core.results.overconfidence import surer_than_it_may_be
 
     if sentences := surer_than_it_may_be(run):

@@ -84,7 +84,7 @@ class Desk:
         self.runner.close()
 
     def _actions(self) -> Actions:
-        """Return what the page calls; every refusal becomes a message on it."""
+        """Return the functions that the page calls; every refusal becomes a message on the page."""
         return Actions(**{
             name: self._told(getattr(self, f"_{name}")) for name in Actions._fields
         })  # fmt: skip
@@ -227,7 +227,7 @@ class Desk:
             self.view.push_camera()
 
     def _results(self, run: Run, last: bool) -> None:
-        """Take results in the thread that flies; they are laid out there, because the run goes on afterwards."""
+        """Prepare results for display, in the thread that simulates, because the run changes them afterwards."""
         shown, layer = self.shown.laid_out(run), self.state.layer
         values = {"benches": bench_section(run), "progress": progress_words(run, last), "notes": run_notes(run)}
 

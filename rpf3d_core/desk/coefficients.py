@@ -52,12 +52,12 @@ def coefficient_text(value: Any) -> str:
 
 
 def coefficient_of(text: str) -> Any:
-    """Return the value of a scene for what the user typed; a range is a value that is unknown within its ends.
+    """Return the scene value that the text of a user stands for; a range gives a value that is unknown within it.
 
     Raises
     ------
     InputError
-        The text is none of a number, a range, a word and a mapping.
+        The text is not a number, a range, a word or a mapping.
     """
     if found := RANGE.fullmatch(text):
         low, high = (float(end) for end in found.groups())

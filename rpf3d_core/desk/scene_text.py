@@ -75,7 +75,7 @@ def with_value(text: str, path: Sequence[str], value: Any) -> str:
 
 
 def without_value(text: str, path: Sequence[str]) -> str:
-    """Return the text without a key, so that its default holds; unchanged if the key is not there."""
+    """Return the text of a scene without a key, so that the key has its default; unchanged if the key is not there."""
 
     def parent(scene: Any) -> Any:
         for key in path[:-1]:

@@ -56,7 +56,7 @@ class Block(NamedTuple):
 
 
 class Buckets(NamedTuple):
-    """For each cell of a grid, the facets that a search must test there: cell k holds ids[starts[k] : starts[k + 1]].
+    """For each cell of a grid, the facets that a search must test there: for cell k, ids[starts[k] : starts[k + 1]].
 
     starts : (nx ny + 1,); ids : (E,) numbers of facets, in ascending order within a bucket until a patch is applied
     boxes : (E,) uint32, the part of the cell that each facet may lie over (`packed_box`)

@@ -72,7 +72,10 @@ def sees_nothing(contact: object) -> tuple[float, float]:
 
 @sight.rule(Contact)
 def seen(contact: Contact) -> tuple[float, float]:
-    """Return the time of the contact as the share, because a line of sight takes one second, and the contact's side."""
+    """Return the share of a line of sight before a contact, and the side of the contact.
+
+    The share is the time of the contact, because an arc along a line of sight takes one second.
+    """
     return (contact.t if contact.t <= 1.0 else math.inf), contact.side
 
 

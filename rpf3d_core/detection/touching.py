@@ -33,7 +33,7 @@ class Against(NamedTuple):
     The vector may be a velocity or a force. The contact is the one whose normal points most against it.
 
     x : (3,) m, centre of the sphere; v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
-    radius : of the sphere (m); noise : rounding of `way`, in the unit of `way`
+    radius : radius of the sphere (m); noise : rounding of `way`, in the unit of `way`
 
     A contact does not count if the sphere moves away from it. The interior of a facet counts only if the sphere stays
     on the facet.
@@ -157,7 +157,7 @@ def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
 
 @kernel
 def lesser(best: Touch, other: Touch) -> Touch:
-    """Return the better of two search results: the smaller `t`.
+    """Return the search result with the earlier contact (smaller `t`) of two.
 
     Ties go to the larger normal, then the smaller facet number.
     """

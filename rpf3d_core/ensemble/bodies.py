@@ -20,8 +20,8 @@ WHY_STOPPED = ("standing", "held", "slow", "leaning")
 class DrawnBody:
     """Rocks with a shape, of one density (kg/m3).
 
-    size : the size of the rocks, a `Rock`, `DrawnRock` or `SourceRocks`; None if each has the volume of its shape
-    volumes : (K,) m3, own volumes of the shapes; shares : (K,) weights of the shapes, summed up; the last is 1
+    size : the size of the rocks, a `Rock`, `DrawnRock` or `SourceRocks`; None if each rock has the volume of its shape
+    volumes : (K,) m3, volumes of the shapes as given; shares : (K,) weights of the shapes, summed up; the last is 1
     """
 
     density: float
@@ -53,7 +53,10 @@ def random_orientations(seed: int, source: ArrayLike, rocks: IntArray) -> FloatA
 
 
 def _orientation(share: float, turn: float, tilt: float) -> tuple[float, float, float, float]:
-    """Return one random orientation from three numbers in [0, 1); by `math`, whose bits hang on no array's length."""
+    """Return one random orientation from three numbers in [0, 1).
+
+    `math` is used because its bits do not depend on the length of an array.
+    """
     low, high = math.sqrt(1.0 - share), math.sqrt(share)
     a, b = 2.0 * math.pi * turn, 2.0 * math.pi * tilt
     return high * math.cos(b), low * math.sin(a), low * math.cos(a), high * math.sin(b)

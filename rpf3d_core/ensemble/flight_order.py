@@ -67,7 +67,7 @@ def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[Int
 def dealt(
     releases: Releases, workers: int, largest: int, smallest: int = SMALLEST_BATCH
 ) -> Iterator[list[IntArray]]:
-    """Yield the batches of each group of rocks, as arrays of rows; each group holds rocks of all sources and places.
+    """Yield the batches of each group of rocks, as arrays of rows; each group has rocks of all sources and places.
 
     The rows of a group are consecutive steps of the golden section: any number of such steps is spread evenly.
     """

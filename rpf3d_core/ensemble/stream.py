@@ -199,7 +199,7 @@ def taken(releases: Releases, rows: IntArray) -> Releases:
 
 
 def _joined(parts: Sequence[Releases]) -> Releases:
-    """Return several releases joined into one, one after another; empty ones need not have all columns."""
+    """Return several releases joined in order into one; releases without rocks need not have all columns."""
     columns = [_columns(part) for part in parts if len(part.x)] or [_columns(part) for part in parts[:1]]
     return Releases(**{name: np.concatenate([part[name] for part in columns]) for name in columns[0]})
 

@@ -2,7 +2,7 @@
 
     python -m rpf3d_core.formats.apart_child rpf3d_core.formats.vtk_files:read_here terrain.vtp arrays.npz
 
-If the file is refused, the process prints the reason on standard output, and the exit code is 2.
+If the file is refused, the process prints the reason on standard output and ends with exit code 2.
 """
 
 import sys

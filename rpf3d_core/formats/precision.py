@@ -17,7 +17,7 @@ MOST_FACETS = 100_000
 
 
 def lost_precision(path: Path, surface: FileMesh) -> str | None:
-    """Return a sentence on how many metres single precision lost, and what to do; None if too little to matter."""
+    """Return a sentence with the error (m) due to single precision, and what to do; None if the error is negligible."""
     step = _steps(surface)
     loss, edge = 0.5 * float(np.linalg.norm(step)), _median_edge(surface)
     if loss <= LEAST_LOSS * edge:

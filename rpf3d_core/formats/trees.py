@@ -45,7 +45,7 @@ def read_trees(path: Path, up: Up) -> list[Tree]:
     Raises
     ------
     InputError
-        The file cannot be read, has no tree, or has a wrong value; names the line and the value.
+        The file cannot be read, has no tree, or has a wrong value; the message names the line and the value.
     """
     rows = list(rows_of(path, text_of(path)))
     if rows and not any(NUMBER.fullmatch(cell) for cell in rows[0].cells):

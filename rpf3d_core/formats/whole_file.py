@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 def read_whole(path: Path, reader: Callable[[Path], T]) -> T:
-    """Return what a reader finds in a file.
+    """Read a whole file with a reader, and return the result of the reader.
 
     Raises
     ------

@@ -170,7 +170,7 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
 
 
 def parse_yaml(text: str, path: Path, kind: str = "scene") -> Document:
-    """Return the text of a YAML file of one document as `read_yaml` does; messages show `path` as its file."""
+    """Parse the text of a YAML file with one document, like `read_yaml`; messages name `path` as the file."""
     try:
         return _document(text, kind)
     except yaml.YAMLError as error:

@@ -19,7 +19,7 @@ DOUBLINGS = 2
 
 @dataclass(frozen=True)
 class Place:
-    """The results in one zone or area of interest, from which it is decided if more rocks must fly.
+    """The results in one zone or area of interest, which decide whether more rocks must fly.
 
     reached, stopped : shares of all rocks (-); half_width : half the width of the wider of their 95 % intervals (-)
     energy_p95 : J, None for fewer than 20 rocks

@@ -48,10 +48,10 @@ class DisplacedFigures:
 
 
 class DisplacedTally:
-    """Counts what each parameter set does with displaced paths; its calls are those of `hazard.sets.SetTally`."""
+    """Counts what each parameter set does with displaced paths; it has the same methods as `hazard.sets.SetTally`."""
 
     def __init__(self, moves: FloatArray, tallies: Tallies, engine: Engine) -> None:
-        """Begin without rocks; moves : (S, 2) m; tallies : those of the run, which stay unchanged."""
+        """Begin without rocks; moves : displacement (S, 2) m of each set; tallies : counts of the run, not changed."""
         self._moves, self._engine = moves, engine
         self._tallies = tallies_of_places(tallies)
         self._zones = PlaceTally(self._tallies.zones, len(moves))
@@ -143,7 +143,7 @@ def zones_in_plan(facets: Facets, zones: int) -> NDArray[np.bool_]:
 
 
 def _in_plan(moved: PlaceCounts, unmoved: PlaceCounts, known: NDArray[np.bool_]) -> PlaceCounts:
-    """Return the counts of moved rocks in the places (P,) that are known in plan, else those of unmoved rocks."""
+    """Return the counts (P,) of displaced rocks in places with an area in plan, and of undisplaced rocks elsewhere."""
     return PlaceCounts(
         reached=np.where(known, moved.reached, unmoved.reached),
         stopped=np.where(known, moved.stopped, unmoved.stopped),

@@ -40,7 +40,7 @@ def without_passages(layers: Layers) -> Layers:
 
 
 def _edges(tally: CellTally, q: int) -> FloatArray:
-    """Return the edges of the bins of quantity number q, with merged bins; speeds without bins use those of energy."""
+    """Return the edges of the bins of quantity q, after merging; speeds without bins use the bins of energies."""
     top, bins, per_octave = tally.scales
     if bins[q] == 0:
         return top[q] * np.sqrt(_edges(tally, ENERGY) / top[ENERGY])

@@ -103,7 +103,7 @@ class PlaceTally:
 
 
 def less(after: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
-    """Return what has been added to counts (N,) or (N, B), of whose rows the first were there before."""
+    """Return counts (N,) or (N, B) minus earlier counts, which may have fewer rows."""
     new = after.copy()
     new[: len(before)] -= before
     return new

@@ -203,11 +203,11 @@ class SetTally:
         return self._tallies if self._displaced is None else self._displaced.watch_of(number, self._tallies)
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return the function that takes the results of a set's rocks, and passes them on to `sink`."""
+        """Return the function that receives the results of a set's rocks, and passes them on to `sink`."""
         return sink if self._displaced is None else self._displaced.sink_of(number, sink)
 
     def end(self, number: int) -> None:
-        """Add what has been counted since the last call to a set, after its rocks have flown."""
+        """Add the counts since the last call to a parameter set; call this after the rocks of the set have flown."""
         squares = self._tallies.squares
         after = squares.slots.lines.short[: squares.used, LINE_ROCKS].copy()
         self._cells[number] = _sum(self._cells[number], less(after, self._before))
@@ -218,7 +218,7 @@ class SetTally:
             self._displaced.end(number)
 
     def figures(self) -> SetFigures:
-        """Return what the sets did so far."""
+        """Return the counts and percentiles of all parameter sets so far."""
         order = self._tallies.squares.slots.cell
         reached = [(np.flatnonzero(counts), counts) for counts in self._cells]
         zones = self._zones.counts()

@@ -1,7 +1,7 @@
 """Count what all rocks did in the cells of one kind: map cells, facets, zones or areas of interest.
 
-A tally holds only counts, largest or smallest values, and sums of whole numbers. So the order in which visits are added
-changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
+A tally contains only counts, largest or smallest values, and sums of whole numbers. So the order in which visits are
+added changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
 
 The cost of a visit depends on the memory that it touches. So the counts and sums of a cell fill one cache line
 (`walks/cache_lines.py`), bins are bytes, and lines are prefetched. Overflows of a byte are carried (`carries.py`).

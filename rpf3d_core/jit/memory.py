@@ -40,7 +40,7 @@ def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
 class Kept:
     """A `Memory` that returns the same array again for a name: a new survey reuses the memory of an old one.
 
-    Two users must not share it at the same time.
+    Two users must not share one `Kept` at the same time.
     """
 
     def __init__(self) -> None:

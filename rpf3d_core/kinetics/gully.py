@@ -86,7 +86,7 @@ def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec
 
 @kernel
 def _in_sense(direction: Vec, v: Vec) -> Vec:
-    """Return `direction` or its reverse: the one along the velocity v, in which a rock slides along a gully.
+    """Return the direction in which a rock with velocity v slides along a gully: `direction` or its reverse.
 
     The result points downwards if v is perpendicular to it.
     """

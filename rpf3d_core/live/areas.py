@@ -48,10 +48,10 @@ FEWEST_CORNERS = 3
 
 @dataclass(frozen=True, eq=False)
 class AreaOutline:
-    """An area of interest, prepared for many comparisons with places.
+    """An area of interest, prepared for many tests whether a place is inside.
 
-    rings : its rings as polygons, a place in an odd number of them is inside; hull : (H, 2) m, corners of its convex
-    hull
+    rings : rings of the area as polygons; a place inside an odd number of rings is inside the area
+    hull : (H, 2) m, corners of the convex hull of the area
     """
 
     rings: Sequence[shapely.Polygon]

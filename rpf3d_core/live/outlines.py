@@ -31,7 +31,7 @@ class KnownOutline(NamedTuple):
 
 
 class WatchedOutlines:
-    """The outlines of all areas that are watched: the present one of each, and those before it."""
+    """The outlines of all watched areas: the present and the former outlines of each."""
 
     def __init__(self) -> None:
         self._known: dict[str, list[KnownOutline]] = {}

@@ -68,7 +68,7 @@ def with_patch(
 
 
 def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArray[np.int64], FloatArray]:
-    """Place the added vertices.
+    """Write a patch's new vertices into the vertex array: first into its free rows, then at the end.
 
     Return the added triangles (S, 3) with final vertex numbers, and all vertices (V, 3) m.
     """

@@ -171,5 +171,5 @@ def _corners(vertices: FloatArray, triangles: Any) -> FloatArray:
 
 
 def _lines(vertices: FloatArray, edges: IntArray | NDArray[np.int64]) -> FloatArray:
-    """Return edges (E, 2) as triangles without area (E, 9) m, so that functions for triangles can take them."""
+    """Return edges (E, 2) as triangles without area (E, 9) m, so that functions for triangles accept them."""
     return _corners(vertices, edges[:, [0, 1, 1]])

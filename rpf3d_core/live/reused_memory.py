@@ -63,7 +63,7 @@ class Rooms:
 
     @contextmanager
     def free_one(self) -> Iterator[Room]:
-        """Give an unused memory set to build a ground in; a new one if all are in use."""
+        """Return an unused set of memory for building a terrain; a new set if all are in use."""
         with self._lock:
             free = [room for room in self._rooms if room.free]
             self._rooms = [room for room in self._rooms if room not in free[SETS:]]

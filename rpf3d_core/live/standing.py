@@ -192,7 +192,7 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
 def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
     """Return what the simulation of a scene over a terrain needs, and the parameter sets of the scene.
 
-    The parameter sets are None if the scene has no unknowns; otherwise the first result is that of the first set.
+    The parameter sets are None if the scene has no unknowns; otherwise the settings are for the first set.
     """
     flight = scene_flight(scene, terrain)
     sets = live_sets(scene, terrain, flight)

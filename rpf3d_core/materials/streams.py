@@ -98,7 +98,7 @@ def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> f
 
     This is the version of `uniform` for the engines.
 
-    seed : 0 <= seed < 2^63; stream : a purpose + ZONES times a zone; number : of an impact, or 0
+    seed : 0 <= seed < 2^63; stream : a purpose + ZONES times a zone; number : number of the impact, or 0
     """
     return _uniform_of(rock, source, stream, number, seed & WORD, seed >> 32)
 

@@ -196,7 +196,10 @@ def log_scene(recording: Any, scene: RecordedScene, terrain: Terrain, summary: M
 def log_outcomes(
     recording: Any, names: Sequence[str], terrain: Terrain, deposits: Deposits, sentences: Mapping[Outcome, str]
 ) -> None:
-    """Write a log line about the end of each rock: outcome, sentence, zone and figures; at most LOGGED_ROCKS lines."""
+    """Write a log line about the end of each rock: outcome, sentence, zone and figures.
+
+    There are lines for at most LOGGED_ROCKS rocks, then one line with the number of the others.
+    """
     rr = import_rerun()
     order = np.argsort(deposits.t[:LOGGED_ROCKS], kind="stable")
     lines = [outcome_line(names, terrain, deposits, int(row), sentences) for row in order]

@@ -29,7 +29,7 @@ BLOCK_COLOUR = (196, 120, 62)
 
 
 def entity_of(deposits: Deposits, row: int) -> str:
-    """Return the part of the recording that holds the block of one rock; row : in `Deposits`."""
+    """Return the path in the recording of the block of one rock; row : row of the rock in `Deposits`."""
     return f"{BLOCKS}/{deposits.source[row]}/{deposits.rock[row]}"
 
 

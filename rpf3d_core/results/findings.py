@@ -19,7 +19,7 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 class Run:
     """The result of a run: the prepared scene, and what its rocks did; from it, the result folder is written.
 
-    flights : of all rocks or, if the run was written to disk, of the rocks that are drawn, an even selection
+    flights : flights of all rocks or, if the run was written to disk, of an even selection that is drawn
     totals, maps : of all rocks flown
     planned : rocks that should fly; more than the rocks flown if the run was interrupted
     steps : convergence after each doubling if the scene has `rocks: auto`, else empty

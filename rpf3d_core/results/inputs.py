@@ -1,4 +1,4 @@
-"""Write inputs.json of a result: the scene as it was run, where its values come from, and the run's warnings.
+"""Write inputs.json of a result: the scene as it was run, the sources of its values, and the run's warnings.
 
 `rpf3d report` reads this file, so that a report needs the result folder only. Files of the scene are given by name.
 """

@@ -39,9 +39,9 @@ class RunCounts(NamedTuple):
         return f"{whole:,} {'rock' if whole == 1 else 'rocks'}{broken}"
 
     def describe_some(self, number: int) -> str:
-        """Return the number of rocks that a picture shows in words, for its title.
+        """Return how many rocks a picture shows, as text for its title, such as '100 of 1,000 rocks'.
 
-        And of all rocks if these are more.
+        number : rocks in the picture; the total is named only if it is larger
         """
         if number >= self.rocks:
             return self.describe()

@@ -94,7 +94,7 @@ def versions() -> dict[str, str | None]:
 
 
 def plain(value: Any) -> Any:
-    """Return a value in a form that JSON can hold: Python numbers, lists for arrays, None for NaN and infinity."""
+    """Return a value as a type that JSON supports: Python numbers, lists for arrays, None for NaN and infinity."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
@@ -187,7 +187,7 @@ def _barriers(maps: HazardMaps) -> dict[str, Any]:
 
 
 def _unknowns(findings: Run) -> dict[str, Any]:
-    """Return the parameter sets of a run over unknowns, and what its intervals mean; empty without unknowns."""
+    """Return the parameter sets of a run over unknowns, and the meaning of its intervals; empty without unknowns."""
     figures, spec = findings.maps.sets, findings.scene.unknowns
     if figures is None or spec is None:
         return {}

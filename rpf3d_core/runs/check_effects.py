@@ -60,7 +60,7 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
 
 
 def _without(flight: Flight, effects: list[object]) -> Flight:
-    """Return the flight settings with other effects, to fly without one of them."""
+    """Return the flight settings with these effects in place of all, to fly without one effect."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 
 

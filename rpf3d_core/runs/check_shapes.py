@@ -10,7 +10,7 @@ UNITS = {"diameter": "m", "mass": "kg", "volume": "m3"}
 
 
 def shapes_in_words(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each shape of a scene's rocks, then what was found in their files; empty for points.
+    """Return a sentence for each shape of a scene's rocks, then the findings about their files; empty for points.
 
     A shape has its volume (m3) only if rocks keep the size of their box or file; otherwise each rock has its own.
 

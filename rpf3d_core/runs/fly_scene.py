@@ -135,7 +135,7 @@ class _Flyer:
         return self.stream.fly(releases_in_ranges(self.prepared, ranges) for ranges in rocks.blocks())
 
     def figures(self) -> None:
-        """Return nothing, because there are no parameter sets."""
+        """Return None: a scene without unknowns has no figures of parameter sets."""
 
 
 def _flights_over_sets(prepared: Prepared) -> Any:

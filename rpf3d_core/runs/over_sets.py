@@ -108,7 +108,7 @@ class SetFlyer:
         return True
 
     def figures(self) -> SetFigures:
-        """Return what the parameter sets did."""
+        """Return the counts and percentiles of all parameter sets."""
         return self.tally.figures()
 
 

@@ -1,4 +1,4 @@
-"""The scene's key `calibration`: which values `rpf3d calibrate` determines, and what was observed beyond end points."""
+"""The scene's key `calibration`: which values `rpf3d calibrate` determines, and observations other than end points."""
 
 from collections.abc import Mapping
 from typing import Annotated, Self

@@ -63,8 +63,9 @@ class MatrixSpec(StrictModel):
     object_width: Number | None = Field(
         None,
         gt=0,
-        description="a width above 0 (m) across the rocks' way of what may be hit, a rock's diameter added: the "
-        "probabilities are then of hitting it and do not depend on the cell; or left out for those of reaching a cell",
+        description="a width above 0 (m) across the rocks' path: the width of an object plus the diameter of a rock. "
+        "Probabilities are then of hitting the object and do not depend on the cell; or left out for probabilities of "
+        "reaching a cell",
     )
 
     @model_validator(mode="after")
@@ -86,7 +87,8 @@ class HazardSpec(StrictModel):
     cell: Number | None = Field(
         None,
         ge=LEAST_CELL,
-        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for one that rocks fill",
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for a cell that "
+        "enough rocks reach for percentiles",
     )
     reach_levels: Shares = Field(
         REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"

@@ -53,10 +53,10 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return a scene without the coefficients and priors that replaced entries of the library gave its materials.
+    """Return the scene without what its materials took from library entries that the changes replace.
 
-    A prior stays if the new entry has one of the same coefficient, which replaces the prior in its place: the order of
-    priors is that of a scene file with the new entry.
+    These are the coefficients and priors of the former entry. A prior stays if the new entry has a range for the same
+    coefficient: the new range then takes its place, so the priors have the order of a scene file with the new entry.
     """
     of_materials = changes.get("materials", {})
     if isinstance(of_materials, _Value):
@@ -97,7 +97,9 @@ def _is_changed(changes: Any, steps: Steps) -> bool:
 
 
 def value_at(scene: Scene, path: str) -> Any:
-    """Return the value of a scene at a key path; of a path with `*`, the value at the first place it stands for.
+    """Return the value at a key path of a scene.
+
+    If the path has `*`, return the value at the first place that matches.
 
     Raises
     ------
@@ -116,7 +118,7 @@ def steps_to(scene: Scene, path: str) -> list[Steps]:
     Raises
     ------
     SceneError
-        The key path leads to no value of the scene; the message names the key that is missing and those there are.
+        The key path leads to no value of the scene; the message names the missing key and the existing keys.
     """
     found = list(_walk(scene, scene, path, path, ()))
     if not found:

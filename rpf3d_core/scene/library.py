@@ -62,7 +62,7 @@ def _own_priors(scene: Mapping[str, Any]) -> set[str]:
 
 
 def _middle(coefficient: Any) -> Any:
-    """Return the number that stands for a coefficient while a prior of the scene gives its values."""
+    """Return the middle of a coefficient's range, a placeholder for the values that a prior gives."""
     if not isinstance(coefficient, Mapping):
         return coefficient
     prior = coefficient[PRIOR]
@@ -93,9 +93,9 @@ def published_ranges(name: Any) -> Mapping[str, Any]:
 
 
 def keys_of_entry(material: Any, name: str, priors: Mapping[str, PriorSpec], scene: Mapping[str, Any]) -> set[str]:
-    """Return the coefficients of a checked material that are those of its entry of the library, by their keys.
+    """Return the keys of the coefficients that a checked material took from its library entry.
 
-    A coefficient that the scene states itself, with another number or range than the entry, is not among them.
+    A coefficient for which the scene gives another number or range than the entry is not included.
 
     material : with the name of an entry; name : of the material; priors : those of the scene, by key path
     scene : as in `ranges_of`

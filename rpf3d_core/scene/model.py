@@ -250,7 +250,7 @@ class Scene(StrictModel):
         return self
 
     def _check_contact(self) -> None:
-        """Refuse a contact model that is not that of the shape, and a rebound model of rocks that have a size."""
+        """Refuse a contact model for another shape, and a rebound model for rocks that have a size."""
         if self.contact is not None and self.rock.shape is None:
             raise refuse("is for spheres and rocks with a shape, and `rock.shape` is point", "contact")
         ours = COULOMB_SPHERE if self.rock.is_sphere else "rigid"

@@ -211,7 +211,7 @@ def _with_sphere(scene: Scene, rebound: dict[str, Any]) -> dict[str, Any]:
 
 
 def _given(values: dict[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
-    """Return a section of a scene without those of the named keys that are None."""
+    """Return a section of a scene without the named keys whose value is None."""
     return {key: value for key, value in values.items() if key not in keys or value is not None}
 
 

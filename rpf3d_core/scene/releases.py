@@ -165,7 +165,7 @@ class SourceSpec(StrictModel):
 
     @property
     def size_key(self) -> str | None:
-        """The key of the size that the rocks of this source have; None if they have that of `rock`."""
+        """The size key of this source: `diameter`, `mass` or `volume`; None if its rocks have the size in `rock`."""
         return next((name for name in SIZES if getattr(self, name) is not None), None)
 
     @property
@@ -214,7 +214,7 @@ def with_heights(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _with_heights(source: Any, axis: int) -> Any:
-    """Return the values of a source with a 0 in each of its points in plan; axis : where the height stands."""
+    """Return the values of a source with height 0 added to each point in plan; axis : index of the height."""
     if not isinstance(source, Mapping) or source.get("above_ground") is None:
         return source
     points = {key: source[key] for key in ("points", "line") if isinstance(source.get(key), list | tuple)}

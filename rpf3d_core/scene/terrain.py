@@ -106,7 +106,7 @@ class TerrainSpec(StrictModel):
     )  # fmt: skip
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
     crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
-                             "or left out for that of GeoTIFF files")  # fmt: skip
+                             "or left out for the system of GeoTIFF files")  # fmt: skip
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
@@ -115,7 +115,7 @@ class TerrainSpec(StrictModel):
 
     @model_validator(mode="after")
     def _as_benches_are(self) -> Self:
-        """Refuse what does not go with a slope of benches: another upward axis, a berm with the name of one of its."""
+        """Refuse keys that conflict with `benches`: another upward axis, or a berm with the name of a bench zone."""
         if self.benches is None:
             return self
         if self.up != "z":

@@ -69,8 +69,9 @@ class UnknownsSpec(StrictModel):
         "a column for each key path, and `weight`",
     )  # fmt: skip
     misfit: Number | None = Field(
-        None, ge=0, description="a length (m) >= 0, by how much observed stops differ from the model's beyond its own "
-        "spread, as a calibration found; predictive intervals hold it",
+        None, ge=0, description="a length (m) >= 0, the error of the model that a calibration estimated: the "
+        "difference between observed and simulated stops that the simulated spread does not explain; predictive "
+        "intervals include it",
     )  # fmt: skip
 
     @property

@@ -37,7 +37,7 @@ class Compared:
 
 
 def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared:
-    """Return what a sensitivity of a scene compares: areas of interest, or zones where there are none; runout, energy.
+    """Return the results that a sensitivity analysis compares: shares of areas (or zones), runout and energy.
 
     Raises
     ------

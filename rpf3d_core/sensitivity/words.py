@@ -37,7 +37,7 @@ def sentence_of(found: Sensitivity, result: int) -> str:
 
 
 def is_clear(found: Sensitivity, result: int) -> bool:
-    """Return whether the interval of the decisive unknown's effect lies above those of all other unknowns."""
+    """Return whether one unknown clearly decides a result: the interval of its effect lies above all others."""
     unknown = decisive(found, result)
     if unknown is None or len(found.names) == 1:
         return True

@@ -109,13 +109,15 @@ def _is_northing_first(box: Box) -> bool:
 
 
 def _is_turned_over(faults: FaultReport) -> bool:
-    """True if nearly all facets with an area were turned over, as those of a mirrored terrain are."""
+    """True if nearly all facets with an area were turned over, as in a mirrored terrain."""
     of = faults.triangles - faults.zero_area_facets
     return faults.flipped_facets > 0 and faults.flipped_facets >= NEARLY_ALL * of
 
 
 def _are_axes_known(terrain: Extent, others: Sequence[Extent], up: str) -> bool:
-    """True if coordinates show which axis points north: those of the terrain, or of a file that fits in one way only.
+    """True if coordinates show which axis points north.
+
+    The coordinates of the terrain may show this, or a file that lies on the terrain in one orientation only.
 
     Coordinates in the scene show nothing, because `rpf3d new` takes them from the terrain.
     """
@@ -132,7 +134,7 @@ def _swapped(box: Box) -> Box:
 
 
 def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None) -> Iterator[str]:
-    """Yield a sentence for each file that states a reference system, if that of the terrain is not known."""
+    """Yield a sentence for each file with a reference system, if the terrain's reference system is not known."""
     if crs is None:
         stated = {other.crs: other for other in others if other.crs is not None and not is_in_degrees(other.crs)}
         for system, other in stated.items():

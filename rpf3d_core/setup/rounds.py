@@ -118,7 +118,7 @@ def growing_rounds(counts: Sequence[int], points: Sequence[int], first: int, set
 
 
 def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
-    """Return the number of rocks of a first round: about one rock of each source, and of each set for each source."""
+    """Return the total number of rocks of a first round: about one per source, or one per source and parameter set."""
     flying, total = [n for n in counts if n], sum(counts)
     least = max(first, len(flying))
     if not sets:

@@ -15,12 +15,12 @@ from rpf3d_core.shapes.table import ShapeTable, shape_table
 
 
 def polyhedra_of(scene: Scene) -> tuple[list[Polyhedron], list[str]]:
-    """Return the polyhedra of a scene's rocks, and what was found in their files, as sentences.
+    """Return the polyhedra of a scene's rocks, and the findings about their files as sentences.
 
     Raises
     ------
     InputError
-        A file holds no usable block; the message names the key.
+        A file has no usable block; the message names the key.
     """
     shape = scene.rock.shape
     if shape is None:
@@ -62,7 +62,7 @@ def weights_of(scene: Scene, shapes: int) -> tuple[float, ...]:
 
 
 def rock_of_scene(scene: Scene) -> AnyRock:
-    """Return the rocks of a scene: equal ones, or a description from which size and shape are drawn.
+    """Return the rocks of a scene: one rock for all, or distributions from which size and shape are drawn.
 
     Raises
     ------

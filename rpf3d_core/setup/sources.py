@@ -181,7 +181,11 @@ def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> ReleaseTrian
 
 
 def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
-    """Return the facets of a source's zone that are steep enough, on which its rocks start."""
+    """Return the facets on which the rocks of a source start.
+
+    These are the facets of its zone that are steeper than `steeper_than_deg`, or all facets of the zone if this key is
+    not set.
+    """
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg
     fits = np.array([name == pattern or fnmatchcase(name, pattern) for name in terrain.zones])
@@ -220,7 +224,7 @@ def source_outline(scene: Scene, number: int) -> MultiPolygon:
 
 
 def _refused(scene: Scene, number: int, key: str, sentence: str) -> InputError:
-    """Return the error for a wrong value of a source, with the key of the value."""
+    """Return the error for a wrong value of a source; the message names the key."""
     return InputError(f"{scene.path}: `sources[{number}].{key}` {sentence}")
 
 

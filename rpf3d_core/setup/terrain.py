@@ -88,7 +88,7 @@ def _extension(path: Path) -> str:
 
 
 def _raw_terrain(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
-    """Return the terrain of files, or a made one; the names of the files; and remarks on what the files lost."""
+    """Return the terrain, read or synthetic; the names of its files; and remarks on what was left out of the files."""
     if spec.pit is not None:
         return pit_terrain(spec.pit), ("synthetic pit",), ()
     if spec.benches is not None:

@@ -162,9 +162,9 @@ def _hull_triangles(points: FloatArray) -> tuple[Triangles, Triangles, FloatArra
 
 
 def _wrong_way(triangles: list[list[int]], neighbours: list[list[int]], first: int, wrong: bool) -> NDArray[np.bool_]:
-    """Return for each triangle whether it is clockwise from outside, which is known for one triangle.
+    """Return for each triangle whether it is clockwise from outside, starting from one triangle where this is known.
 
-    Narrow triangles have no reliable normal of their own, so the direction is passed from neighbour to neighbour.
+    Narrow triangles have no reliable normal, so the direction is passed from neighbour to neighbour.
     """
     found = {first: wrong}
     waiting = [first]

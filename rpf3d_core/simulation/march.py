@@ -71,7 +71,7 @@ def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, re
     """Simulate one rock from its release to its outcome; return its last state.
 
     locator : contact search of either engine; rock : the rock's data that models may need
-    record : holds the rows for impacts and path segments
+    record : memory for the rows of impacts and path segments
     """
     state = checked(released(motion), released(motion))
     while state.outcome == MOVING:

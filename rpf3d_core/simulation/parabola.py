@@ -26,7 +26,7 @@ The repeated flight may take a little longer than the first one.
 
 
 class FlightSegment(NamedTuple):
-    """A parabola that a rock has flown for t seconds, and what ends it.
+    """A parabola that a rock has flown for t seconds, and the event that ends it.
 
     start : motion at the beginning; longest : s for which the parabola may replace the flight through the air
     left : s from the beginning until max_time

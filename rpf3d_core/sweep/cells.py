@@ -39,7 +39,7 @@ class Cell(NamedTuple):
 
 
 def value_text(value: Any) -> str:
-    """Return a value of a key as text, as a scene file may have it."""
+    """Return a value of a key as text in the notation of a scene file, such as `{mean: 1, sd: 0.1}`."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {value_text(item)}" for key, item in value.items()) + "}"
     return f"[{', '.join(map(value_text, value))}]" if isinstance(value, list | tuple) else str(value)

@@ -1,4 +1,4 @@
-"""The figures of a cell: what its run found in each place, with both intervals, in a form that JSON can hold."""
+"""The figures of a cell: the results of its run in each place, with both intervals, as plain values for JSON."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -96,7 +96,10 @@ def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
 
 
 def _figure(what: tuple[str, str, str, str], value: Any, predictive: Any, sampling: Any) -> Figure:
-    """Return a figure; what : result, kind, place and unit; predictive, sampling : both ends each, or None."""
+    """Return a figure with its intervals.
+
+    what : result, kind, place and unit; predictive, sampling : lower and upper end of the interval, or None
+    """
     result, kind, place, unit = what
     wide, narrow = _pair(predictive), _pair(sampling)
     is_predictive = wide != UNKNOWN

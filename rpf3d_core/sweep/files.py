@@ -83,7 +83,7 @@ def _marked(panel: Panel) -> Panel:
 
 
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
-    """Return the panel of a place: the share retained, or the share that reached it if it holds nearly all of them."""
+    """Return the panel of a place: the share retained, or the share that reached it if the place retains nearly all."""
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
     result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED
     name = place_name(place)

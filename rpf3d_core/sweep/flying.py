@@ -1,4 +1,4 @@
-"""Fly the cells of a sweep on an executor, and keep what they found, so that no cell flies twice.
+"""Simulate the cells of a sweep on an executor, and store their results, so that no cell is simulated twice.
 
 The record of a cell lies next to its result folder. It has the digest of its scene and files, and the versions of the
 packages that affect a result. A record with the same digest and versions, next to a result, stands for the cell: an

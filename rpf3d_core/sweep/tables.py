@@ -95,7 +95,7 @@ def run_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple
 
 
 def have_unknowns(cells: Sequence[Cell]) -> bool:
-    """Return whether a value is unknown in the scene of any cell, which sampling intervals do not hold."""
+    """Return whether the scene of any cell has an unknown value, which sampling intervals do not cover."""
     return any(cell.scene.has_unknowns for cell in cells)
 
 

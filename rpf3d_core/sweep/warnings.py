@@ -24,14 +24,14 @@ def warnings_of_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> l
 
 
 def surer_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return where the answers of runs are surer than they may be, each sentence with the number of its cells."""
+    """Return the reasons why results of a sweep may be too certain, each as a sentence with its number of cells."""
     return _each_once(cells, [record.surer for record in records])
 
 
 def _each_once(cells: Sequence[Cell], sentences: Sequence[Sequence[str]]) -> list[str]:
     """Return the distinct sentences of cells; sentences that differ in numbers only count as one.
 
-    sentences : those of each cell
+    sentences : sentences of each cell
     """
     found = dict[str, list[tuple[Cell, str]]]()
     for cell, some in zip(cells, sentences, strict=True):
@@ -78,7 +78,7 @@ def _moves_benches(steps: Steps) -> bool:
 
 
 def _places_of(scene: Scene) -> Iterator[str]:
-    """Yield the names of what a scene puts at coordinates on its terrain."""
+    """Yield the names of the parts of a scene that have coordinates on its terrain."""
     yield from (f"area {area.name}" for area in scene.areas_of_interest)
     barriers = scene.effects.barriers
     yield from () if barriers is None else (f"barrier {panel.name}" for panel in barriers.panels)

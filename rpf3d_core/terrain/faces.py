@@ -43,7 +43,7 @@ def first_face(distance: FloatArray, ground: FloatArray) -> Face | None:
 
 
 def foot_of_face(distance: FloatArray, ground: FloatArray) -> float:
-    """Return the distance (m) of the foot of the first face along a line, as `first_face`; NaN without one.
+    """Return the distance (m) of the foot of the first face along a line (`first_face`); NaN if there is no face.
 
     distance, ground : (S,) m
     """

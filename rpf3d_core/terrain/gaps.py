@@ -65,9 +65,10 @@ NOTHING = Caps(corners=np.empty((0, 3, 3)), outcome=np.empty(0, np.int32))
 
 
 def caps_over(border: FloatArray, crack: float) -> Caps:
-    """Return the caps that close the gaps of a terrain with border sides (B, 3, 3) m, as `border.border_of` gives them.
+    """Return the caps (triangles) that close the gaps of a terrain.
 
-    crack : width (m) up to which a gap is a crack between facets, which gets no cap
+    border : (B, 3, 3) m, border sides: begin, end and third corner of their facet, from `border_of`
+    crack : gaps up to this width (m) are cracks between facets and get no cap
     """
     if len(border) == 0:
         return NOTHING
@@ -117,12 +118,11 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
 
 
 def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
-    """Return a point well inside each region, (G, 2): there it is tested whether the region has ground.
+    """Return a point (G, 2) well inside each region, at which to test whether the region has ground.
 
-    The point is the centroid of the region's largest triangle.
-
-    `shapely.point_on_surface` may return a corner of a region with a narrow part. So this function is used only if a
-    region, after rounding, is as thin as the crack of a T-junction and cannot be cut into triangles.
+    The point is the centroid of the region's largest triangle. `shapely.point_on_surface` is only the fallback for a
+    region that cannot be cut into triangles (after rounding, as thin as the crack of a T-junction), because it may
+    return a corner of a region with a narrow part.
     """
     parts, face = shapely.get_parts([_triangles_of(face) for face in faces], return_index=True)
     order = np.lexsort((-shapely.area(parts), face))

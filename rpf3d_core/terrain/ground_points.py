@@ -35,7 +35,7 @@ class Cells(NamedTuple):
     """The points that were chosen, one for each cell with points, ordered by row and column.
 
     point : (K,) number of the chosen point; held : (K,) number of points in the cell
-    row, column : (K,) of the cell; size : side of a cell (m)
+    row, column : (K,) row and column of the cell; size : side of a cell (m)
     """
 
     point: Ids

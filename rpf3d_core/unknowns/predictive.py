@@ -24,11 +24,11 @@ LEVEL = 0.95
 """Probability (-) of the intervals."""
 
 FEWEST = 5.0
-"""Smallest mean number of rocks of a set that count, and that do not count, for which the noise is taken out."""
+"""Smallest mean number of rocks per set inside a share, and outside, for which the noise is subtracted."""
 
 
 ENOUGH = 39
-"""Smallest number of sets whose outermost results hold one more result with 95 %: (39 - 1) / (39 + 1)."""
+"""Smallest number of sets whose extreme results enclose one more result with 95 %: (39 - 1) / (39 + 1)."""
 
 
 class Interval(NamedTuple):
@@ -68,7 +68,7 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 
 
 def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:
-    """Return intervals of N shares that hold the sampling intervals of N other shares; NaN ends stay NaN.
+    """Return N intervals, widened to contain the sampling intervals of N other shares; NaN ends stay NaN.
 
     counts, totals : (N,) rocks that count and all rocks of the other shares; a share without rocks changes nothing
     """
@@ -92,7 +92,7 @@ def _between(shares: FloatArray, totals: FloatArray, seen: FloatArray, sets: NDA
 
 
 def ranked(values: FloatArray, level: float = LEVEL) -> Interval:
-    """Return the intervals that hold one more draw with a probability, from S draws (S, N) of N quantities.
+    """Return the intervals that contain one more draw with probability `level`, from S draws (S, N) of N quantities.
 
     Values that are NaN count as missing. With too few draws for the level, the ends are the outermost draws.
     """

@@ -12,7 +12,7 @@ class HeardAlert(NamedTuple):
     """The alert of the site in one message of `alerts`.
 
     sequence : number of the publication; left_s : time (s) for which the alert was valid when it was published
-    is_alarm : True if the alert sounds the alarm; level : as a word
+    is_alarm : True if the alert sounds the alarm; level : level as a word
     """
 
     sequence: int

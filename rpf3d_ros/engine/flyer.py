@@ -61,9 +61,9 @@ class Handover:
 
 
 class Flyer:
-    """Flies rocks on its own thread to answer triggers (the sources of one message each).
+    """Simulates rocks on a separate thread to answer triggers (the sources of one message each).
 
-    The order is that of `AnswerSchedule`.
+    `AnswerSchedule` gives the order of the answers.
     """
 
     def __init__(

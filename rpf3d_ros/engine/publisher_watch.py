@@ -58,7 +58,7 @@ class PublisherWatch:
         self._first_seen: dict[tuple[str, str, Hashable], float] = {}
 
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
-        """Return what is wrong with the publishers now.
+        """Return the present faults of the publishers.
 
         seen : the publishers of each watched topic, by its name; at : time of a steady clock (s)
         """
@@ -151,7 +151,7 @@ def sentences_by_topic(findings: Iterable[PublisherFinding], topics: Iterable[st
 
 
 def _misfit(topic: WatchedTopic, publisher: SeenPublisher) -> str:
-    """Return why a publisher is never received, and what would be right; "" if it fits."""
+    """Return why no message of a publisher is received, and what would be right; "" if messages are received."""
     if publisher.kind != topic.kind:
         return f"it publishes {publisher.kind}; the type must be {topic.kind}"
     if topic.qos is None:

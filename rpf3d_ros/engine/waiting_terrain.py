@@ -152,9 +152,10 @@ class WaitingTerrain(Generic[M]):
             self._received.append(ReceivedPatch(patch=None, moment=moment, at=time.monotonic()))
 
     def lacks(self, patches: int, why_refused: str, known_ns: int = 0) -> None:
-        """Note what the terrain in use lacks since before a restart: patches, and why a survey was refused, or "".
+        """Note the faults of the restored terrain from before a restart: missing patches, and why a survey was refused.
 
-        known_ns : latest time (ns) at which the lack can have begun; a whole survey published earlier lacks the same
+        why_refused : "" if no survey was refused
+        known_ns : latest time (ns) at which these faults can have begun; a whole survey published earlier has them too
         """
         with self._changed:
             self._chapters[0].lost += patches

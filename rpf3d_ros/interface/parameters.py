@@ -63,14 +63,16 @@ class InputParameters(FrameParameters):
 
     terrain_durability: str = parameter(
         "volatile",
-        "transient_local gets the last terrain of a latched publisher, and nothing at all of a volatile one",
+        "transient_local also receives the last terrain of a latched publisher, but nothing from a volatile publisher",
         choices=("volatile", "transient_local"),
     )
     use_tf: bool = parameter(
         False, "whether inputs in other frames are transformed by tf2 (/tf, /tf_static); needs tf2_ros_py"
     )
     transforms_max_age_s: float = parameter(
-        1.0, "largest age (s) of a transform at the stamp of the message; an older one is refused, a static one never",
+        1.0,
+        "a message is refused if its transform is more than this older (s) than the message's stamp; static transforms "
+        "have no age limit",
         0.0, 1e6,
     )  # fmt: skip
 
@@ -91,20 +93,28 @@ class SimulatorParameters(InputParameters):
     first_rocks: int = parameter(200, "rocks of the first answer to a message of sources", 1, LARGEST_COUNT)
     release_speed: float = parameter(0.0, "speed along the x axis of each source's pose (m/s)", 0.0, FASTEST)
     above_ground: float = parameter(
-        -1.0, "height of each source above the terrain, in place of its pose's (m); negative: the pose's", -1.0, 1e3
-    )
+        -1.0,
+        "height (m) of each source above the terrain, which replaces the height of its pose; negative: use the pose",
+        -1.0, 1e3,
+    )  # fmt: skip
     highest_source: float = parameter(
-        20.0, "largest distance of a source from the ground (m); a larger one is a fault, as with z down", 0.0, 1e5
-    )
+        20.0,
+        "distance (m) from the ground beyond which a source is a fault; z pointing down is a common cause",
+        0.0, 1e5,
+    )  # fmt: skip
     position_spread: float = parameter(
         2.0, "half-width in plan of the square around a source in which its rocks start (m)", 0.0, 1e3
     )
     velocity_spread: float = parameter(
-        0.5, "half-width in each direction of the velocities around a source's own (m/s)", 0.0, FASTEST
-    )
+        0.5,
+        "half-width (m/s) of the spread of release velocities around the source's velocity, in each direction",
+        0.0, FASTEST,
+    )  # fmt: skip
     region_size: float = parameter(
-        50.0, "side (m) of squares in plan; the newest sources of a square replace older waiting ones", 1.0, 1e5
-    )
+        50.0,
+        "side (m) of a region, a square in plan; new sources of a region replace its waiting sources",
+        1.0, 1e5,
+    )  # fmt: skip
     source_topics: tuple[str, ...] = parameter(
         ("sources",), "topics of sources as poses, one for each sensor, each with one publisher"
     )
@@ -112,30 +122,39 @@ class SimulatorParameters(InputParameters):
         ("source_cloud",), "topics of sources as clouds, one for each sensor, each with one publisher"
     )
     expected_topics: tuple[str, ...] = parameter(
-        ("",), "topics of sources that must publish: a fault until they do, for any other only once it has a publisher"
+        ("",),
+        "topics of sources that must publish: level fault until they do. Other topics can cause a fault only after "
+        "they have had a publisher",
     )
     publisher_overlap: float = parameter(
-        25.0, "time (s) for which a topic may have two publishers; one that was killed is visible for 20 s", 0.0, 1e6
+        25.0, "time (s) for which a topic may have two publishers; a killed publisher stays visible for 20 s", 0.0, 1e6
     )
     clock_patience: float = parameter(
         3.0, "wall-clock time (s) for which /clock may stand still with use_sim_time before that is a fault", 0.1, 1e6
     )
     waiting_sources: int = parameter(
-        10, "messages of sources that may wait; of more, the oldest is answered last (no site file: dropped)", 1, 10_000
-    )
+        10,
+        "number of source messages that may wait; beyond it, the oldest is answered last, or dropped without a site "
+        "file",
+        1, 10_000,
+    )  # fmt: skip
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
     most_ahead: float = parameter(
-        10.0, "how far stamps may be ahead of the node's clock (s); later ones are refused", 0.0, 1e9
+        10.0,
+        "time (s) by which a stamp may be ahead of the node's clock; messages with later stamps are refused",
+        0.0, 1e9,
+    )  # fmt: skip
+    most_points: int = parameter(MOST_POINTS, "largest number of points or vertices of a terrain", 4, LARGEST_COUNT)
+    equipment_radius: float = parameter(
+        15.0, "radius (m) of the circle around each machine of areas/equipment", 0.1, 1e3
     )
-    most_points: int = parameter(MOST_POINTS, "points or vertices of the largest terrain accepted", 4, LARGEST_COUNT)
-    equipment_radius: float = parameter(15.0, "radius of the circle around each of areas/equipment (m)", 0.1, 1e3)
     store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")
     site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
     decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one next to the site file")
-    acknowledged_by: str = parameter("", "NAME: REASON of an acknowledgement; set it before calling ~/acknowledge")
+    acknowledged_by: str = parameter("", "NAME: REASON of an acknowledgement; to be set before ~/acknowledge is called")
     trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
-    displayed_trajectories: int = parameter(200, "most rocks in the trajectories MarkerArray", 2, 10_000)
-    points_per_trajectory: int = parameter(50, "most points of each of them", 2, 10_000)
+    displayed_trajectories: int = parameter(200, "largest number of rocks in the trajectories MarkerArray", 2, 10_000)
+    points_per_trajectory: int = parameter(50, "largest number of points of each trajectory", 2, 10_000)
 
     @property
     def sensors(self) -> SensorTopics:
@@ -157,23 +176,31 @@ class RecorderParameters(InputParameters):
     """Parameters of `rpf3d_recorder`."""
 
     file: str = parameter(
-        "rpf3d.rrd", "the recording to write; replaced where it exists, with rotation a prefix of the files' names"
+        "rpf3d.rrd", "file of the recording; an existing file is replaced. With rotation: prefix of the file names"
     )
     rotate_mb: float = parameter(0.0, "megabytes after which the next file is begun; 0: never", 0.0, 1.0e6)
     rotate_minutes: float = parameter(0.0, "minutes after which the next file is begun; 0: never", 0.0, 1.0e6)
-    keep_files: int = parameter(0, "files kept with rotation, the newest, and their bags; 0: all", 0, LARGEST_COUNT)
+    keep_files: int = parameter(
+        0, "with rotation: number of newest files, with their bags, to keep; 0: all", 0, LARGEST_COUNT
+    )
     rocks_per_answer: int = parameter(
-        50, "rocks of each answer that are recorded, more if more reach an area; 0: all", 0, LARGEST_COUNT
-    )
+        50,
+        "rocks recorded for each answer; rocks that reach an area are always recorded; 0: all",
+        0, LARGEST_COUNT,
+    )  # fmt: skip
     maps_every: float = parameter(
-        10.0, "least time (s) between two records of hazard maps, unless a level changes; 0: none", 0.0, 86_400.0
-    )
+        10.0,
+        "shortest time (s) between recorded hazard maps, except when an alert level changes; 0: record every map",
+        0.0, 86_400.0,
+    )  # fmt: skip
     bag: str = parameter("", "prefix of the MCAP bags to write next to the recording; empty: none")
     viewer: str = parameter(
-        "none", "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy"
+        "none", "none; serve: viewers connect to the recorder; or the URL of a viewer, rerun+http://HOST:PORT/proxy"
     )
-    viewer_bind: str = parameter("127.0.0.1", "address to serve viewers on; any but loopback opens it to the network")
-    viewer_port: int = parameter(9876, "port to serve viewers on", 1, 65_535)
+    viewer_bind: str = parameter(
+        "127.0.0.1", "address on which viewers connect; any address but loopback is open to the network"
+    )
+    viewer_port: int = parameter(9876, "port on which viewers connect", 1, 65_535)
 
 
 @dataclass(frozen=True)
@@ -181,7 +208,7 @@ class ScenePublisherParameters(FrameParameters):
     """Parameters of `rpf3d_scene_publisher`."""
 
     scene: str = parameter("", "the scene file; there is no default")
-    repeat_every: float = parameter(10.0, "seconds between repetitions of the sources", 0.1, 86_400.0)
+    repeat_every: float = parameter(10.0, "time (s) between repetitions of the sources", 0.1, 86_400.0)
     subscribers: int = parameter(1, "subscribers of sources to wait for before the first publication", 1, 1000)
     repetitions: int = parameter(0, "how often the sources are published; 0: until the node ends", 0, LARGEST_COUNT)
 
@@ -193,7 +220,9 @@ class AlarmBridgeParameters:
     stale_after: float = parameter(
         3.0, "time (s) without a message of alerts or alarm after which the contact opens", 0.1, 3600.0
     )
-    contact_file: str = parameter("", "file of the dry contact, which is closed while the node locks it; empty: none")
+    contact_file: str = parameter(
+        "", "file of the dry contact, which is closed while the node holds the file's lock; empty: none"
+    )
     contact_port: int = parameter(0, "port on loopback of the TCP contact; 0: none", 0, 65_535)
 
 

@@ -10,7 +10,7 @@ NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
 
 
 def causes_of_site(alert: Alert) -> dict[str, str]:
-    """Return the values of the site: its cause is that of the first area for which the level of the site is held."""
+    """Return the values of the site. Its cause is the cause of the first area for which the site's level is held."""
     raised = next((area for area in alert.areas if area.held == alert.held), None)
     return _values(alert, raised, alert)
 
@@ -58,7 +58,7 @@ def _origin_values(origin: Origin | None) -> Mapping[str, str]:
 
 
 def _terrain_values(alert: Alert, cause: str, origin: Origin | None) -> Mapping[str, str]:
-    """Return the terrain that the level was judged on: that of the cluster, or that of the newest answer."""
+    """Return the terrain for which the level was judged: the terrain of the cluster, or of the newest answer."""
     digest, stamp_ns = alert.terrain_digest, alert.terrain_stamp_ns
     if origin is not None:
         digest, stamp_ns = origin.terrain_digest, origin.terrain_stamp_ns

@@ -22,7 +22,7 @@ A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and ab
 
 
 class Publication(NamedTuple):
-    """A publication of an alert: its number, 1 more than the one before, and its time (ns) by the node's clock."""
+    """A publication of an alert: its number, which grows by 1 each time, and its time (ns) by the node's clock."""
 
     sequence: int
     at_ns: int

@@ -78,7 +78,7 @@ class AlarmBridgeNode(Node):
             self.look()
 
     def destroy_node(self) -> None:
-        """Open the contacts, then end."""
+        """Open all dry contacts, so that the alarm is on, then destroy the node."""
         for contact in self.contacts:
             contact.close()
         self.contacts = []
@@ -87,7 +87,10 @@ class AlarmBridgeNode(Node):
 
 
 def _contacts(parameters: AlarmBridgeParameters) -> list[FileContact | TcpContact]:
-    """Return the contacts that the parameters name, open. Raises InputError if there is none, or one is not free."""
+    """Return the contacts that the parameters name, in the open state.
+
+    Raises InputError if no contact is named, or if a contact is in use.
+    """
     made: list[FileContact | TcpContact] = []
     try:
         if parameters.contact_file:

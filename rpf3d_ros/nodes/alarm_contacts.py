@@ -19,9 +19,10 @@ REPEAT = 0.5
 
 
 class FileContact:
-    """A dry contact: closed while this process holds the lock of a file; the file has the state as a word, too.
+    """A dry contact that other programs read from a file: closed while this process holds the file's lock.
 
-    The system releases the lock when the process ends, also after `kill -9`.
+    The file also contains the word `open` or `closed`. The system releases the lock when the process ends, also after
+    `kill -9`.
     """
 
     def __init__(self, path: Path) -> None:

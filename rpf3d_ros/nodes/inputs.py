@@ -52,7 +52,7 @@ def part_of(topic: str) -> str:
 
 
 class Inputs:
-    """The subscriptions of an active simulator node, and what is done with each message."""
+    """The subscriptions of an active simulator node, with a method for each kind of message."""
 
     def __init__(
         self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport,
@@ -105,7 +105,7 @@ class Inputs:
     # --- on the thread of the surveys
 
     def _report_middleware(self, why: str, at_ns: int) -> None:
-        """Let a fault stand while the middleware cannot take terrain messages.
+        """Keep a fault as long as the middleware cannot deliver terrain messages.
 
         Afterwards a message may have been lost, so the terrain is out of date until a later whole survey is used.
 

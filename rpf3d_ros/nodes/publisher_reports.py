@@ -51,7 +51,7 @@ def watched_topics(inputs: Mapping[str, QoSProfile], sensors: SensorTopics) -> l
 
 
 class PublisherReports:
-    """Looks at the publishers of all topics from time to time, and reports what is wrong. One thread may call."""
+    """Checks the publishers of all topics at intervals, and reports their faults. Only one thread may call this."""
 
     def __init__(
         self, node: Node, inputs: Mapping[str, QoSProfile], parameters: SimulatorParameters, station: Station,

@@ -183,7 +183,7 @@ class SimulatorNode(LifecycleNode):
         return now
 
     def _check_clock(self, now_ns: int) -> None:
-        """Report a clock that stands still; the steady timer goes on then."""
+        """Report a clock that stands still; called by a steady timer, which does not stop with the clock."""
         stands = self._clock_watch.stands(now_ns, time.monotonic())
         if stands != self._clock_stands:
             self._clock_stands = stands

@@ -113,16 +113,16 @@ class LastContents:
         self._arrays: dict[str, tuple[np.ndarray, ...]] = {}
 
     def differs(self, name: str, *arrays: np.ndarray) -> bool:
-        """Return True if an array differs from the last ones of the same name."""
+        """Return True if an array differs from the last arrays of the same name."""
         last = self._arrays.get(name, ())
         return len(last) != len(arrays) or not all(map(np.array_equal, last, arrays))
 
     def note(self, name: str, *arrays: np.ndarray) -> None:
-        """Note arrays as the last ones of a name."""
+        """Remember these arrays as the last arrays of a name."""
         self._arrays[name] = arrays
 
     def is_new(self, name: str, *arrays: np.ndarray) -> bool:
-        """Note arrays; return True if one differs from the last ones of the same name."""
+        """Remember arrays; return True if one differs from the last arrays of the same name."""
         is_new = self.differs(name, *arrays)
         self.note(name, *arrays)
         return is_new

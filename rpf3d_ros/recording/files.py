@@ -36,8 +36,8 @@ class Rotation:
     keep: int = 0
 
     @property
-    def wanted(self) -> bool:
-        """True if the recording has more than one file."""
+    def rotates(self) -> bool:
+        """True if the recording rotates: a new file begins at a size or age limit."""
         return self.megabytes > 0.0 or self.minutes > 0.0
 
 
@@ -150,7 +150,7 @@ class RecordingFiles:
 
     def _begin(self) -> None:
         self.number += 1
-        if self._rotation.wanted or self.number > 1:
+        if self._rotation.rotates or self.number > 1:
             self.path = numbered(self._file, self.number, datetime.now(UTC))
         recording = file_recording(self.path)
         try:

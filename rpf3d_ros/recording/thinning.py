@@ -1,13 +1,13 @@
-"""How much of the answers a recording holds, and the text that states it in the recording."""
+"""Which part of the answers is recorded, and the text in the recording that states what is left out."""
 
 from typing import NamedTuple
 
 
 class Thinning(NamedTuple):
-    """How much of the answers a recording holds; inputs, alerts and figures are always recorded.
+    """Which part of the answers is recorded; inputs, alerts and figures are always recorded.
 
-    rocks : number of rocks of an answer that are drawn, more if more rocks reach an area; 0: all
-    maps_every : least time (s) between two records of the hazard maps, unless an alert level changes; 0: none
+    rocks : number of recorded rocks of an answer; rocks that reach an area are always recorded; 0: all
+    maps_every : shortest time (s) between recorded hazard maps, unless an alert level changes; 0: every map
     """
 
     rocks: int = 50
@@ -20,7 +20,7 @@ class Thinning(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What the recording leaves out, as Markdown."""
+        """A list of what the recording leaves out, as Markdown."""
         if self.is_whole:
             return "# About this recording\nEvery answer is recorded as published.\n"
         return f"# About this recording\n{self._rocks_text}{self._maps_text}{ALWAYS}"

@@ -22,7 +22,7 @@ class PacedMessages:
         self._open = True
 
     def take(self, now_ns: int, read: Read) -> list[Read]:
-        """Return what is recorded now that a message has been received: this message, or nothing."""
+        """Return the messages to record after a message was received: this message, or nothing."""
         went_back = now_ns < self._next - self._interval
         if self._open or went_back or now_ns >= self._next:
             self._waiting, self._open, self._next = None, False, now_ns + self._interval
@@ -66,10 +66,10 @@ class HeldLines:
         return self.rest() if not 0 <= now_ns - self._since < SETTLED else []
 
     def drop(self) -> None:
-        """Forget the held message, because its points have been drawn."""
+        """Forget the waiting message, because its points have been drawn."""
         self._waiting = None
 
     def rest(self) -> list[Read]:
-        """Return the held message, because nothing follows."""
+        """Return the message that still waits; call this at the end, when no message follows."""
         waiting, self._waiting = self._waiting, None
         return [waiting] if waiting is not None else []

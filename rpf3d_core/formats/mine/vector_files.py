@@ -48,7 +48,7 @@ def vector_crs(path: Path) -> str | None:
 
 
 def vector_system(path: Path) -> Arrays:
-    """Return the array `crs` of a file: that of its first layer; "" for none."""
+    """Return the reference system of a file (array `crs`): the system of the first layer; "" if there is none."""
     pyogrio = needed(path, "pyogrio")
     try:
         first = str(pyogrio.list_layers(path)[0][0])

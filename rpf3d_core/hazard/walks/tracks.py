@@ -196,7 +196,7 @@ def pace_of(v: float) -> float:
 
 @kernel
 def square_at(value: float, origin: float, side: float, count: int) -> int:
-    """Return the row or column of a grid that contains a coordinate, limited to the grid."""
+    """Return the row or column of the grid cell that contains a coordinate; the nearest one outside the grid."""
     return min(max(math.floor((value - origin) / side), 0), count - 1)
 
 

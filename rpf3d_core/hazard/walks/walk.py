@@ -53,7 +53,7 @@ def empty_spans() -> Spans:
 
 
 def with_more_room(scratch: Scratch) -> Scratch:
-    """Return working memory with twice the room, for a rock that reaches more cells than fit."""
+    """Return working memory of twice the size, for a rock that reaches more cells than the memory has room for."""
     squares, facets, zones, areas = (
         empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)

@@ -34,11 +34,17 @@ class GroundPictures:
         self._views: dict[tuple[Window, int], _LitView] = {}
 
     def shaded(self, window: Window, pixels: int) -> Picture:
-        """Return the terrain in zone colours as `shaded`; pixels : along the longer side of the window."""
+        """Return the terrain of a window from above, in zone colours under slanting light, (H, W, 4) RGBA.
+
+        pixels : number of pixels along the longer side of the window
+        """
         return _shaded(self._terrain, self._view(window, pixels))
 
     def hillshade(self, window: Window, pixels: int) -> Picture:
-        """Return the terrain in grey as `hillshade`; pixels : along the longer side of the window."""
+        """Return the terrain of a window from above, in grey under slanting light, (H, W, 4) RGBA.
+
+        pixels : number of pixels along the longer side of the window
+        """
         return _hillshade(self._terrain, self._view(window, pixels))
 
     def _view(self, window: Window, pixels: int) -> "_LitView":

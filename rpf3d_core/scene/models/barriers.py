@@ -23,7 +23,9 @@ class BarrierSpec(StrictModel):
         ..., f"a number from 0 to {HIGHEST:g} (m), vertical above the ground below", "m", BALANCE, "C", ge=0, le=HIGHEST
     )
     capacity_kj: Number = parameter(
-        ..., f"a number from 0 to {STRONGEST:g} (kJ), the translational energy that it holds; 0 counts rocks only",
+        ...,
+        f"a number from 0 to {STRONGEST:g} (kJ), the translational energy that the barrier absorbs; 0 counts rocks "
+        "only",
         "kJ", BALANCE, "C", ge=0, le=STRONGEST,
     )  # fmt: skip
     residual_height: Number = parameter(

@@ -124,7 +124,7 @@ class VHalfSpec(ModelSpec):
 
     @property
     def idle_keys(self) -> tuple[str, ...]:
-        """The speed at which R_n is 0.5 replaces the material's."""
+        """The material keys that this model ignores: R_n depends on `speed` instead."""
         return ("normal_restitution",)
 
 

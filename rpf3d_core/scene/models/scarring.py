@@ -40,7 +40,9 @@ class ScarringSpec(ModelSpec):
     soil_drag: Number = parameter(1.5, "a number >= 0, C_s", "-", LU, "C", ge=0)
     density: Number = parameter(1700.0, "a number >= 0 (kg/m3), of the soil", "kg/m3", LU, "C", ge=0)
     mu_min: Number = parameter(0.55, "a number >= 0, friction of a rock that has not slipped", "-", BARTELT, "C", ge=0)
-    mu_max: Number = parameter(2.0, "a number >= mu_min, friction of one that slips for ever", "-", BARTELT, "C", ge=0)
+    mu_max: Number = parameter(
+        2.0, "a number >= mu_min, friction of a rock that slips for ever", "-", BARTELT, "C", ge=0
+    )
     kappa: Number = parameter(
         3.0, "a number >= 0 (1/m), how soon friction grows as the rock slips", "1/m", BARTELT, "C", ge=0
     )

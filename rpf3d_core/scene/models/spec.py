@@ -55,7 +55,7 @@ class ModelSpec(StrictModel):
 
     @property
     def idle_keys(self) -> tuple[str, ...]:
-        """The coefficients of a material that every rebound may use and this one does not."""
+        """The coefficients of a material that this model ignores, although rebound models may use them."""
         return ()
 
     def physics(self) -> type:

@@ -1,4 +1,4 @@
-"""The state of one body between two events of its path, and the next state after simple events."""
+"""The state of one body between two events of its path, and functions for the state after simple events."""
 
 from typing import Any, NamedTuple
 

@@ -19,7 +19,7 @@ from rpf3d_core.vectors import dot
 def turn_wrong_pieces(
     vertices: FloatArray, triangles: IntArray, starts: IntArray, to: IntArray, memory: Memory, share: Share
 ) -> None:
-    """Turn over components of a mesh that face the wrong side: open ones that face down, closed ones that face inwards.
+    """Turn over mesh components on the wrong side: open components that face down, closed ones that face inwards.
 
     Each facet keeps its first corner.
 

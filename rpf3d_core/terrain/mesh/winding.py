@@ -33,7 +33,7 @@ class Winding(NamedTuple):
 
 
 def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Winding:
-    """Return the mesh after all facets that face away from the free side are turned over.
+    """Turn over all facets whose normal points away from the free side (the air), and return the mesh.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
     triangles : (F, 3) int
         Indices into vertices.
     edges : Edges
-        Of these triangles.
+        The edges of these triangles.
     """
     piece, flipped, one_sided = _agreement(len(triangles), edges)
     areas = area_vectors(vertices, triangles)
