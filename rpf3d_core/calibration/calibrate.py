@@ -9,7 +9,8 @@ from rpf3d_core.calibration.findings import Findings, findings_of
 from rpf3d_core.calibration.flying import Flown, Slope, fly_set, releases_of_round, slope_of
 from rpf3d_core.calibration.observations import calibration_of
 from rpf3d_core.calibration.rounds import Control, fly_rounds
-from rpf3d_core.calibration.state import check_folder, open_state
+from rpf3d_core.calibration.state import NEXT, SPREAD, check_folder, open_state
+from rpf3d_core.ensemble.even_rounds import is_spread
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
@@ -46,7 +47,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     spec, folder = calibration_of(chosen), Path(out)
     check_folder(folder, chosen)
     slope = slope_of(_many(chosen))
-    state = open_state(folder, chosen)
+    state = open_state(folder, chosen, SPREAD if is_spread(slope.prepared.sources, slope.rocks) else NEXT)
     priors = [prior.distribution for prior in spec.unknowns.values()]
     result = fly_rounds(slope, priors, chosen.seed, state, control)
     if control.stop():

@@ -19,6 +19,7 @@ from rpf3d_core.calibration.folds import (
 )
 from rpf3d_core.calibration.normal_space import values_of
 from rpf3d_core.calibration.rounds import Result
+from rpf3d_core.ensemble.even_rounds import words_on_left_out
 from rpf3d_core.materials.distributions import Distribution, quantiles
 from rpf3d_core.scene.calibration import CalibrationSpec
 
@@ -55,7 +56,7 @@ class Findings:
     rank : (N, 2) probabilities of the observed stops under predictions that have not seen them, with the measuring
     error alone, as a run shows its stops; whole_rank : (N, 2) with the misfit as well; None without stops
     misfit : m, mean error of the model over the posterior; left : share (-) of its rocks that left the terrain or did
-    not stop
+    not stop; left_out : sentences on sources of which no rock flew
     """
 
     estimates: list[Estimate]
@@ -72,6 +73,7 @@ class Findings:
     left: float
     sets: int
     rocks: int
+    left_out: tuple[str, ...] = ()
 
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
@@ -108,6 +110,7 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
         held_out=kept.get("held_out"), prior=kept.get("prior"), book=kept.get("book"), curve=kept.get("curve"),
         rank=kept.get("rank"), whole_rank=kept.get("whole_rank"), misfit=float(post.misfits @ slope.misfits),
         left=float(1.0 - post.weights @ deposited), sets=len(post.z), rocks=slope.rocks,
+        left_out=tuple(words_on_left_out(slope.prepared.sources, slope.rocks, result.rounds, "calibration.rocks")),
     )  # fmt: skip
 
 

@@ -30,7 +30,8 @@ from rpf3d_core.calibration.observations import (
 from rpf3d_core.calibration.sampling import Observed
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
-from rpf3d_core.ensemble.releases import Releases, share_out
+from rpf3d_core.ensemble.even_rounds import every_point, is_spread, rocks_of_round
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
@@ -116,6 +117,8 @@ def slope_of(scene: Scene) -> Slope:
     )  # fmt: skip
     releases = releases_of_round(slope, 0)
     check_releases(prepared, releases)
+    if is_spread(prepared.sources, rocks):  # later rounds fly other points
+        check_releases(prepared, releases_in_ranges(prepared, every_point(prepared.sources)))
     flight = prepared.flight
     precompile_flights(prepared.engine, flight.models, flight.materials, flight.settings)
     precompile_ground_below(prepared.engine)
@@ -129,13 +132,12 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 
 
 def releases_of_round(slope: Slope, number: int) -> Releases:
-    """Return the releases that all sets of a round share; each round has rocks of its own.
+    """Return the releases that all sets of a round share; each round has rocks of its own, evenly over all sources.
 
     A known mass or shape of the observed blocks replaces the scene's, block after block.
     """
     prepared, field = slope.prepared, slope.field
-    counts = share_out([source.rocks for source in prepared.sources], slope.rocks)
-    releases = releases_in_ranges(prepared, [range(number * n, (number + 1) * n) for n in counts])
+    releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
     block = np.arange(slope.rocks) % max(len(field.stops), 1)
     if field.masses is not None:
         mass = field.masses[block]

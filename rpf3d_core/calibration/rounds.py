@@ -23,7 +23,7 @@ from rpf3d_core.calibration.sampling import (
     posterior_of,
     with_next,
 )
-from rpf3d_core.calibration.state import Kept, read_round, save_part
+from rpf3d_core.calibration.state import Kept, drop_parts, read_round, save_part
 from rpf3d_core.materials.distributions import Distribution
 
 FloatArray = NDArray[np.float64]
@@ -152,6 +152,8 @@ def _fly_round(
     kept, part = read_round(state, number, z.shape[1])
     done, unsaved, saved = list(kept.flown), list[Flown](), time.monotonic()
     rest = z[len(done) :]
+    if len(rest):
+        drop_parts(state, number, part)
     for one in fly_sets(slope, values_of(priors, rest), number, control.stop, control.threads) if len(rest) else ():
         unsaved.append(one)
         done.append(one)

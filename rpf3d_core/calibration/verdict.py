@@ -40,7 +40,7 @@ def is_refused(found: Findings) -> bool:
 
 def warnings_of(found: Findings) -> list[str]:
     """Return what a user must know before using a calibration, as sentences."""
-    return [*_combinations(found), *_of_parameters(found), *_of_data(found)]
+    return [*_combinations(found), *_of_parameters(found), *_of_data(found), *found.left_out]
 
 
 def _combinations(found: Findings) -> list[str]:
