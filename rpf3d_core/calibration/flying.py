@@ -182,27 +182,38 @@ def anywhere_density(slope: Slope) -> float:
     return float(1.0 / np.prod(np.maximum(np.ptp(places, axis=0), 1e-9)))
 
 
+def workers_of(slope: Slope, threads: int | None) -> int:
+    """Return the number of sets that fly at the same time: one with the reference engine, which keeps one core busy."""
+    compiled = isinstance(slope.prepared.engine, Compiled)
+    return (threads or os.cpu_count() or 1) if compiled else 1
+
+
 def fly_sets(
     slope: Slope, values: FloatArray, number: int, stop: Callable[[], bool], threads: int | None = None
 ) -> Iterator[Flown]:
     """Fly parameter sets (S, U) of a round, a thread for each set, and yield the results in their order.
 
-    stop : called before each set; after True no further set flies, and the sets that have begun are yielded
+    stop : called before each set, on its thread; after True no further set is yielded
     threads : number of threads, None for one per core; the results have the same bits for any number
     """
-    compiled = isinstance(slope.prepared.engine, Compiled)
-    workers = (threads or os.cpu_count() or 1) if compiled else 1
+    workers = workers_of(slope, threads)
     releases = releases_of_round(slope, number)
+
+    def fly(row: FloatArray) -> Flown | None:
+        return None if stop() else fly_set(slope, row, releases)
+
     with ThreadPoolExecutor(workers) as pool:
-        waiting = list[Future[Flown]]()
+        waiting = list[Future[Flown | None]]()
         for row in values:
-            if stop():
-                break
-            waiting.append(pool.submit(fly_set, slope, row, releases))
+            waiting.append(pool.submit(fly, row))
             if len(waiting) > workers:
-                yield waiting.pop(0).result()
+                if (one := waiting.pop(0).result()) is None:
+                    return  # the sets after it may have flown, but the kept sets have no gaps
+                yield one
         for future in waiting:
-            yield future.result()
+            if (one := future.result()) is None:
+                return
+            yield one
 
 
 def fly_set(slope: Slope, values: Sequence[float] | FloatArray, releases: Releases) -> Flown:
