@@ -57,6 +57,7 @@ class Findings:
     error alone, as a run shows its stops; whole_rank : (N, 2) with the misfit as well; None without stops
     misfit : m, mean error of the model over the posterior; left : share (-) of its rocks that left the terrain or did
     not stop; left_out : sentences on sources of which no rock flew
+    all_rounds : True if all rounds are flown, so that more time adds nothing
     """
 
     estimates: list[Estimate]
@@ -74,6 +75,7 @@ class Findings:
     sets: int
     rocks: int
     left_out: tuple[str, ...] = ()
+    all_rounds: bool = False
 
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
@@ -111,6 +113,7 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
         rank=kept.get("rank"), whole_rank=kept.get("whole_rank"), misfit=float(post.misfits @ slope.misfits),
         left=float(1.0 - post.weights @ deposited), sets=len(post.z), rocks=slope.rocks,
         left_out=tuple(words_on_left_out(slope.prepared.sources, slope.rocks, result.rounds, "calibration.rocks")),
+        all_rounds=result.is_complete,
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from rpf3d_core.calibration.sampling import (
     first_proposal,
     is_enough,
     posterior_of,
+    sets_of_round,
     with_next,
 )
 from rpf3d_core.calibration.state import Kept, drop_parts, read_round, save_part
@@ -72,6 +73,12 @@ class Result(NamedTuple):
     def rounds(self) -> int:
         """Number of rounds, the last of which may be incomplete."""
         return max(self.numbers) + 1
+
+    @property
+    def is_complete(self) -> bool:
+        """True if all rounds are flown, the last one as well, so that more time adds nothing."""
+        last = self.rounds - 1
+        return last == MOST_ROUNDS - 1 and self.numbers.count(last) == sets_of_round(last, self.posterior.z.shape[1])
 
 
 def fly_rounds(
