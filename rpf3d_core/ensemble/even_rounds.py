@@ -23,7 +23,7 @@ EVEN_TURNS = 8
 
 
 def rocks_of_round(sources: Sequence[Source], total: int, number: int) -> list[range | IntArray]:
-    """Return, for each source, the numbers of its rocks among the `total` rocks of a round, counted from 0.
+    """Return, for each source, the numbers (N,) of its rocks among the `total` rocks of a round, counted from 0.
 
     Each source has its share of the rocks, and they are evenly spread over its points. With too few rocks for all
     sources or points, each round takes others. No rock flies in two rounds.

@@ -20,6 +20,7 @@ from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
+from rpf3d_core.runs.check_calibration import observations_in_words
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import shapes_in_words
 from rpf3d_core.runs.check_sources import SourceHeight, heights_of, high_above
@@ -123,6 +124,7 @@ class Check:
     warnings : sentences on settings that are valid but suspicious; cost : None if `fit` is False
     assumed_friction : names of the materials that use the default friction angle
     shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
+    observed : lines on what `rpf3d calibrate` reads; empty without a calibration
     """
 
     scene: Scene
@@ -134,6 +136,7 @@ class Check:
     cost: Cost | None
     assumed_friction: tuple[str, ...] = ()
     shapes: tuple[str, ...] = ()
+    observed: tuple[str, ...] = ()
 
     @property
     def fit(self) -> bool:
@@ -169,7 +172,8 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     of_scene = warnings_of(scene)
     placed = [*high_above(heights), *_unused_points(prepared, rocks), *_partly_off(prepared)]
     rims = hanging_rims(prepared.terrain, engine)
-    warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims]
+    observed, doubts = observations_in_words(prepared)
+    warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims, *doubts]
     assumed = without_friction(scene, prepared.terrain.zones)
     report = Check(
         scene=scene,
@@ -181,6 +185,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         cost=None,
         assumed_friction=assumed,
         shapes=shapes_in_words(scene),
+        observed=observed,
     )
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
 
