@@ -217,7 +217,8 @@ CALIBRATION = """\
 a library, are determined as well, unless `calibration.unknowns` names the same values.
 
 `mass_column` and `shape_column` name columns of the file of end points. A simulated rock then stands for the blocks
-with about its mass, and with its shape.
+with about its mass, and with its shape. The columns may stand before x, y and z. The heights of stops are not compared,
+so x and y are enough.
 """
 SHAPE = """\
 `shape: point` is the default. `shape: sphere` gives spheres of the rocks' size, which roll and spin; their materials

@@ -1,16 +1,24 @@
 """Calibrate the unknowns of a scene on its observations, within a time; `rpf3d calibrate` does the same."""
 
+import math
 import time
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from rpf3d_core.calibration.files import write_result
+import numpy as np
+
+from rpf3d_core.calibration.files import import_writers, write_result
 from rpf3d_core.calibration.findings import Findings, findings_of
-from rpf3d_core.calibration.flying import Flown, Slope, fly_set, releases_of_round, slope_of
+from rpf3d_core.calibration.flying import Flown, Slope, fly_set, releases_of_round, slope_of, workers_of
 from rpf3d_core.calibration.observations import calibration_of
-from rpf3d_core.calibration.rounds import Control, fly_rounds
-from rpf3d_core.calibration.state import check_folder, open_state
+from rpf3d_core.calibration.reserve import LARGEST
+from rpf3d_core.calibration.rounds import Control, Result, fly_rounds
+from rpf3d_core.calibration.sampling import sets_of_round
+from rpf3d_core.calibration.state import NEXT, SPREAD, check_folder, open_state
+from rpf3d_core.ensemble.even_rounds import is_spread
 from rpf3d_core.errors import InputError
+from rpf3d_core.materials.distributions import Distribution, quantiles
 from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene
@@ -18,7 +26,13 @@ from rpf3d_core.setup.choices import with_choices
 
 BUDGET_S = 900.0
 """Default time (s) of a whole calibration, from reading the scene to writing the results."""
-LEAST_BUDGET_S = 1.0
+LEAST_BUDGET_S = 10.0
+"""Least time (s) that can do: points on a small terrain, with compiled code in the cache, need about as much."""
+END_S = 4.0
+"""Time (s) of scores, pictures and files of a small calibration, to name a budget that would do."""
+
+SOME_ROUNDS = 3
+"""Rounds whose time a message states: fewer hardly determine anything."""
 
 
 class Calibrated(NamedTuple):
@@ -42,18 +56,28 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     InputError
         The scene, its observations or the folder are refused; or the time was too short to fly a single set.
     """
+    began = time.monotonic()
     chosen = with_choices(scene if isinstance(scene, Scene) else read_scene(scene), None, engine, None)
     spec, folder = calibration_of(chosen), Path(out)
     check_folder(folder, chosen)
     slope = slope_of(_many(chosen))
-    state = open_state(folder, chosen)
+    prepared_s = time.monotonic() - began
+    import_writers()  # here, so that the time left is known when it is needed
+    state = open_state(folder, chosen, SPREAD if is_spread(slope.prepared.sources, slope.rocks) else NEXT)
     priors = [prior.distribution for prior in spec.unknowns.values()]
-    result = fly_rounds(slope, priors, chosen.seed, state, control)
+
+    def end(result: Result) -> float:
+        found = findings_of(slope, spec, result, _book(slope, spec), chosen.seed)
+        scored = time.monotonic()
+        with TemporaryDirectory() as folder:
+            write_result(Path(folder), chosen, slope, spec, result, found)
+        return time.monotonic() - scored
+
+    result = fly_rounds(slope, priors, chosen.seed, state, control._replace(began=began), end)
     if control.stop():
         return Calibrated(found=None, sets=0 if result is None else len(result.flown))
     if result is None:
-        raise InputError(f"{chosen.path}: the budget ended before one parameter set was flown; reading the terrain and "
-                         "compiling took all of it; give a larger --budget")  # fmt: skip
+        raise InputError(f"{chosen.path}: {_too_short(slope, priors, prepared_s, control)}")
     found = findings_of(slope, spec, result, _book(slope, spec), chosen.seed)
     write_result(folder, chosen, slope, spec, result, found)
     return Calibrated(found=found, sets=len(result.flown))
@@ -70,6 +94,24 @@ def deadline_after(budget: float | None) -> float:
     if budget is not None and not LEAST_BUDGET_S <= budget < float("inf"):
         raise InputError(f"--budget is {budget:g}; it must be at least {LEAST_BUDGET_S:g} (seconds for everything)")
     return time.monotonic() + (BUDGET_S if budget is None else budget)
+
+
+def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, control: Control) -> str:
+    """Return what took the time of a budget that ended before the first flight, and a budget in which rounds fly.
+
+    prepared_s : s, time of reading and compiling. One parameter set flies to measure its time.
+    """
+    prepared, began = slope.prepared, time.monotonic()
+    middle = [float(quantiles(prior, np.array([0.5]))[0]) for prior in priors]
+    fly_set(slope, middle, releases_of_round(slope, 0))
+    sets = sum(sets_of_round(number, len(priors)) for number in range(SOME_ROUNDS))
+    fly_s = (time.monotonic() - began) * sets / workers_of(slope, control.threads)
+    read_s = prepared.read_s + prepared.index_s
+    least = max((read_s + fly_s + END_S) / (1.0 - LARGEST), LEAST_BUDGET_S)
+    return (f"the budget ended before one parameter set was flown: reading took {read_s:.1f} s, compiling or loading "
+            f"compiled code {max(prepared_s - read_s, 0.0):.1f} s. Compiled code is kept. The first {SOME_ROUNDS} "
+            f"rounds, {sets} parameter sets of {slope.rocks:,} rocks, need about {fly_s:.0f} s; give at least --budget "
+            f"{5 * math.ceil(least / 5):.0f}")  # fmt: skip
 
 
 def _many(scene: Scene) -> Scene:

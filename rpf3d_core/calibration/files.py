@@ -49,6 +49,12 @@ def content_of(found: Findings) -> dict[str, Any]:
     }
 
 
+def import_writers() -> None:
+    """Import what writes the result, which takes about a second, before it is needed."""
+    import rpf3d_core.results.plots.calibration
+    import rpf3d_core.unknowns.sample_files  # noqa: F401
+
+
 def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, result: Result, found: Findings) -> None:
     """Write all files of a calibration into its folder: of a refused one only calibration.json and report.md."""
     for name in RESULTS:

@@ -20,6 +20,7 @@ from rpf3d_core.calibration.folds import (
 )
 from rpf3d_core.calibration.normal_space import values_of
 from rpf3d_core.calibration.rounds import Result
+from rpf3d_core.ensemble.even_rounds import words_on_left_out
 from rpf3d_core.materials.distributions import Distribution, quantiles
 from rpf3d_core.scene.calibration import CalibrationSpec
 
@@ -58,7 +59,8 @@ class Findings:
     error alone, as a run shows its stops; whole_rank : (N, 2) with the misfit as well; None without stops
     misfit : m, mean error of the model over the posterior; None if there were too few end points to know it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
-    of_data : warnings of the observations, as sentences
+    of_data : warnings of the observations, as sentences; left_out : sentences on sources of which no rock flew
+    all_rounds : True if all rounds are flown, so that more time adds nothing
     """
 
     estimates: list[Estimate]
@@ -76,6 +78,8 @@ class Findings:
     sets: int
     rocks: int
     of_data: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
+    all_rounds: bool = False
 
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
@@ -114,6 +118,8 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
         misfit=float(post.misfits @ slope.misfits) if len(slope.misfits) > 1 else None,
         left=float(1.0 - post.weights @ deposited), sets=len(post.z), rocks=slope.rocks,
         of_data=data_warnings(slope, result.flown),
+        left_out=tuple(words_on_left_out(slope.prepared.sources, slope.rocks, result.rounds, "calibration.rocks")),
+        all_rounds=result.is_complete,
     )  # fmt: skip
 
 

@@ -40,7 +40,8 @@ from rpf3d_core.calibration.observations import (
 from rpf3d_core.calibration.sampling import Observed
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
-from rpf3d_core.ensemble.releases import Releases, share_out
+from rpf3d_core.ensemble.even_rounds import every_point, is_spread, rocks_of_round
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
@@ -127,6 +128,8 @@ def slope_of(scene: Scene) -> Slope:
     releases = releases_of_round(slope, 0)
     check_releases(prepared, releases)
     check_stops(prepared, slope.directions, field)
+    if is_spread(prepared.sources, rocks):  # later rounds fly other points
+        check_releases(prepared, releases_in_ranges(prepared, every_point(prepared.sources)))
     flight = prepared.flight
     precompile_flights(prepared.engine, flight.models, flight.materials, flight.settings)
     precompile_ground_below(prepared.engine)
@@ -140,13 +143,12 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 
 
 def releases_of_round(slope: Slope, number: int) -> Releases:
-    """Return the releases that all sets of a round share; each round has rocks of its own.
+    """Return the releases that all sets of a round share; each round has rocks of its own, evenly over all sources.
 
     A known mass or shape of the observed blocks replaces the scene's, block after block.
     """
     prepared, field = slope.prepared, slope.field
-    counts = share_out([source.rocks for source in prepared.sources], slope.rocks)
-    releases = releases_in_ranges(prepared, [range(number * n, (number + 1) * n) for n in counts])
+    releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
     block = np.arange(slope.rocks) % max(len(field.stops), 1)
     if field.masses is not None:
         mass = field.masses[block]
@@ -191,27 +193,38 @@ def anywhere_density(slope: Slope) -> float:
     return float(1.0 / np.prod(np.maximum(np.ptp(places, axis=0), 1e-9)))
 
 
+def workers_of(slope: Slope, threads: int | None) -> int:
+    """Return the number of sets that fly at the same time: one with the reference engine, which keeps one core busy."""
+    compiled = isinstance(slope.prepared.engine, Compiled)
+    return (threads or os.cpu_count() or 1) if compiled else 1
+
+
 def fly_sets(
     slope: Slope, values: FloatArray, number: int, stop: Callable[[], bool], threads: int | None = None
 ) -> Iterator[Flown]:
     """Fly parameter sets (S, U) of a round, a thread for each set, and yield the results in their order.
 
-    stop : called before each set; after True no further set flies, and the sets that have begun are yielded
+    stop : called before each set, on its thread; after True no further set is yielded
     threads : number of threads, None for one per core; the results have the same bits for any number
     """
-    compiled = isinstance(slope.prepared.engine, Compiled)
-    workers = (threads or os.cpu_count() or 1) if compiled else 1
+    workers = workers_of(slope, threads)
     releases = releases_of_round(slope, number)
+
+    def fly(row: FloatArray) -> Flown | None:
+        return None if stop() else fly_set(slope, row, releases)
+
     with ThreadPoolExecutor(workers) as pool:
-        waiting = list[Future[Flown]]()
+        waiting = list[Future[Flown | None]]()
         for row in values:
-            if stop():
-                break
-            waiting.append(pool.submit(fly_set, slope, row, releases))
+            waiting.append(pool.submit(fly, row))
             if len(waiting) > workers:
-                yield waiting.pop(0).result()
+                if (one := waiting.pop(0).result()) is None:
+                    return  # the sets after it may have flown, but the kept sets have no gaps
+                yield one
         for future in waiting:
-            yield future.result()
+            if (one := future.result()) is None:
+                return
+            yield one
 
 
 def fly_set(slope: Slope, values: Sequence[float] | FloatArray, releases: Releases) -> Flown:

@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.calibration.columns import column_of
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.points import read_points, rows_of
+from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.observed import horizontal_direction
@@ -105,7 +106,7 @@ def field_of(scene: Scene, frame: Frame) -> Field:
     spec, directions = calibration_of(scene), directions_of(scene, frame)
     stops, masses, shapes = np.empty((0, 2)), None, None
     if scene.observed is not None:
-        points = read_points(scene.observed.points_file, frame.up)
+        points = read_points(scene.observed.points_file, frame.up, heights=False)
         stops = directions.places(frame.points_to_local(points))
         masses = _column(scene, spec.mass_column, "mass_column")
         shapes = _shape_numbers(scene, spec)
@@ -116,28 +117,11 @@ def field_of(scene: Scene, frame: Frame) -> Field:
     return Field(stops=stops, masses=masses, shapes=shapes, values=values, counted=counted)
 
 
-def _column(scene: Scene, number: int | None, key: str) -> FloatArray | None:
+def _column(scene: Scene, column: int | str | None, key: str) -> FloatArray | None:
     """Return a column (N,) of the file of observed end points; None if the scene names none."""
-    if number is None or scene.observed is None:
+    if column is None or scene.observed is None:
         return None
-    path = scene.observed.points_file
-    rows = list(rows_of(path, path.read_text(encoding="utf-8-sig")))
-    cells = [(row.line, row.cells[number - 1] if number <= len(row.cells) else "") for row in rows]
-    if cells and not _is_number(cells[0][1]) and not any(map(_is_number, rows[0].cells)):
-        cells = cells[1:]  # a header
-    for line, cell in cells:
-        if not _is_number(cell) or not 0.0 < float(cell) < np.inf:
-            raise InputError(f"{path}, line {line}, column {number}: `calibration.{key}` must be a number above 0, "
-                             f"but is {cell!r}")  # fmt: skip
-    return np.array([float(cell) for _, cell in cells])
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    return column_of(scene.observed.points_file, column, key)
 
 
 def _shape_numbers(scene: Scene, spec: CalibrationSpec) -> IntArray | None:

@@ -1,6 +1,5 @@
 """Fly the rounds of a calibration until enough is known, the time is over, or the user interrupts."""
 
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -9,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.calibration.flying import Flown, Slope, fly_sets, observed_of
+from rpf3d_core.calibration.flying import Flown, Slope, fly_sets, observed_of, workers_of
 from rpf3d_core.calibration.normal_space import values_of
+from rpf3d_core.calibration.reserve import Pace, Reserve, first_reserve
 from rpf3d_core.calibration.sampling import (
     ENOUGH,
     MOST_ROUNDS,
@@ -21,19 +21,16 @@ from rpf3d_core.calibration.sampling import (
     first_proposal,
     is_enough,
     posterior_of,
+    sets_of_round,
     with_next,
 )
-from rpf3d_core.calibration.state import Kept, read_round, save_part
+from rpf3d_core.calibration.state import Kept, drop_parts, read_round, save_part
 from rpf3d_core.materials.distributions import Distribution
 
 FloatArray = NDArray[np.float64]
 
 SAVED_EVERY = 5.0
 """Seconds after which flown sets are written to disk."""
-REPORT_S, ASSESSMENTS = 11.0, 16.0
-"""Part of the time budget kept to write the results: a fixed part (s), and a multiple of the time of one proposal."""
-MOST_STRETCH = 4.0
-"""Largest factor (-) by which the fixed part grows on a machine that other programs keep busy."""
 
 
 class Status(NamedTuple):
@@ -48,7 +45,8 @@ class Status(NamedTuple):
 class Control(NamedTuple):
     """How a caller controls a calibration.
 
-    deadline : `time.monotonic()` at which everything must be written; progress : called with a Status
+    deadline : `time.monotonic()` at which everything must be written; began : when the budget began, None for now
+    progress : called with a Status
     stop : returns True after Ctrl-C; threads : None for one per core
     """
 
@@ -56,6 +54,7 @@ class Control(NamedTuple):
     progress: Callable[[Status], None] = lambda _: None
     stop: Callable[[], bool] = lambda: False
     threads: int | None = None
+    began: float | None = None
 
 
 class Result(NamedTuple):
@@ -75,55 +74,75 @@ class Result(NamedTuple):
         """Number of rounds, the last of which may be incomplete."""
         return max(self.numbers) + 1
 
+    @property
+    def is_complete(self) -> bool:
+        """True if all rounds are flown, the last one as well, so that more time adds nothing."""
+        last = self.rounds - 1
+        return last == MOST_ROUNDS - 1 and self.numbers.count(last) == sets_of_round(last, self.posterior.z.shape[1])
 
-def fly_rounds(slope: Slope, priors: list[Distribution], seed: int, state: Path, control: Control) -> Result | None:
+
+def fly_rounds(
+    slope: Slope, priors: list[Distribution], seed: int, state: Path, control: Control,
+    ending: Callable[[Result], float] | None = None,
+) -> Result | None:  # fmt: skip
     """Fly round after round, and return all sets; None if no set could be flown in time.
 
     Sets that are kept in `state` are not flown again.
+
+    ending : does what follows the flights, to measure its time, and returns the part (s) that files take; None to
+        reserve a fixed part of the budget
     """
     observed, proposed = observed_of(slope), first_proposal(len(priors))
     rounds, flown, numbers, posterior = list[Round](), list[Flown](), list[int](), None
-    assess_s, left_for = 0.0, _reserve(control.threads)
+    reserve = first_reserve(control.began or time.monotonic(), control.deadline)
+    pace = Pace(workers_of(slope, control.threads))
+
+    def whole() -> Result:
+        said = posterior_of(proposed, rounds, observed, seed)
+        return Result(posterior=said, proposed=proposed, flown=flown, numbers=numbers, power=proposed.power)
+
     for number in range(MOST_ROUNDS):
         z = drawn_sets(proposed, number, seed)
-        until = control.deadline - ASSESSMENTS * assess_s
-        tell = _teller(control, len(flown), number, posterior, until - left_for())
-
-        def over(until: float = until) -> bool:
-            return control.stop() or time.monotonic() > until - left_for()
-
-        one = _fly_round(slope, priors, z, number, state, control._replace(stop=over), tell)
+        until = control.deadline - reserve.seconds(len(flown) + len(z))
+        tell = _teller(control, len(flown), number, posterior, until)
+        stop = _either(control.stop, pace, until)
+        one = _fly_round(slope, priors, z, number, state, control._replace(stop=stop), _counting(pace, tell))
         if not one:
             break
         rounds.append(Round(z=z[: len(one)], densities=np.stack([each.densities for each in one])))
         flown, numbers = [*flown, *one], [*numbers, *[number] * len(one)]
-        began = time.monotonic()
         proposed = with_next(proposed, rounds, observed, seed)
-        assess_s = time.monotonic() - began
         if len(one) < len(z):
             break
         posterior = posterior_of(proposed, rounds, observed, seed) if proposed.power == 1.0 else None
         if posterior is not None and is_enough(posterior, proposed.power):
             break
-    if not rounds:
-        return None
-    posterior = posterior_of(proposed, rounds, observed, seed)
-    return Result(posterior=posterior, proposed=proposed, flown=flown, numbers=numbers, power=proposed.power)
+        if ending is not None and reserve.should_measure(time.monotonic()):
+            reserve = _measured(reserve, len(flown), lambda: ending(whole()))
+    return whole() if rounds else None
 
 
-def _reserve(threads: int | None) -> Callable[[], float]:
-    """Return a function that returns how many seconds writing the results takes, on a machine as busy as now.
+def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], bool]:
+    """Return a function that returns True after an interruption, or when no further set would end in time."""
+    return lambda: stop() or pace.is_too_late(until)
 
-    A busy machine gives this program less than one core for each thread, so everything takes longer.
-    """
-    workers, began, used = threads or os.cpu_count() or 1, time.monotonic(), time.process_time()
 
-    def reserve() -> float:
-        wall, own = time.monotonic() - began, time.process_time() - used
-        stretch = 1.0 if wall < 1.0 else wall * workers / max(own, 1e-9)
-        return REPORT_S * min(max(stretch, 1.0), MOST_STRETCH)
+def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
+    """Return a function that counts a flown set and reports it; the pace begins with the first call."""
+    pace.begin()
 
-    return reserve
+    def count(sets: int) -> None:
+        pace.count()
+        tell(sets)
+
+    return count
+
+
+def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
+    """Return the reserve with the time that everything after the flights of some sets takes, measured by doing it."""
+    began = time.monotonic()
+    files_s = end()
+    return reserve._replace(scores_s=time.monotonic() - began - files_s, files_s=files_s, sets=sets)
 
 
 def _teller(
@@ -152,6 +171,8 @@ def _fly_round(
     kept, part = read_round(state, number, z.shape[1])
     done, unsaved, saved = list(kept.flown), list[Flown](), time.monotonic()
     rest = z[len(done) :]
+    if len(rest):
+        drop_parts(state, number, part)
     for one in fly_sets(slope, values_of(priors, rest), number, control.stop, control.threads) if len(rest) else ():
         unsaved.append(one)
         done.append(one)

@@ -3,8 +3,9 @@
 import hashlib
 import json
 import os
+import zipfile
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,11 @@ RESULTS = (
 """Names of the files that a calibration writes."""
 VERSION = 2
 """Version of the kept files; it changes whenever the sampler or the densities change."""
+NEXT, SPREAD = "next", "spread"
+"""How a round chooses its rocks: the next ones of each source, or spread over sources and points that take turns.
+
+A plan without the key `releases` is of a version that always flew the next rocks.
+"""
 
 
 class Kept(NamedTuple):
@@ -36,18 +42,30 @@ class Kept(NamedTuple):
 
 
 def digest_of(scene: Scene) -> str:
-    """Return a digest of everything that affects a calibration, except the time that it may take."""
+    """Return a digest of everything that affects a calibration, except the time that it may take and the engine."""
+    return _digest_with(scene, "auto")  # both engines give the same bits
+
+
+def _digest_with(scene: Scene, engine: str) -> str:
     spec = "" if scene.calibration is None else scene.calibration.model_dump_json()
-    return hashlib.sha256(f"{VERSION} {scene_digest(scene)} {spec}".encode()).hexdigest()
+    whole = scene_digest(scene.model_copy(update={"engine": engine}))
+    return hashlib.sha256(f"{VERSION} {whole} {spec}".encode()).hexdigest()
 
 
-def check_folder(out: Path, scene: Scene) -> None:
+def _digests_of(scene: Scene) -> list[str]:
+    """Return the digests that plans of a scene may have: earlier versions noted the engine as well."""
+    return [_digest_with(scene, engine) for engine in get_args(Scene.model_fields["engine"].annotation)]
+
+
+def check_folder(out: Path, scene: Scene, releases: str | None = None) -> None:
     """Refuse a folder that cannot take a calibration of a scene.
+
+    releases : `NEXT` or `SPREAD`, how a round chooses its rocks; None if it is not known yet
 
     Raises
     ------
     InputError
-        The folder holds other files, or the calibration of another scene.
+        The folder holds other files, the calibration of another scene, or a damaged plan; or its sets flew other rocks.
     """
     state = out / FOLDER
     names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()
@@ -55,23 +73,44 @@ def check_folder(out: Path, scene: Scene) -> None:
         raise InputError(f"{out}: holds {foreign[0]!r}, which is not part of a calibration; give a new or empty folder")
     if names and not (state / PLAN).is_file():
         raise InputError(f"{out}: holds no calibration that could be continued; give a new or empty folder")
-    if names and json.loads((state / PLAN).read_text(encoding="utf-8"))["digest"] != digest_of(scene):
+    if not names:
+        return
+    plan = _read_plan(state / PLAN)
+    if plan["digest"] not in _digests_of(scene):
         raise InputError(f"{out}: holds the calibration of another scene, or of other data; give another folder")
+    if releases is not None and plan.get("releases", NEXT) != releases:
+        raise InputError(f"{out}: is of an earlier version, whose parameter sets flew the first release points or "
+                         "sources only; give another folder")  # fmt: skip
 
 
-def open_state(out: Path, scene: Scene) -> Path:
+def _read_plan(path: Path) -> dict[str, Any]:
+    """Return the plan of a calibration; `InputError` if it is damaged."""
+    try:
+        plan = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as fault:
+        raise InputError(f"{path}: is damaged ({fault}); give another --out, or delete its folder {path.parent.parent}"
+                         ) from fault  # fmt: skip
+    if not isinstance(plan, dict) or not isinstance(plan.get("digest"), str):
+        raise InputError(f"{path}: is damaged (no digest); give another --out, or delete its folder "
+                         f"{path.parent.parent}")  # fmt: skip
+    return plan
+
+
+def open_state(out: Path, scene: Scene, releases: str = NEXT) -> Path:
     """Return the folder of flown sets in the folder of a calibration; both are made where they do not exist.
+
+    releases : how a round chooses its rocks, as in `check_folder`
 
     Raises
     ------
     InputError
         As `check_folder`, or the folder cannot be written to.
     """
-    check_folder(out, scene)
+    check_folder(out, scene, releases)
     state = out / FOLDER
     try:
         state.mkdir(parents=True, exist_ok=True)
-        plan = json.dumps({"program": "rpf3d", "digest": digest_of(scene)})
+        plan = json.dumps({"program": "rpf3d", "digest": digest_of(scene), "releases": releases})
         (state / PLAN).write_text(plan + "\n", encoding="utf-8")
     except OSError as fault:
         raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
@@ -97,15 +136,40 @@ def save_part(state: Path, number: int, part: int, kept: Kept) -> None:
 
 
 def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
-    """Return the flown sets of a round, and the number of files that hold them."""
-    z, flown, part = [np.empty((0, unknowns))], list[Flown](), 0
+    """Return the flown sets of a round, and the number of files that hold them.
+
+    Raises
+    ------
+    InputError
+        A file is damaged; the message names it.
+    """
+    kept, part = Kept(np.empty((0, unknowns)), []), 0
     while (path := _path(state, number, part)).is_file():
-        with np.load(path) as file:
-            z.append(file["z"])
-            columns = [file[name] for name in ("place", "deposited", "densities", "energy")]
-        flown += [Flown(Stops(place, deposited), *rest) for place, deposited, *rest in zip(*columns, strict=True)]
+        try:
+            one = _read_part(path)
+            kept = Kept(np.concatenate([kept.z, one.z]), [*kept.flown, *one.flown])
+        except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as fault:
+            raise InputError(f"{path}: is damaged ({fault or type(fault).__name__}); delete this file, and the same "
+                             "command flies its parameter sets again") from fault  # fmt: skip
         part += 1
-    return Kept(np.concatenate(z), flown), part
+    return kept, part
+
+
+def drop_parts(state: Path, number: int, part: int) -> None:
+    """Delete the files of a round from number `part` on: those after a deleted file, whose sets will fly again."""
+    while (path := _path(state, number, part)).is_file() or _path(state, number, part + 1).is_file():
+        path.unlink(missing_ok=True)
+        part += 1
+
+
+def _read_part(path: Path) -> Kept:
+    """Return the flown sets in one file."""
+    with np.load(path) as file:
+        z, columns = file["z"], [file[name] for name in ("place", "deposited", "densities", "energy")]
+    flown = [Flown(Stops(place, deposited), *rest) for place, deposited, *rest in zip(*columns, strict=True)]
+    if len(flown) != len(z):
+        raise ValueError(f"{len(z)} parameter sets, {len(flown)} results")
+    return Kept(z, flown)
 
 
 def _path(state: Path, number: int, part: int) -> Path:

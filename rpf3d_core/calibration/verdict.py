@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 
 from rpf3d_core.calibration.findings import Estimate, Findings
-from rpf3d_core.calibration.sampling import FLOOR
+from rpf3d_core.calibration.sampling import FLOOR, MOST_ROUNDS
 
 STRONG = 0.8
 """Correlation (-) from which only a combination of two parameters is determined."""
@@ -40,7 +40,8 @@ def is_refused(found: Findings) -> bool:
 
 def warnings_of(found: Findings) -> list[str]:
     """Return what a user must know before using a calibration, as sentences."""
-    return [*_combinations(found), *_of_parameters(found), *_of_predictions(found), *found.of_data]
+    of_data = [*found.of_data, *found.left_out]
+    return [*_combinations(found), *_of_parameters(found), *_of_predictions(found), *of_data]
 
 
 def _combinations(found: Findings) -> list[str]:
@@ -102,15 +103,21 @@ def gain_of(found: Findings) -> tuple[float, float]:
 
 def advice_of(found: Findings) -> list[str]:
     """Return what would help a calibration that has too few effective samples, as sentences."""
-    first = (
-        f"the noise of the log-likelihood is {found.noise:.1f}: raise `calibration.rocks` above {found.rocks}"
-        if found.noise > NOISY
-        else "give it more time: run the same command again with a larger --budget; flown sets are kept"
-    )
+    first = _first_help(found)
     least = min(found.estimates, key=lambda estimate: estimate.shrinkage)
     drop = [f"remove {least.name} from the unknowns, which the data hardly determines"]
     more = drop if _can_drop(found, least) else []
     return [first, *more, "narrow priors that reach far beyond what the ground can be"]
+
+
+def _first_help(found: Findings) -> str:
+    """Return what helps most: more rocks of a set, which need a new folder, or more time while rounds are left."""
+    if found.noise > NOISY:
+        return f"the noise of the log-likelihood is {found.noise:.1f}: raise `calibration.rocks` above {found.rocks}"
+    if found.all_rounds:
+        return (f"all {MOST_ROUNDS} rounds are flown, so more time adds nothing: raise `calibration.rocks` above "
+                f"{found.rocks}, in a new folder")  # fmt: skip
+    return "give it more time: run the same command again with a larger --budget; flown sets are kept"
 
 
 def _can_drop(found: Findings, least: Estimate) -> bool:

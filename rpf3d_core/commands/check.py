@@ -53,6 +53,7 @@ def _print_check(report: "Check") -> None:
     lines += [["models", f"{models}, method {named.method.describe()}"]]
     if named.unknowns is not None and named.has_unknowns:
         lines += [["unknowns", named.unknowns.describe()]]
+    lines += [["calibration", sentence] for sentence in report.observed]
     if report.assumed_friction:
         lines += [["friction", words_on_friction(report.assumed_friction)]]
     lines += [["hazard maps", report.maps.describe()]]

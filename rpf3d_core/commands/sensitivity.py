@@ -40,6 +40,7 @@ def sensitivity(
     for y in range(len(found.results)):
         if is_moved(found, y):
             screen.print(sentence_of(found, y), soft_wrap=True)
+    print_warnings(found.left_out)
     if not all(is_clear(found, y) for y in range(len(found.results))):
         print_warnings(["\"not clearly\" means that the intervals of two unknowns overlap; use more --trajectories, "
                         "--sobol sets or --rocks"])  # fmt: skip

@@ -34,7 +34,7 @@ def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, An
         The points file is damaged, or `along` is vertical.
     """
     along = horizontal_direction(observed.along, frame.up)
-    field = Sample((read_points(observed.points_file, frame.up) - _origin(frame)) @ along)
+    field = Sample((read_points(observed.points_file, frame.up, heights=False) - _origin(frame)) @ along)
     known = field.count > 0 and stops.count > 0
     return {
         "file": observed.points_file.name,

@@ -20,6 +20,7 @@ from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
+from rpf3d_core.runs.check_calibration import observations_in_words
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
 from rpf3d_core.runs.check_sources import SourceHeight, heights_of, high_above
@@ -124,6 +125,7 @@ class Check:
     assumed_friction : names of the materials that use the default friction angle
     shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
     measured : sentences on the files of measured sizes: which column is read, and in which unit
+    observed : lines on what `rpf3d calibrate` reads; empty without a calibration
     """
 
     scene: Scene
@@ -136,6 +138,7 @@ class Check:
     assumed_friction: tuple[str, ...] = ()
     shapes: tuple[str, ...] = ()
     measured: tuple[str, ...] = ()
+    observed: tuple[str, ...] = ()
 
     @property
     def fit(self) -> bool:
@@ -171,7 +174,8 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     of_scene = warnings_of(scene)
     placed = [*high_above(heights), *_unused_points(prepared, rocks), *_partly_off(prepared)]
     rims = hanging_rims(prepared.terrain, engine)
-    warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims]
+    observed, doubts = observations_in_words(prepared)
+    warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims, *doubts]
     assumed = without_friction(scene, prepared.terrain.zones)
     report = Check(
         scene=scene,
@@ -184,6 +188,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         assumed_friction=assumed,
         shapes=shapes_in_words(scene),
         measured=measured_sizes(scene),
+        observed=observed,
     )
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
 

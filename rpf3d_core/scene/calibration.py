@@ -1,9 +1,9 @@
 """The scene's key `calibration`: which values `rpf3d calibrate` determines, and observations other than end points."""
 
 from collections.abc import Mapping
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from rpf3d_core.scene.unknowns import PriorSpec
 from rpf3d_core.scene.values import Count, Name, Number, StrictModel, no_two_alike, refuse
@@ -13,6 +13,14 @@ MOST_UNKNOWNS = 12
 VALUES = ("speeds", "heights", "energies")
 """Keys of a gate with one value for each observed rock."""
 
+if TYPE_CHECKING:
+    Column = int | str
+else:
+    Column = Annotated[
+        Annotated[Count, Field(ge=1), Tag("[numbers]")] | Annotated[Name, Tag("[key]")],
+        Discriminator(lambda value: "[key]" if isinstance(value, str) else "[numbers]"),
+    ]
+"""A column of a file: its number, counted from 1, or its name."""
 Measured = tuple[Annotated[Number, Field(ge=0)], ...]
 
 
@@ -82,12 +90,12 @@ class CalibrationSpec(StrictModel):
     measuring_error: Number = Field(
         0.5, ge=0, description="a number >= 0 (m), the standard deviation of an observed end point, along and across"
     )
-    mass_column: Count | None = Field(
-        None, ge=4, description="a whole number >= 4, the column of observed.points_file with the mass of each block "
-        "(kg), counted from 1",
+    mass_column: Column | None = Field(
+        None, description="a name or a whole number >= 1, the column of observed.points_file with the mass of each "
+        "block (kg): a name in the header, a property of GeoJSON points, or a number counted from 1",
     )  # fmt: skip
-    shape_column: Count | None = Field(
-        None, ge=4, description="a whole number >= 4, the column with the number of each block's shape in "
+    shape_column: Column | None = Field(
+        None, description="a name or a whole number >= 1, the column with the number of each block's shape in "
         "rock.shape.files, counted from 1",
     )  # fmt: skip
     gates: Annotated[tuple[GateSpec, ...], AfterValidator(no_two_alike)] = Field(

@@ -50,6 +50,8 @@ SAME = (
     ("paths", "tracks", "trajectories"),
     ("images", "plots", "maps", "pictures"),
     ("rerun", "rrd", "recording"),
+    ("mass", "masses", "mass_col", "weight_column", "mass_column"),
+    ("shape", "shapes", "shape_col", "shape_number", "shape_column"),
 )  # fmt: skip
 """Groups of words with one meaning; the last words of a group are keys, the most likely key first among them."""
 

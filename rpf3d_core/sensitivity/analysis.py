@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.even_rounds import words_on_left_out
 from rpf3d_core.errors import InputError
 from rpf3d_core.materials.distributions import quantiles
 from rpf3d_core.scene.model import Scene
@@ -51,6 +52,7 @@ class Sensitivity:
 
     names : of the U unknowns; results, units : of the Y results; middle : (Y,) means of the results over the design
     effects : by Morris; indices : by Sobol, or None; sets : parameter sets flown; rocks : of each
+    left_out : sentences on sources of which no rock flew
     """
 
     names: tuple[str, ...]
@@ -61,6 +63,7 @@ class Sensitivity:
     indices: Indices | None
     sets: int
     rocks: int
+    left_out: tuple[str, ...] = ()
 
 
 def sensitivity(
@@ -117,4 +120,5 @@ def _of(what: Compared, paths: FloatArray, points: FloatArray, flown: FloatArray
     return Sensitivity(
         names=what.names, results=what.results, units=what.units, middle=flown.mean(axis=0), effects=effects,
         indices=indices_of(rest, seed) if len(points) else None, sets=len(flown), rocks=len(what.releases.x),
+        left_out=tuple(words_on_left_out(what.prepared.sources, len(what.releases.x), 1, "--rocks")),
     )  # fmt: skip

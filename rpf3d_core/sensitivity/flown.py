@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rpf3d_core.calibration.flown_passages import visited
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
-from rpf3d_core.ensemble.releases import Releases, share_out
+from rpf3d_core.ensemble.even_rounds import rocks_of_round
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.setup.parameter_sets import flight_of_set
 from rpf3d_core.setup.prepared import Prepared, check_releases, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, precompile_flights
@@ -44,8 +45,7 @@ def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared
     InputError
         A release point is refused; the message names its source.
     """
-    counts = share_out([source.rocks for source in prepared.sources], rocks)
-    releases = releases_in_ranges(prepared, [range(n) for n in counts])
+    releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, rocks, 0))
     check_releases(prepared, releases)
     precompile_flights(prepared.engine, prepared.flight.models, prepared.flight.materials, prepared.flight.settings)
     areas = [f"share that reaches {name}" for name in prepared.area_names]

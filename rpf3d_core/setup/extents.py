@@ -137,7 +137,10 @@ def _observed(scene: Scene) -> Iterator[Extent | None]:
     if scene.observed is not None:
         file = scene.observed.points_file
         try:
-            yield _extent("observed", [read_points(file, scene.terrain.up)], file, stated_reference_system(file))
+            points, up = read_points(file, scene.terrain.up, heights=False), "xyz".index(scene.terrain.up)
+            if not points[:, up].any():
+                points[:, up] = np.nan  # without heights, which are never compared
+            yield _extent("observed", [points], file, stated_reference_system(file))
         except InputError:
             return
 

@@ -138,7 +138,7 @@ def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
     read_source_files(scene)
     areas = read_areas(scene)
     if scene.observed is not None:
-        read_points(scene.observed.points_file, scene.terrain.up)
+        read_points(scene.observed.points_file, scene.terrain.up, heights=False)
     return areas
 
 

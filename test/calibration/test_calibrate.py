@@ -11,7 +11,7 @@ from recovery import BLOCKS, MIDDLE, known_scene
 from typer.testing import CliRunner
 
 from rpf3d_core.calibration import verdict
-from rpf3d_core.calibration.calibrate import calibrate, deadline_after
+from rpf3d_core.calibration.calibrate import LEAST_BUDGET_S, calibrate, deadline_after
 from rpf3d_core.calibration.flying import fly_set, releases_of_round, slope_of
 from rpf3d_core.calibration.rounds import Control
 from rpf3d_core.cli import app
@@ -233,7 +233,13 @@ def test_a_folder_of_another_calibration_is_refused(done: Path, site: tuple[Path
         calibrate(site[0], site[0].parent, Control(deadline=deadline_after(60)))
 
 
-@pytest.mark.parametrize("budget", [0.0, -5.0, float("nan"), float("inf")])
+def test_a_budget_without_a_flight_says_what_took_it_and_what_would_do(site: tuple[Path, dict[str, float]]) -> None:
+    with pytest.raises(InputError, match=r"reading took .* compiling .* at least --budget \d+") as fault:
+        calibrate(site[0], site[0].parent / "no_time", Control(deadline=time.monotonic()))
+    assert int(str(fault.value).split()[-1]) >= LEAST_BUDGET_S
+
+
+@pytest.mark.parametrize("budget", [0.0, 5.0, -5.0, float("nan"), float("inf")])
 def test_a_budget_that_is_no_time_is_refused(budget: float) -> None:
     with pytest.raises(InputError, match="--budget"):
         deadline_after(budget)

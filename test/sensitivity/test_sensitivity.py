@@ -10,8 +10,11 @@ from typer.testing import CliRunner
 
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
+from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.sensitivity.analysis import Asked, Stopped, sensitivity
+from rpf3d_core.sensitivity.flown import compared
 from rpf3d_core.sensitivity.words import is_clear, sentence_of
+from rpf3d_core.setup.prepared import prepare
 
 SCENE = """\
 terrain: {{files: [{{path: floor.obj, zone: default}}]}}
@@ -81,3 +84,20 @@ def test_a_scene_with_a_sample_is_refused_because_its_values_do_not_vary_one_by_
     path.write_text(path.read_text() + "unknowns: {sample: posterior.parquet}\n")
     with pytest.raises(InputError, match=r"`unknowns.sample` gives the values of a calibration"):
         sensitivity(path, FEW)
+
+
+def test_few_rocks_stand_for_the_whole_ledge(tmp_path: Path) -> None:
+    path = scene(tmp_path)
+    (tmp_path / "ledge.csv").write_text("x,y,z\n" + "".join(f"0,{y},20\n" for y in range(40)))
+    y = compared(prepare(read_scene(path)), (R_N,), 10).releases.x[:, 1]
+    assert np.ptp(y) >= 36  # the first ten points would span 9 m
+
+
+def test_sources_that_never_flew_are_noted(tmp_path: Path) -> None:
+    path = scene(tmp_path)
+    sources = ", ".join(f"{{name: s{y}, points: [[0, {y}, 20]], rocks: 1}}" for y in range(8))
+    lines = [f"sources: [{sources}]" if line.startswith("sources") else line for line in path.read_text().splitlines()]
+    path.write_text("\n".join(lines))
+    (sentence,) = sensitivity(path, FEW).left_out
+    assert sentence.startswith("4 of 8 sources flew no rock")
+    assert "--rocks" in sentence

@@ -1,0 +1,104 @@
+"""Read a column of numbers from the file of observed end points, such as the mass of each block."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.features import features_of
+from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, OTHERS, Row, rows_of, text_of
+from rpf3d_core.formats.polygons import geometries
+
+FloatArray = NDArray[np.float64]
+
+
+class Cell(NamedTuple):
+    """The content of a column for one end point; place : where it stands, for messages."""
+
+    place: str
+    content: Any
+
+
+def column_of(path: Path, column: int | str, key: str) -> FloatArray:
+    """Return the numbers (N,) in a column of a file of N points, each above 0.
+
+    Parameters
+    ----------
+    column : number of the column of a text or CSV, from 1; the name in its header; or a property of GeoJSON points
+    key : the scene's key with the column, for messages
+
+    Raises
+    ------
+    InputError
+        The file has no such column, the column is that of a coordinate, or a cell is not a number above 0.
+    """
+    suffix = path.suffix.lower()
+    if suffix in OTHERS:
+        raise InputError(f"{path}: `calibration.{key}` needs a CSV, text or GeoJSON; columns of {suffix} are not read")
+    is_geojson = suffix in GEOJSON
+    cells = list(_properties(path, column, key) if is_geojson else _cells(path, column, key))
+    for cell in cells:
+        if not 0.0 < _number(cell.content) < np.inf:
+            raise InputError(f"{path}, {cell.place}: `calibration.{key}` must be a number above 0, but is "
+                             f"{cell.content!r}")  # fmt: skip
+    return np.array([_number(cell.content) for cell in cells])
+
+
+def _number(content: Any) -> float:
+    """Return a cell or property as a number; NaN if it is not a number."""
+    if isinstance(content, bool) or not isinstance(content, int | float | str):
+        return math.nan
+    try:
+        return float(content)
+    except ValueError:
+        return math.nan
+
+
+def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
+    """Yield the cells of a column of a text or CSV, without its header."""
+    rows = list(rows_of(path, text_of(path)))
+    header = rows[0] if rows and all(math.isnan(_number(cell)) for cell in rows[0].cells) else None
+    place = _place_of(path, header, column, key)
+    for row in rows if header is None else rows[1:]:
+        content = row.cells[place] if place < len(row.cells) else ""
+        yield Cell(f"line {row.line}, column {place + 1}", content)
+
+
+def _place_of(path: Path, header: Row | None, column: int | str, key: str) -> int:
+    """Return the place of a column from 0."""
+    if header is None:
+        if isinstance(column, str):
+            raise InputError(f"{path}: `calibration.{key}` is {column!r}, but the file has no header; give the number "
+                             "of the column")  # fmt: skip
+        if column <= 2:
+            raise InputError(f"{path}: `calibration.{key}` is {column}, but the first columns hold the coordinates")
+        return column - 1
+    names = [cell.lower() for cell in header.cells]
+    if isinstance(column, str) and names.count(column.lower()) != 1:
+        found = "names it twice" if column.lower() in names else f"has {', '.join(header.cells)}"
+        raise InputError(f"{path}, line {header.line}: `calibration.{key}` is {column!r}, but the header {found}")
+    place = names.index(column.lower()) if isinstance(column, str) else column - 1
+    coordinates = {"x", "y", *COLUMN_NAMES["x"], *COLUMN_NAMES["y"]}
+    if place < len(names) and names[place] in coordinates:
+        raise InputError(f"{path}, line {header.line}: `calibration.{key}` is {column!r}, but this column holds the "
+                         f"coordinate {header.cells[place]!r}")  # fmt: skip
+    return place
+
+
+def _properties(path: Path, column: int | str, key: str) -> Iterator[Cell]:
+    """Yield a property of all points of a GeoJSON file, in their order."""
+    if not isinstance(column, str):
+        raise InputError(f"{path}: `calibration.{key}` is {column}, but GeoJSON has no columns; give the name of a "
+                         "property")  # fmt: skip
+    content = features_of(path, "point")
+    features = content.get("features", [content]) if isinstance(content, dict) else [content]
+    for number, feature in enumerate(features, start=1):
+        properties = feature.get("properties") if isinstance(feature, dict) else None
+        value = properties.get(column) if isinstance(properties, dict) else None
+        for geometry in geometries(path, feature, ("Point", "MultiPoint")):
+            points = 1 if geometry["type"] == "Point" else len(geometry["coordinates"])
+            yield from [Cell(f"feature {number}, property {column!r}", value)] * points

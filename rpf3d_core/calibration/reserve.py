@@ -1,0 +1,72 @@
+"""How much of the time of a calibration is kept for what follows the flights: scores, pictures and files."""
+
+import time
+from dataclasses import dataclass
+from typing import NamedTuple
+
+LARGEST = 0.25
+"""Largest part (-) of the budget that is kept; all of it is kept until the time is measured."""
+WORTH_S = 15.0
+"""Reserve (s) up to which measuring costs more than it gains: scores, pictures and files take some seconds."""
+MEASURED_AT = 0.5
+"""Part (-) of the budget after which the time is measured: a calibration that ends earlier does not need it."""
+MARGIN = 1.25
+"""Factor (-) on measured times, because other programs may become busier."""
+
+
+class Reserve(NamedTuple):
+    """The time that is kept, and what it is computed from.
+
+    began : `time.monotonic()` at the start of the budget; budget : s
+    scores_s, files_s : s, measured times of scores and of files for `sets` parameter sets; 0 if not measured
+    """
+
+    began: float
+    budget: float
+    scores_s: float = 0.0
+    files_s: float = 0.0
+    sets: int = 0
+
+    def seconds(self, sets: int) -> float:
+        """Return how long before the deadline (s) the last set must end, with a number of flown sets at the end."""
+        most = LARGEST * self.budget
+        if not self.sets:
+            return most
+        grown = (sets / self.sets) ** 2  # each set is weighed with its neighbours among all others
+        return min(MARGIN * (self.scores_s * grown + self.files_s), most)
+
+    def should_measure(self, now: float) -> bool:
+        """Return whether the time after the flights should be measured, at `time.monotonic()`."""
+        large = LARGEST * self.budget > WORTH_S
+        return large and not self.sets and now - self.began > MEASURED_AT * self.budget
+
+
+@dataclass
+class Pace:
+    """How long a parameter set flies, from the flights so far, and whether another one would end in time.
+
+    workers : number of sets that fly at the same time; set_s : s, time of one set, 0 before the first has flown
+    """
+
+    workers: int
+    set_s: float = 0.0
+    began: float = 0.0
+    flown: int = 0
+
+    def begin(self) -> None:
+        """Begin a round: sets that are read from disk, and time between rounds, do not count."""
+        self.began, self.flown = time.monotonic(), 0
+
+    def count(self) -> None:
+        """Count a set that has flown."""
+        self.flown += 1
+        self.set_s = (time.monotonic() - self.began) * min(self.workers, self.flown) / self.flown
+
+    def is_too_late(self, until: float) -> bool:
+        """Return whether a set that begins now would end after a `time.monotonic()`."""
+        return time.monotonic() + self.set_s > until
+
+
+def first_reserve(began: float, deadline: float) -> Reserve:
+    """Return the reserve before the first flight."""
+    return Reserve(began=began, budget=max(deadline - began, 0.0))

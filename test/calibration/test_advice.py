@@ -1,0 +1,42 @@
+"""What a refused calibration proposes: more time only while rounds are left."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rpf3d_core.calibration.rounds import Result
+from rpf3d_core.calibration.sampling import MOST_ROUNDS, sets_of_round
+from rpf3d_core.calibration.verdict import advice_of
+
+
+def flown(rounds: int, missing: int = 0) -> Result:
+    """Return the result of a number of rounds, the last of which misses some sets."""
+    counts = [sets_of_round(number, 2) for number in range(rounds)]
+    numbers = np.repeat(np.arange(rounds), counts).tolist()[: sum(counts) - missing]
+    posterior: Any = SimpleNamespace(z=np.zeros((len(numbers), 2)))
+    nothing: Any = None
+    return Result(posterior=posterior, proposed=nothing, flown=[], numbers=numbers, power=1.0)
+
+
+@pytest.mark.parametrize(
+    ("rounds", "missing", "complete"), [(MOST_ROUNDS, 0, True), (MOST_ROUNDS, 1, False), (MOST_ROUNDS - 1, 0, False)]
+)
+def test_all_rounds_are_flown_only_with_the_last_set(rounds: int, missing: int, complete: bool) -> None:
+    assert flown(rounds, missing).is_complete == complete
+
+
+def first_advice(noise: float, all_rounds: bool) -> str:
+    found: Any = SimpleNamespace(
+        noise=noise, all_rounds=all_rounds, rocks=128, estimates=[SimpleNamespace(name="friction", shrinkage=0.5)]
+    )
+    return advice_of(found)[0]
+
+
+def test_more_time_is_proposed_only_while_rounds_are_left() -> None:
+    assert "larger --budget" in first_advice(0.1, all_rounds=False)
+    last = first_advice(0.1, all_rounds=True)
+    assert "more time adds nothing" in last
+    assert "`calibration.rocks` above 128" in last
+    assert "noise of the log-likelihood" in first_advice(9.0, all_rounds=True)

@@ -1,0 +1,65 @@
+"""`rpf3d check` reads what a calibration observes, and says what lies outside the terrain."""
+
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from rpf3d_core.cli import app
+from rpf3d_core.runs.check_calibration import observations_in_words
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare
+
+SCENE = """\
+terrain: {files: [{path: slope.obj, zone: default}]}
+materials: {default: {normal_restitution: 0.4, tangential_restitution: 0.8, friction_angle_deg: 32}}
+rock: {density: 2700, mass: 500}
+sources: [{name: top, points: [[10, 10, 9]], rocks: 10, velocity: [1, 0, 0]}]
+rebound: constant
+ground: sliding
+engine: reference
+observed: {points_file: stops.csv, along: [1, 0, 0], sections: {low: [20, null]}}
+"""
+CALIBRATION = """\
+calibration:
+  unknowns: {materials.default.normal_restitution: {min: 0.2, max: 0.6}}
+  mass_column: mass
+  gates: [{name: near, at: 20, speeds: [5, 7]}, {name: far, at: 5000, speeds: [5]}]
+  shares: [{place: low, stopped: 2, of: 3}]
+"""
+
+
+def written(folder: Path, calibration: str = CALIBRATION, stops: str = "30,20,400\n500,20,600\n20,-5,500\n") -> Path:
+    (folder / "slope.obj").write_text("v 0 0 5\nv 50 0 0\nv 50 50 0\nv 0 50 5\nf 1 2 3\nf 1 3 4\n")
+    (folder / "stops.csv").write_text("x,y,mass\n" + stops)
+    path = folder / "scene.yaml"
+    path.write_text(SCENE + calibration)
+    return path
+
+
+def test_the_observations_are_counted_and_those_outside_are_named(tmp_path: Path) -> None:
+    lines, warnings = observations_in_words(prepare(read_scene(written(tmp_path))))
+    assert lines == (
+        "3 observed stops, along 20 .. 500 m, across -5 .. 20 m, masses 400 to 600 kg",
+        "gate near at 20 m: 2 x speed, 5 to 7",
+        "gate far at 5000 m: 1 x speed, 5 to 5",
+        "low: 2 of 3 observed rocks stopped",
+    )
+    stops, gate = warnings
+    assert stops.startswith("2 of 3 observed stops lie outside the terrain")
+    assert "number 2 at (500, 20, 0), 3 at (20, -5, 0);" in stops
+    assert gate.startswith("gate 'far' is at 5000 m, but the terrain reaches from 0 to 50 m")
+
+
+def test_nothing_is_said_of_stops_on_the_terrain(tmp_path: Path) -> None:
+    path = written(tmp_path, calibration="", stops="30,20,400\n49,1,600\n")
+    assert observations_in_words(prepare(read_scene(path))) == ((), [])
+
+
+def test_check_prints_them_and_what_calibrate_would_refuse(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["check", str(written(tmp_path))])
+    assert result.exit_code == 0, result.output
+    assert "3 observed stops" in result.output
+    result = CliRunner().invoke(app, ["check", str(written(tmp_path, CALIBRATION.replace(": mass\n", ": weight\n")))])
+    assert result.exit_code == 0, result.output
+    assert "rpf3d calibrate refuses this scene" in result.output
+    assert "'weight', but the header has x, y, mass" in result.output

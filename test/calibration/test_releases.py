@@ -1,0 +1,37 @@
+"""The rocks of a round of a calibration stand for all release points of its scene."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rpf3d_core.calibration.flying import releases_of_round
+from rpf3d_core.calibration.observations import Field
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare
+
+SCENE = """\
+terrain: {files: [{path: floor.obj, zone: default}]}
+materials: {default: {normal_restitution: 0.4, tangential_restitution: 0.8, friction_angle_deg: 32}}
+rock: {density: 2700, mass: 500}
+sources: [{name: crest, points_file: crest.csv, rocks: 400, velocity: [1, 0, 0]}]
+rebound: constant
+ground: sliding
+engine: reference
+"""
+
+
+@pytest.mark.parametrize("number", [0, 1, 5])
+def test_each_round_flies_from_the_whole_crest(tmp_path: Path, number: int) -> None:
+    (tmp_path / "floor.obj").write_text("v -9 -9 0\nv 9 -9 0\nv 9 409 0\nv -9 409 0\nf 1 2 3\nf 1 3 4\n")
+    (tmp_path / "crest.csv").write_text("x,y,z\n" + "".join(f"0,{y},20\n" for y in range(400)))
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    prepared = prepare(read_scene(tmp_path / "scene.yaml"))
+    field = Field(stops=np.empty((0, 2)), masses=None, shapes=None, values=(), counted=())
+    slope: Any = SimpleNamespace(prepared=prepared, field=field, rocks=128)
+    y = releases_of_round(slope, number).x[:, 1] + prepared.terrain.frame.origin[1]
+    counts, _ = np.histogram(y, bins=8, range=(0.0, 400.0))
+    assert counts.sum() == 128
+    assert counts.min() >= 15  # 16 from each of eight parts of the crest
