@@ -15,8 +15,7 @@ from rpf3d_core.calibration.observations import calibration_of
 from rpf3d_core.calibration.reserve import LARGEST
 from rpf3d_core.calibration.rounds import Control, Result, fly_rounds
 from rpf3d_core.calibration.sampling import sets_of_round
-from rpf3d_core.calibration.state import NEXT, SPREAD, check_folder, open_state
-from rpf3d_core.ensemble.even_rounds import is_spread
+from rpf3d_core.calibration.state import check_folder, open_state
 from rpf3d_core.errors import InputError
 from rpf3d_core.materials.distributions import Distribution, quantiles
 from rpf3d_core.scene.calibration import CalibrationSpec
@@ -63,7 +62,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     slope = slope_of(_many(chosen))
     prepared_s = time.monotonic() - began
     import_writers()  # here, so that the time left is known when it is needed
-    state = open_state(folder, chosen, SPREAD if is_spread(slope.prepared.sources, slope.rocks) else NEXT)
+    state = open_state(folder, chosen)
     priors = [prior.distribution for prior in spec.unknowns.values()]
 
     def end(result: Result) -> float:

@@ -5,7 +5,7 @@ import json
 import os
 import zipfile
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +27,6 @@ RESULTS = (
 """Names of the files that a calibration writes."""
 VERSION = 2
 """Version of the kept files; it changes whenever the sampler or the densities change."""
-NEXT, SPREAD = "next", "spread"
-"""How a round chooses its rocks: the next ones of each source, or spread over sources and points that take turns.
-
-A plan without the key `releases` is of a version that always flew the next rocks.
-"""
 
 
 class Kept(NamedTuple):
@@ -43,29 +38,18 @@ class Kept(NamedTuple):
 
 def digest_of(scene: Scene) -> str:
     """Return a digest of everything that affects a calibration, except the time that it may take and the engine."""
-    return _digest_with(scene, "auto")  # both engines give the same bits
-
-
-def _digest_with(scene: Scene, engine: str) -> str:
     spec = "" if scene.calibration is None else scene.calibration.model_dump_json()
-    whole = scene_digest(scene.model_copy(update={"engine": engine}))
+    whole = scene_digest(scene.model_copy(update={"engine": "auto"}))  # both engines give the same bits
     return hashlib.sha256(f"{VERSION} {whole} {spec}".encode()).hexdigest()
 
 
-def _digests_of(scene: Scene) -> list[str]:
-    """Return the digests that plans of a scene may have: earlier versions noted the engine as well."""
-    return [_digest_with(scene, engine) for engine in get_args(Scene.model_fields["engine"].annotation)]
-
-
-def check_folder(out: Path, scene: Scene, releases: str | None = None) -> None:
+def check_folder(out: Path, scene: Scene) -> None:
     """Refuse a folder that cannot take a calibration of a scene.
-
-    releases : `NEXT` or `SPREAD`, how a round chooses its rocks; None if it is not known yet
 
     Raises
     ------
     InputError
-        The folder holds other files, the calibration of another scene, or a damaged plan; or its sets flew other rocks.
+        The folder holds other files, the calibration of another scene or of an earlier version, or a damaged plan.
     """
     state = out / FOLDER
     names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()
@@ -75,12 +59,9 @@ def check_folder(out: Path, scene: Scene, releases: str | None = None) -> None:
         raise InputError(f"{out}: holds no calibration that could be continued; give a new or empty folder")
     if not names:
         return
-    plan = _read_plan(state / PLAN)
-    if plan["digest"] not in _digests_of(scene):
-        raise InputError(f"{out}: holds the calibration of another scene, or of other data; give another folder")
-    if releases is not None and plan.get("releases", NEXT) != releases:
-        raise InputError(f"{out}: is of an earlier version, whose parameter sets flew the first release points or "
-                         "sources only; give another folder")  # fmt: skip
+    if _read_plan(state / PLAN)["digest"] != digest_of(scene):
+        raise InputError(f"{out}: holds the calibration of another scene, of other data, or of an earlier version of "
+                         "rpf3d; give another folder")  # fmt: skip
 
 
 def _read_plan(path: Path) -> dict[str, Any]:
@@ -96,21 +77,19 @@ def _read_plan(path: Path) -> dict[str, Any]:
     return plan
 
 
-def open_state(out: Path, scene: Scene, releases: str = NEXT) -> Path:
+def open_state(out: Path, scene: Scene) -> Path:
     """Return the folder of flown sets in the folder of a calibration; both are made where they do not exist.
-
-    releases : how a round chooses its rocks, as in `check_folder`
 
     Raises
     ------
     InputError
         As `check_folder`, or the folder cannot be written to.
     """
-    check_folder(out, scene, releases)
+    check_folder(out, scene)
     state = out / FOLDER
     try:
         state.mkdir(parents=True, exist_ok=True)
-        plan = json.dumps({"program": "rpf3d", "digest": digest_of(scene), "releases": releases})
+        plan = json.dumps({"program": "rpf3d", "digest": digest_of(scene)})
         (state / PLAN).write_text(plan + "\n", encoding="utf-8")
     except OSError as fault:
         raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault

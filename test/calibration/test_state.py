@@ -1,7 +1,5 @@
 """The folder of a calibration: which scenes may continue in it, and how a damaged file is reported."""
 
-import hashlib
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +8,6 @@ import pytest
 from rpf3d_core.calibration.density import Stops
 from rpf3d_core.calibration.flying import Flown
 from rpf3d_core.calibration.state import (
-    NEXT,
-    SPREAD,
-    VERSION,
     Kept,
     check_folder,
     drop_parts,
@@ -22,7 +17,7 @@ from rpf3d_core.calibration.state import (
 )
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.reading import read_scene, scene_digest
+from rpf3d_core.scene.reading import read_scene
 
 SCENE = """\
 terrain: {files: [{path: slope.obj, zone: default}]}
@@ -52,18 +47,6 @@ def kept(sets: int, begin: int = 0) -> Kept:
 def test_a_calibration_continues_with_another_engine(tmp_path: Path, engine: str) -> None:
     open_state(tmp_path / "out", scene(tmp_path))
     open_state(tmp_path / "out", scene(tmp_path, engine))
-
-
-def test_a_plan_that_notes_its_engine_still_continues(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    plan = open_state(out, scene(tmp_path)) / "plan.json"
-    # As earlier versions wrote it: the digest covers the engine, and nothing says how rounds choose their rocks.
-    old = hashlib.sha256(f"{VERSION} {scene_digest(scene(tmp_path))} ".encode()).hexdigest()
-    plan.write_text(json.dumps({"program": "rpf3d", "digest": old}))
-    check_folder(out, scene(tmp_path), NEXT)
-    with pytest.raises(InputError, match="the first release points or sources only"):
-        check_folder(out, scene(tmp_path), SPREAD)
-
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"digest": 3}', "\udc80"])
