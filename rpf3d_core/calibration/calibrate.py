@@ -88,7 +88,7 @@ def deadline_after(budget: float | None) -> float:
     Raises
     ------
     InputError
-        The budget is not a positive time.
+        The budget is shorter than LEAST_BUDGET_S, or not a number.
     """
     if budget is not None and not LEAST_BUDGET_S <= budget < float("inf"):
         raise InputError(f"--budget is {budget:g}; it must be at least {LEAST_BUDGET_S:g} (seconds for everything)")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.features import features_of
-from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, OTHERS, Row, rows_of, text_of
+from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, NUMBER, OTHERS, UNIT, Row, rows_of, text_of
 from rpf3d_core.formats.polygons import geometries
 
 FloatArray = NDArray[np.float64]
@@ -52,38 +52,40 @@ def _number(content: Any) -> float:
     """Return a cell or property as a number; NaN if it is not a number."""
     if isinstance(content, bool) or not isinstance(content, int | float | str):
         return math.nan
-    try:
-        return float(content)
-    except ValueError:
+    if isinstance(content, str) and not NUMBER.fullmatch(content):
         return math.nan
+    return float(content)
 
 
 def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
     """Yield the cells of a column of a text or CSV, without its header."""
     rows = list(rows_of(path, text_of(path)))
     header = rows[0] if rows and all(math.isnan(_number(cell)) for cell in rows[0].cells) else None
-    place = _place_of(path, header, column, key)
+    place = _place_of(path, header, column, key) if header else _place_without_names(path, rows, column, key)
     for row in rows if header is None else rows[1:]:
         content = row.cells[place] if place < len(row.cells) else ""
         yield Cell(f"line {row.line}, column {place + 1}", content)
 
 
-def _place_of(path: Path, header: Row | None, column: int | str, key: str) -> int:
-    """Return the place of a column from 0."""
-    if header is None:
-        if isinstance(column, str):
-            raise InputError(f"{path}: `calibration.{key}` is {column!r}, but the file has no header; give the number "
-                             "of the column")  # fmt: skip
-        if column <= 2:
-            raise InputError(f"{path}: `calibration.{key}` is {column}, but the first columns hold the coordinates")
-        return column - 1
+def _place_without_names(path: Path, rows: list[Row], column: int | str, key: str) -> int:
+    """Return the place of a column from 0, in a file without a header; of three columns, two are coordinates."""
+    if isinstance(column, str):
+        raise InputError(f"{path}: `calibration.{key}` is {column!r}, but the file has no header; give the number "
+                         "of the column")  # fmt: skip
+    if column <= 2 or (column == 3 and len(rows[0].cells) > 3):
+        raise InputError(f"{path}: `calibration.{key}` is {column}, but the first columns hold the coordinates")
+    return column - 1
+
+
+def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
+    """Return the place of a column from 0, in a file with a header."""
     names = [cell.lower() for cell in header.cells]
     if isinstance(column, str) and names.count(column.lower()) != 1:
         found = "names it twice" if column.lower() in names else f"has {', '.join(header.cells)}"
         raise InputError(f"{path}, line {header.line}: `calibration.{key}` is {column!r}, but the header {found}")
     place = names.index(column.lower()) if isinstance(column, str) else column - 1
-    coordinates = {"x", "y", *COLUMN_NAMES["x"], *COLUMN_NAMES["y"]}
-    if place < len(names) and names[place] in coordinates:
+    coordinates = {*COLUMN_NAMES, *(name for names in COLUMN_NAMES.values() for name in names)}
+    if place < len(names) and UNIT.sub("", names[place]) in coordinates:
         raise InputError(f"{path}, line {header.line}: `calibration.{key}` is {column!r}, but this column holds the "
                          f"coordinate {header.cells[place]!r}")  # fmt: skip
     return place

@@ -57,8 +57,8 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
         yield (f"the values observed at {', '.join(gates)} carry their measuring error but no error of the model: "
                "intervals are too narrow where the model is poor")  # fmt: skip
     for gate, at in sorted(_gates_without_rocks(slope, flown)):
-        yield (f"no simulated rock passed the gate {gate} (at {at:g} m), or none with values near the observed: it "
-               "determined nothing; check its distance along `observed.along`")  # fmt: skip
+        yield (f"at the gate {gate} (at {at:g} m), no simulated rock had what was observed: none passed, or none with "
+               "such values; check its distance along `observed.along`, and units")  # fmt: skip
 
 
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
@@ -77,6 +77,6 @@ def _gate_columns(field: Field) -> Iterator[tuple[str, float, slice]]:
         yield values.gate, values.at, slice(column, column + len(values.observed))
         column += len(values.observed)
     for count in field.counted:
-        if count.kind == "passed" and count.at is not None:
+        if count.kind == "passed" and count.at is not None and count.rocks:
             yield count.place, count.at, slice(column, column + 1)
         column += 2

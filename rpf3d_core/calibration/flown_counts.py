@@ -6,13 +6,15 @@ Without an error the probability is 0 or 1.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import reduce
+from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.calibration.density import GROUPS
-from rpf3d_core.calibration.flown_passages import STEP, contained, path_points
+from rpf3d_core.calibration.flown_passages import contained
 from rpf3d_core.calibration.normal_space import normal_of, probability_below
 from rpf3d_core.calibration.observations import Directions
 from rpf3d_core.ensemble.batch import Batch
@@ -22,8 +24,6 @@ from rpf3d_core.values import DEPOSITED
 FloatArray = NDArray[np.float64]
 Section = tuple[float | None, float | None]
 
-STEPS_IN_MISFIT = 4.0
-"""Least number of points on a displaced path over a distance of one misfit."""
 COPIES = 16
 """Number of displaced copies of each rock that are compared with an area; the same for all rocks and sets."""
 
@@ -98,23 +98,51 @@ def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArra
 
 
 def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
-    """Return the probability (M, R) that each rock crossed an area or stopped in it: the share of displaced paths."""
-    return np.stack([_reached(batch, outlines, sd) for sd in misfits.tolist()])
+    """Return the probability (M, R) that each rock crossed an area or stopped in it: the share of displaced paths.
 
-
-def _reached(batch: Batch, outlines: list[FloatArray], sd: float) -> FloatArray:
-    """Return the probability (R,) of `reached_area` for a misfit (m); a large misfit needs no dense points on paths."""
-    points, rows = path_points(batch, max(STEP, sd / STEPS_IN_MISFIT))
-    widest, corners = sd * np.abs(unit_displacements()).max(axis=0), np.concatenate(outlines)
-    near = ((points >= corners.min(axis=0) - widest) & (points <= corners.max(axis=0) + widest)).all(axis=1)
-    points, rows = points[near], rows[near]
+    As in `passed`, the error belongs to the end of a path, and not to its beginning, which is known: it grows along the
+    path.
+    """
+    area, paths = _area_of(outlines), _paths_of(batch)
 
     def flags_at(by: FloatArray) -> NDArray[np.bool_]:
-        flags = np.zeros(len(batch.rows), dtype=bool)
-        flags[rows[contained(points + by, outlines)]] = True
-        return flags
+        moved = paths.points + paths.share[:, None] * by
+        return np.asarray(shapely.intersects(area, shapely.linestrings(moved, indices=paths.rows)))
 
-    return _share(flags_at, sd)
+    return np.stack([_share(flags_at, sd) for sd in misfits.tolist()])
+
+
+class _Paths(NamedTuple):
+    """The paths of R rocks in plan, from event to event, with at least two points each.
+
+    points : (P, 2) m, local frame, rock by rock; rows : (P,) the rock of each point
+    share : (P,) (-), how much of the length of its path lies before a point
+    """
+
+    points: FloatArray
+    rows: NDArray[np.int64]
+    share: FloatArray
+
+
+def _paths_of(batch: Batch) -> _Paths:
+    """Return the recorded paths of all rocks; the end of each rock comes twice, for rocks without a recorded event."""
+    ends = np.arange(len(batch.rows))
+    rows = np.concatenate([np.repeat(ends, np.diff(batch.first[:, 1])), ends, ends])
+    order = np.argsort(rows, kind="stable")
+    points = np.concatenate([batch.pieces[:, 1:3], batch.finals[:, 1:3], batch.finals[:, 1:3]])[order]
+    rows = rows[order]
+    steps = np.where(np.diff(rows) == 0, np.linalg.norm(np.diff(points, axis=0), axis=1), 0.0)
+    gone = np.concatenate([np.zeros(min(len(rows), 1)), np.cumsum(steps)])
+    begin, end = gone[np.searchsorted(rows, ends)], gone[np.searchsorted(rows, ends, side="right") - 1]
+    share = (gone - begin[rows]) / np.maximum(end - begin, 1e-300)[rows]
+    return _Paths(points=points, rows=rows, share=share)
+
+
+def _area_of(outlines: list[FloatArray]) -> Any:
+    """Return an area as a prepared polygon, from closed outlines (P, 2) m of which an inner one is a hole."""
+    area = reduce(shapely.symmetric_difference, shapely.make_valid([shapely.polygons(ring) for ring in outlines]))
+    shapely.prepare(area)
+    return area
 
 
 def unit_displacements() -> FloatArray:

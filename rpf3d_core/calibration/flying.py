@@ -43,6 +43,7 @@ from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
 from rpf3d_core.ensemble.even_rounds import every_point, is_spread, rocks_of_round
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME
+from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.parameter_sets import check_names, flight_of_set
@@ -61,6 +62,8 @@ LEAST_ROCKS, MOST_ROCKS = 128, 4096
 """Bounds of the number of rocks of a parameter set, where the scene does not give it."""
 MASS_KERNEL = 0.3
 """Standard deviation of the logarithm of the mass within which blocks stand for each other (-)."""
+DEALT = 2**34
+"""Part of the key of the random numbers that deal release points to observed blocks, to which the round is added."""
 JOULE_PER_KJ = 1000.0
 
 
@@ -150,6 +153,9 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
     block = np.arange(slope.rocks) % max(len(field.stops), 1)
+    if is_spread(prepared.sources, slope.rocks):  # in order, some blocks would fall from the same few points only
+        key = [prepared.scene.seed, DEALT + number]
+        releases = taken(releases, np.random.Generator(np.random.Philox(key=key)).permutation(slope.rocks))
     if field.masses is not None:
         mass = field.masses[block]
         radius = np.cbrt(mass / (prepared.scene.rock.density * UNIT_SPHERE_VOLUME))

@@ -136,9 +136,9 @@ def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
 
 def drop_parts(state: Path, number: int, part: int) -> None:
     """Delete the files of a round from number `part` on: those after a deleted file, whose sets will fly again."""
-    while (path := _path(state, number, part)).is_file() or _path(state, number, part + 1).is_file():
-        path.unlink(missing_ok=True)
-        part += 1
+    for path in state.glob(f"round_{number:02d}_*.npz"):
+        if path.name >= _path(state, number, part).name:
+            path.unlink()
 
 
 def _read_part(path: Path) -> Kept:

@@ -71,6 +71,9 @@ def _of_the_ground(run: Run) -> Iterator[str]:
         yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
                "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability hold "
                "this misfit; those of speed, height, outcomes and barriers do not")  # fmt: skip
+    if spec is not None and spec.sample is not None and spec.misfit is None:
+        yield ("the sample states no misfit: how far the model is wrong is in no interval, so all of them are too "
+               "narrow where the model is poor")  # fmt: skip
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
         yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals are not "
                f"known; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from rpf3d_core.calibration.data_checks import check_field, check_stops
 from rpf3d_core.calibration.observations import Directions, Field, directions_of, field_of
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.errors import InputError
@@ -22,9 +23,11 @@ def observations_in_words(prepared: Prepared) -> tuple[tuple[str, ...], list[str
         return (), list(_stops_outside(prepared))
     try:
         field = field_of(prepared.scene, prepared.terrain.frame)
+        directions = directions_of(prepared.scene, prepared.terrain.frame)
+        check_field(prepared.scene, field)
+        check_stops(prepared, directions, field)
     except InputError as fault:
         return (), [f"rpf3d calibrate refuses this scene: {fault}"]
-    directions = directions_of(prepared.scene, prepared.terrain.frame)
     return tuple(_lines(field)), [*_stops_outside(prepared), *_gates_outside(prepared, field, directions)]
 
 

@@ -84,3 +84,20 @@ def test_a_wrong_property_is_refused(tmp_path: Path, text: str, column: int | st
 def test_files_whose_columns_are_not_read(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"columns of \.dxf are not read"):
         column_of(tmp_path / "stops.dxf", "mass", "mass_column")
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [
+        ("x,y,z,mass\n1,2,3,500\n", 3), ("x,y,z,mass\n1,2,3,500\n", "z"), ("1,2,3,500\n", 3),
+        ("x_m,y_m,z_m,mass\n1,2,3,500\n", 1), ("Easting (m),Northing (m),RL (m),mass\n1,2,3,500\n", 3),
+    ],
+)  # fmt: skip
+def test_a_coordinate_is_no_mass(tmp_path: Path, text: str, column: int | str) -> None:
+    with pytest.raises(InputError, match="coordinate"):
+        column_of(points(tmp_path, text), column, "mass_column")
+
+
+def test_an_underscore_in_a_number_is_refused_as_in_coordinates(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="must be a number above 0, but is '1_000'"):
+        column_of(points(tmp_path, "x,y,mass\n1,2,1_000\n"), "mass", "mass_column")

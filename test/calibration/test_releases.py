@@ -10,7 +10,7 @@ import pytest
 from rpf3d_core.calibration.flying import releases_of_round
 from rpf3d_core.calibration.observations import Field
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.prepared import prepare
+from rpf3d_core.setup.prepared import Prepared, prepare
 
 SCENE = """\
 terrain: {files: [{path: floor.obj, zone: default}]}
@@ -23,15 +23,32 @@ engine: reference
 """
 
 
+def prepared_crest(folder: Path, points: int) -> Prepared:
+    """Return a scene with release points every metre along a crest."""
+    (folder / "floor.obj").write_text("v -9 -9 0\nv 9 -9 0\nv 9 409 0\nv -9 409 0\nf 1 2 3\nf 1 3 4\n")
+    (folder / "crest.csv").write_text("x,y,z\n" + "".join(f"0,{y},20\n" for y in range(points)))
+    (folder / "scene.yaml").write_text(SCENE)
+    return prepare(read_scene(folder / "scene.yaml"))
+
+
 @pytest.mark.parametrize("number", [0, 1, 5])
 def test_each_round_flies_from_the_whole_crest(tmp_path: Path, number: int) -> None:
-    (tmp_path / "floor.obj").write_text("v -9 -9 0\nv 9 -9 0\nv 9 409 0\nv -9 409 0\nf 1 2 3\nf 1 3 4\n")
-    (tmp_path / "crest.csv").write_text("x,y,z\n" + "".join(f"0,{y},20\n" for y in range(400)))
-    (tmp_path / "scene.yaml").write_text(SCENE)
-    prepared = prepare(read_scene(tmp_path / "scene.yaml"))
+    prepared = prepared_crest(tmp_path, 400)
     field = Field(stops=np.empty((0, 2)), masses=None, shapes=None, values=(), counted=())
     slope: Any = SimpleNamespace(prepared=prepared, field=field, rocks=128)
     y = releases_of_round(slope, number).x[:, 1] + prepared.terrain.frame.origin[1]
     counts, _ = np.histogram(y, bins=8, range=(0.0, 400.0))
     assert counts.sum() == 128
     assert counts.min() >= 15  # 16 from each of eight parts of the crest
+
+
+@pytest.mark.parametrize(("points", "blocks"), [(25, 25), (50, 25)])
+def test_each_observed_block_falls_from_many_points(tmp_path: Path, points: int, blocks: int) -> None:
+    prepared = prepared_crest(tmp_path, points)
+    masses = 100.0 + np.arange(blocks)
+    field = Field(stops=np.zeros((blocks, 2)), masses=masses, shapes=None, values=(), counted=())
+    slope: Any = SimpleNamespace(prepared=prepared, field=field, rocks=128)
+    rounds = [releases_of_round(slope, number) for number in range(20)]
+    met = {(mass, y) for each in rounds for mass, y in zip(each.mass.tolist(), each.x[:, 1].tolist(), strict=True)}
+    assert min(sum(mass == one for one, _ in met) for mass in masses.tolist()) >= 15
+    assert all(np.array_equal(each.mass, rounds[0].mass) for each in rounds), "weights of rocks for blocks are kept"

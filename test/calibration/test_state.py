@@ -77,3 +77,13 @@ def test_a_round_with_a_deleted_file_flies_the_rest_again(tmp_path: Path) -> Non
     save_part(tmp_path, 0, part, kept(15, 5))
     found, part = read_round(tmp_path, 0, 1)
     assert found.z.ravel().tolist() == list(range(20))
+
+
+def test_all_files_after_a_gap_are_deleted(tmp_path: Path) -> None:
+    for part in range(6):
+        save_part(tmp_path, 0, part, kept(5, 5 * part))
+    save_part(tmp_path, 1, 5, kept(5))
+    for part in (1, 2):
+        (tmp_path / f"round_00_{part:03d}.npz").unlink()
+    drop_parts(tmp_path, 0, 1)
+    assert sorted(path.name for path in tmp_path.glob("round_*")) == ["round_00_000.npz", "round_01_005.npz"]
