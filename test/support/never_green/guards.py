@@ -65,7 +65,7 @@ GUARDS = (
           "    there = np.isfinite(at).all(axis=1)\n    at, axes = at[there], axes[there]\n", "not finite"),
     Guard("1.4", "a source that cannot be released is a fault", f"{ENGINE}/answer_evidence.py",
           "(answer.left_out, answer.doubtful)", "(answer.doubtful,)", "one misplaced"),
-    Guard("1.4", "sources of which none can be released are a fault", f"{ENGINE}/station.py",
+    Guard("1.4", "a message of sources is a fault if none of them can be released", f"{ENGINE}/station.py",
           "        self._decide_without_answer(trigger, why)\n\n    def groundless",
           "        return\n\n    def groundless", "never released"),
     Guard("1.6", "a topic that falls silent is a fault", f"{ENGINE}/source_topics.py",
