@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.calibration.density import LEAST_STOPS
 from rpf3d_core.calibration.observations import Directions, Field
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import extents
@@ -16,8 +17,6 @@ IntArray = NDArray[np.int64]
 
 FEW_STOPS = 20
 """Number of observed stops below which a calibration warns."""
-ABOVE_EVERYTHING = 1.0
-"""Height (m) above the terrain from which the ground at a stop is searched."""
 
 
 def check_field(scene: Scene, field: Field) -> None:
@@ -55,9 +54,14 @@ def _points_file(scene: Scene) -> str:
 
 def off_terrain(prepared: Prepared, directions: Directions, field: Field) -> IntArray:
     """Return the numbers (K,), from 1, of the observed stops that have no terrain below or above them."""
-    if not len(field.stops):
+    return without_ground(prepared, _local(directions, field))
+
+
+def without_ground(prepared: Prepared, points: FloatArray) -> IntArray:
+    """Return the numbers (K,), from 1, of the points (N, 3) m, local frame, with no terrain below or above them."""
+    if not len(points):
         return np.empty(0, dtype=np.int64)
-    top = _local(directions, field)
+    top = points.copy()
     top[:, 2] = prepared.engine.facets.high[2] + ABOVE_EVERYTHING
     return np.flatnonzero(prepared.engine.ground_below(top)[:, 1] < 0) + 1
 

@@ -7,14 +7,12 @@ from numpy.typing import NDArray
 
 from rpf3d_core.calibration.observations import Directions
 from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.frame import FloatArray
 
 HALVINGS = 40
 """Number of halvings of a segment until the time of a passage is known to rounding."""
-ABOVE_EVERYTHING = 1.0
-"""Height (m) above the terrain from which the ground under a passage is searched."""
-
 STEP = 0.5
 """Largest distance (m) of points on a path that are compared with an area."""
 
@@ -97,15 +95,15 @@ def visited(batch: Batch, inside: list[FloatArray]) -> NDArray[np.bool_]:
     return found
 
 
-def path_points(batch: Batch, step: float = STEP) -> tuple[FloatArray, NDArray[np.int64]]:
+def path_points(batch: Batch) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return points (P, 2) m in plan along the paths of R rocks, local frame, and the rock of each point (P,).
 
-    step : m, largest distance of neighbours on a path; the last point of each rock is where it ended
+    Neighbours on a path are at most STEP apart; the last point of each rock is where it ended.
     """
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     first, last = _segments(rows)
     start, stop = batch.pieces[first, 1:3], batch.pieces[last, 1:3]
-    steps = np.maximum(np.ceil(np.linalg.norm(stop - start, axis=1) / step).astype(np.int64), 1)
+    steps = np.maximum(np.ceil(np.linalg.norm(stop - start, axis=1) / STEP).astype(np.int64), 1)
     before = np.repeat(np.cumsum(steps) - steps, steps)
     share = (np.arange(len(before)) - before) / np.repeat(steps, steps)
     points = np.repeat(start, steps, axis=0) + share[:, None] * np.repeat(stop - start, steps, axis=0)

@@ -2,11 +2,8 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from rpf3d_core.calibration.data_checks import check_field, check_stops
+from rpf3d_core.calibration.data_checks import check_field, check_stops, without_ground
 from rpf3d_core.calibration.observations import Directions, Field, directions_of, field_of
-from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.model import Scene
@@ -56,12 +53,10 @@ def _stops_outside(prepared: Prepared) -> Iterator[str]:
     if scene.observed is None:
         return
     points = read_points(scene.observed.points_file, scene.terrain.up, heights=False)
-    top = prepared.terrain.frame.points_to_local(points)
-    top[:, 2] = prepared.engine.facets.high[2] + ABOVE_EVERYTHING
-    outside = np.flatnonzero(prepared.engine.ground_below(top)[:, 1] < 0)
+    outside = without_ground(prepared, prepared.terrain.frame.points_to_local(points))
     if not len(outside):
         return
-    named = ", ".join(f"{i + 1} at ({', '.join(plain(value) for value in points[i].tolist())})"
+    named = ", ".join(f"{i} at ({', '.join(plain(value) for value in points[i - 1].tolist())})"
                       for i in outside[:NAMED])  # fmt: skip
     more = f" and {len(outside) - NAMED:,} more" if len(outside) > NAMED else ""
     yield (f"{len(outside):,} of {len(points):,} observed stops lie outside the terrain, where no simulated rock can "
