@@ -40,12 +40,12 @@ def test_before_the_first_clock_the_alarm_is_on_without_a_decision_and_the_first
     peer = stage.live_peer(clock=True)
     said = peer.wait_for_sentence("no /clock yet")
     assert (said.part, said.level) == ("rpf3d_simulator: clock", ERROR)
-    peer.wait(lambda: peer.alarms == [True], "the alarm")
+    peer.wait(lambda: peer.alarms, "the alarm")
     peer.wait_for_sentence("no /clock yet", len(peer.said))  # again, for who has come late
     peer.stand_on_ramp(stamp_ns=LATE)
     peer.send("sources", poses([], LATE))
     peer.wait_for_answer(LATE)
-    assert not peer.alerts and not files_in(stage.folder / "decisions")
+    assert all(peer.alarms) and not peer.alerts and not files_in(stage.folder / "decisions")
     peer.run_clock(LATE)
     peer.wait_for_alert("fault")
     first = {pair.key: pair.value for pair in peer.alerts[0].status[0].values}
