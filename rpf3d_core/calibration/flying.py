@@ -148,12 +148,13 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 def releases_of_round(slope: Slope, number: int) -> Releases:
     """Return the releases that all sets of a round share; each round has rocks of its own, evenly over all sources.
 
-    A known mass or shape of the observed blocks replaces the scene's, block after block.
+    A known mass or shape of the observed blocks replaces the scene's, block after block. The blocks are dealt to the
+    releases anew each round.
     """
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
     block = np.arange(slope.rocks) % max(len(field.stops), 1)
-    if is_spread(prepared.sources, slope.rocks):  # in order, some blocks would fall from the same few points only
+    if field.masses is not None or field.shapes is not None:  # in order, each block would fall from a few points only
         key = [prepared.scene.seed, DEALT + number]
         releases = taken(releases, np.random.Generator(np.random.Philox(key=key)).permutation(slope.rocks))
     if field.masses is not None:
