@@ -1,5 +1,6 @@
 """Warn of what the observations of a calibration say less surely than it seems."""
 
+from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
@@ -43,11 +44,22 @@ def _of_place(slope: Slope) -> Iterator[str]:
 
 
 def _of_counts(field: Field) -> Iterator[str]:
-    """Yield a sentence if counts are probably of the rocks whose end points are given as well."""
+    """Yield sentences if counts are probably of the rocks with end points, or several counts of the same rocks."""
     places = sorted({one.place for one in field.counted if one.of == len(field.stops)})
     if places:
-        yield (f"the counts of {', '.join(places)} are of {len(field.stops)} rocks, as many as there are end points: "
-               "if they are the same rocks, they count twice and intervals are too narrow; leave these counts out")
+        yield (
+            f"the counts of {', '.join(places)} are of {len(field.stops)} rocks, as many as there are end points: "
+            "if they are the same rocks, they count twice and intervals are too narrow; leave these counts out"
+        )
+    counts = defaultdict[int, list[str]](list)
+    for one in field.counted:
+        counts[one.of].append(f"{one.kind} {one.place}")
+    for rocks, several in counts.items():
+        if len(several) > 1:
+            yield (
+                f"the counts {', '.join(several)} are of {rocks} rocks each: if they are the same rocks, the counts "
+                "depend on each other and intervals are too narrow; keep one of them, or give the end points"
+            )
 
 
 def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:

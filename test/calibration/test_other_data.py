@@ -117,4 +117,6 @@ def test_values_at_gates_carry_no_error_of_the_model(site: Path, tmp_path: Path)
 def test_counts_of_the_rocks_that_have_end_points(site: Path, tmp_path: Path) -> None:
     out = tmp_path / "twice"
     assert calibrated(site, out, "calibration:\n", AREA + "calibration:\n" + SHARE).exit_code == 0
-    assert f"the counts of berm are of {BLOCKS} rocks, as many as there are end points" in content(out)["verdict"]
+    verdict = content(out)["verdict"]
+    assert f"the counts of berm are of {BLOCKS} rocks, as many as there are end points" in verdict
+    assert f"the counts stopped berm, reached berm are of {BLOCKS} rocks each" in verdict
