@@ -148,8 +148,8 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 def releases_of_round(slope: Slope, number: int) -> Releases:
     """Return the releases that all sets of a round share; each round has rocks of its own, evenly over all sources.
 
-    A known mass or shape of the observed blocks replaces the scene's, block after block. The blocks are dealt to the
-    releases anew each round.
+    A known mass or shape of the observed blocks replaces the scene's, block after block. Each round deals the
+    blocks to other releases.
     """
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
