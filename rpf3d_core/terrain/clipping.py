@@ -38,10 +38,9 @@ class _Tiles(NamedTuple):
 def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
     """Return the parts (P, 3, 3) m of facets that lie inside an area in plan, such as an area of interest.
 
-    The area is given as triangles without overlap.
-
     corners : (F, 3, 3) m, F >= 1, of the facets
-    prisms : (T, 3, 2) m, triangles in plan, with either winding; each triangle stands for a vertical prism
+    prisms : (T, 3, 2) m, triangles in plan that together are the area, without overlap, with either winding; each
+        triangle is the cross-section of a vertical prism
     """
     found = [np.empty((0, 3, 3))]
     tiles = _tiles_of(corners)
@@ -83,9 +82,11 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for each edge of a prism whose vertical facets belong to the neighbouring prism.
+    """Return (T, 3) true for each edge of a prism at which the neighbouring prism includes the vertical facets.
 
-    At an edge between two prisms, exactly one prism gets such facets.
+    So a vertical facet exactly on the edge between two prisms is included once.
+
+    prisms : (T, 3, 2) m, counter-clockwise triangles in plan
     """
     edges = [[(*prism[k].tolist(), *prism[(k + 1) % 3].tolist()) for k in range(3)] for prism in prisms]
     known = {edge for row in edges for edge in row}
@@ -94,7 +95,7 @@ def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
 
 
 def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
-    """Return the facets (N,) of all tiles that may overlap a prism, to test only these facets.
+    """Return the facets (N,) of all tiles that may overlap a prism (3, 2) m, to test only these facets.
 
     A tile cannot overlap the prism if it lies outside the prism's box, or entirely outside one edge of the prism.
     """

@@ -100,9 +100,10 @@ def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
 
 @loop
 def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
-    """Number the runs of equal points in the sorted order, so that equal points are compared once; return their number.
+    """Number the runs of equal points in the sorted order, so that equal points are compared once; count the runs.
 
-    Writes the first point of each run into `first`, and the run of each sorted point into `run`.
+    Write the first point of each run into `first`, and the run of each sorted point into `run`. Return the number of
+    runs.
     """
     count = 0
     for place in range(len(order)):
@@ -132,9 +133,10 @@ def _first_of_near(places: FloatArray, along: FloatArray, first: Index, toleranc
 
 
 def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window: float) -> tuple[Index, Index]:
-    """Return all pairs of points (a < b) that are at most the tolerance apart and are therefore welded.
+    """Return all pairs of points (P,), (P,) that are at most the tolerance (m) apart and are therefore welded.
 
-    window : largest distance along OBLIQUE (m)
+    places : (M, 3) m, points sorted along OBLIQUE; the pairs are indices into `places`
+    along : (M,) m, distances along OBLIQUE; window : m, largest difference of these distances in a pair
     """
     found_a, found_b = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
     for step in range(1, len(places)):
