@@ -65,7 +65,7 @@ def distance_to_facet(facets: Facets, f: int, x: Vec) -> float:
 def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
     """Return the point of facet f closest to x (m): a corner, a point of an edge, or a point inside the facet.
 
-    It gives distances to the terrain, and the direction from the terrain to a sphere.
+    The point is used for distances to the terrain, and for the direction from the terrain to a sphere.
 
     Sources
     -------

@@ -33,8 +33,7 @@ class Course(NamedTuple):
     """The motion of a sphere's centre whose contacts are searched: constant acceleration a (3,) m/s^2 from a start.
 
     x, v : place (3,) m and velocity (3,) m/s at the start
-
-    radius : of the sphere (m); gravity : m/s^2, the scale below which accelerations count as rounding
+    radius : of the sphere (m); gravity : m/s^2, accelerations that are tiny relative to it count as rounding
     """
 
     x: Vec
@@ -68,9 +67,9 @@ tolerance as well: at a distance s from the foot, an edge is R + s^2 / 2R from t
 counts only if the sphere sinks into the plane.
 """
 ON_RIM = 0.75 * RIM
-"""Depth, in tolerances, by which a sphere must overlap an edge or corner to touch it.
+"""Least depth, in tolerances, by which a sphere overlaps an edge or corner that it touches.
 
-The rest of RIM is for rounding.
+The depth is smaller than RIM to allow for rounding.
 """
 POLISHED = 1e3
 """Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
@@ -151,7 +150,7 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
-    """True if a sphere that touches the interior of facet f keeps doing so: its foot does not leave across an edge.
+    """True if a sphere that touches the interior of facet f continues to touch it: the foot does not cross an edge.
 
     p : m, the foot: point of facet f that the sphere touches; v, a : its velocity (m/s) and acceleration (m/s^2)
 
