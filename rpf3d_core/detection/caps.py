@@ -46,7 +46,7 @@ class CapLocator(NamedTuple):
 
 
 class Loss(NamedTuple):
-    """The fall of a rock through a gap: time t (s) from the start of an arc, inf for no fall, and the rock's outcome."""
+    """The fall of a rock through a gap: time t (s) since the start of an arc, inf for no fall, and the outcome."""
 
     t: float
     outcome: int

@@ -26,7 +26,7 @@ FALLEN = -2
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """True if a rock meets the other side of the ground than at its last contact, as after a fall through the ground."""
+    """True if a rock meets the other side of the ground than at its last contact: it may have fallen through."""
 
 
 @comes_behind.otherwise
