@@ -118,7 +118,7 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together hold too many facets."""
+    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together have too many entries."""
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
     counts = share([lambda band=band: _count(facets.corners, slack, grid, band, most, starts) for band in bands(grid)])  # type: ignore[misc]
     return sum(counts) <= most

@@ -130,8 +130,9 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
     """Return the time (s) when the arc leaves cell `index` along one axis, at one of the cell sizes; inf for never.
 
     level : cell size, 0 for the buckets (`slabs.py`)
+    x, pace : start (m) and inverse speed (s/m) along the axis
 
-    x, pace : start (m) and inverse speed (s/m) along the axis. The arc never leaves an outermost cell outwards.
+    The arc never leaves an outermost cell outwards.
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf

@@ -15,7 +15,10 @@ from rpf3d_core.vectors import add, dot, scale, subtract
 
 
 class Closest(NamedTuple):
-    """The facet closest to a point and its distance (m); -1 and the search radius if no facet is that close."""
+    """The facet closest to a point, and its distance (m).
+
+    If no facet is within the search radius, `facet` is -1 and `distance` is the search radius.
+    """
 
     distance: float
     facet: int

@@ -29,9 +29,10 @@ HALVES = 40
 WIDTH = 1.0 / 16.0
 """Distance from a tested place to the vertical lines around it, over the path of the rock to the place (-)."""
 COLUMNS = ((0.0, 0.0), (1.0, 0.4), (-0.4, 1.0), (-1.0, -0.4), (0.4, -1.0))
-"""Offsets in plan of the vertical lines of sight: one at a tested place, four around the place.
+"""Offsets in plan of the vertical lines of sight, in units of the distance that WIDTH defines (-).
 
-The offsets are needed because a rock straight below a vertex may lie within no facet.
+One line is at the tested place, four lines are around it, because a rock straight below a vertex may lie within no
+facet.
 """
 STEEPEST = 1000.0
 """Largest height of a facet's underside above a rock, over the rock's path (-), for a rock that fell through the facet.
@@ -68,7 +69,7 @@ class Inquiry(NamedTuple):
 
 @kernel
 def inquiry(facets: Facets, open_: bool) -> Inquiry:
-    """Return the check for a fall through the ground at its start, before any place is tested.
+    """Return the initial state of the check for a fall through the ground, before any place is tested.
 
     open_ : True to start the check; False for a check that is not needed
     """

@@ -50,7 +50,7 @@ def stepped(
     Parameters
     ----------
     size : of a facet (m)
-    dt : s; threshold : m
+    dt : time step (s); threshold : distance to a facet below which the rock is in contact (m)
     squared : True for the thesis' literal comparison of the *squared* distance with the threshold: 0.05 means 0.22 m
     every_step : as in `Stepped`
     """

@@ -2,10 +2,9 @@
 
 Facets are cut where a ridge begins and where its slope changes.
 
-A berm raises the ground: by nothing outside its foot, by its full height on its crest, and by a linearly increasing
-height in between. The berm therefore follows the ground, and a terrain of one sheet stays one sheet. The raised facets
-replace the ground, so no rock can move between berm and ground. Facets are cut in space by vertical planes, as in
-`clipping`.
+A berm raises the ground by its full height on the crest; from the crest to the foot, the height decreases linearly to
+zero. The berm therefore follows the ground, and a terrain of one sheet stays one sheet. The raised facets replace the
+ground, so no rock can move between berm and ground. Facets are cut in space by vertical planes, as in `clipping`.
 """
 
 from collections.abc import Sequence

@@ -13,7 +13,7 @@ from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CORNERS = 9
-"""Largest number of corners of a triangle clipped by three planes: 6, and 9 if rounding bends its straight edges."""
+"""Largest number of corners of a triangle clipped by three planes: 6, or 9 if rounding bends its straight edges."""
 FACETS_A_TILE = 32
 """Mean number of facets in a tile, a cell of a coarse grid in plan that limits the search for overlaps.
 
@@ -24,7 +24,7 @@ Each prism is tested against every tile, and then against the facets of the tile
 class _Tiles(NamedTuple):
     """Facets grouped into tiles (cells of a coarse grid in plan), to find quickly the facets near a prism.
 
-    order : (F,) facets, sorted by tile; start : (N,) first index of each tile in `order`
+    order : (F,) facets, sorted by tile; start : (N,) first index in `order` of each of the N tiles
     facets : (N,) number of facets of each tile; low, high : (N, 2) m, the box in plan around the facets of each tile
     """
 
@@ -57,13 +57,13 @@ def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
 
 
 def areas_of(triangles: FloatArray) -> FloatArray:
-    """Return the true areas (P,) m^2 of triangles (P, 3, 3) m in space."""
+    """Return the areas (P,) m^2 of triangles (P, 3, 3) m in space, not in plan."""
     x, y, z = normals_of(triangles).T
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def normals_of(triangles: FloatArray) -> FloatArray:
-    """Return the normals (P, 3) m^2 of triangles (P, 3, 3) m in space, with their areas as lengths."""
+    """Return the normals (P, 3) m^2 of triangles (P, 3, 3) m in space; the length of each is the triangle's area."""
     return area_vectors(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
 
 
@@ -111,7 +111,10 @@ def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
 
 
 def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Return how far points (..., 3) lie to the left of a line in plan, times the line's length, (...) m^2."""
+    """Return how far points (..., 3) m lie to the left of a line in plan, times the line's length: (...) m^2.
+
+    begin, end : (2,) m, ends of the line
+    """
     along = end - begin
     return np.asarray(along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0]))
 

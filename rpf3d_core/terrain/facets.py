@@ -22,7 +22,7 @@ RELATIVE_TOLERANCE = 2.0**-40
 """Contact tolerance as a share of the terrain's diagonal (-).
 
 A contact point is computed from coordinates up to the diagonal L with a few dozen roundings, each at most 2^-53 L. The
-tolerance 2^-40 L is 200 times larger; on a pit of 1 km it is 1 nm.
+tolerance 2^-40 L is 200 times larger than their sum; on a pit of 1 km it is 1 nm.
 """
 
 

@@ -20,7 +20,7 @@ NOISE = (7, 18)
 POINTS_PER_CELL = 4.0
 """Mean number of points in a cell of the default size; about 2 % of the cells of an even cloud are then empty."""
 ROUNDS = 4
-"""Number of steps in which the default cell size is found; each step corrects it for cells without points."""
+"""Number of steps in which the default cell size is found; each step corrects the size for cells without points."""
 SAMPLE = 250_000
 """Largest number of points from which the default cell size is found."""
 MOST_LINES = 10

@@ -14,7 +14,7 @@ from rpf3d_core.terrain.pit.relief import SMOOTH_SHARE
 CREST, FACE, BERM, FLOOR = "crest", "face_", "berm_", "floor"
 """Names of the zones of a slope; for a face or berm, the number is appended, from 1 at the top."""
 UPRIGHT = (0.0, 1.0)
-"""Direction in which relief moves the points of level ground."""
+"""Direction (x, z) in which relief moves the points of level ground."""
 FADE = 3.0
 """Distance (m) from the edges over which relief grows to its full height: the shortest wave of the relief.
 

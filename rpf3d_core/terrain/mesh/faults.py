@@ -35,7 +35,7 @@ class FaultReport:
     low, high : corners of the bounding box in the input's own coordinates
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of an edge
-    remarks : sentences on what reading the files lost or assumed
+    remarks : sentences on data that the reading of the files left out or assumed
     """
 
     files: tuple[str, ...]

@@ -25,7 +25,7 @@ points have equal places along the direction.
 """
 
 ROUNDING = 8 * np.finfo(float).eps
-"""Relative rounding of a distance along OBLIQUE: three products and two sums, doubled for a difference of two."""
+"""Relative rounding of a difference of two distances along OBLIQUE: of three products and two sums, doubled."""
 
 
 SMALLER_THAN_ONE = 1.0 - 2.0**-40
@@ -43,7 +43,7 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
     points : (N, 3) float
         Finite, m, in a local frame, so that float64 resolves the tolerance. Fastest in column order.
     tolerance : float
-        m, >= 0; with 0 only equal points become one.
+        m, >= 0; with 0, only equal points become one vertex.
 
     Returns
     -------

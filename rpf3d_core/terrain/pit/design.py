@@ -26,9 +26,9 @@ WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
 INNER_SHARE = 0.14
 """Width of the outer ring of the floor that is meshed together with the walls, over the floor's radius (-)."""
 LEAST_STRETCH = 0.25
-"""Least length of a line at an offset from the outline, over the outline's length (-).
+"""Least length of any part of a line at an offset from the outline, over the length of this part on the outline (-).
 
-Below it the plan folds over itself.
+With a smaller ratio, the plan counts as folded over itself.
 """
 MOST_TURNS = 12
 FACES_BETWEEN_TURNS = 2.5
@@ -42,7 +42,8 @@ class Design:
     pit : its parameters; cot : run over rise of the faces (-)
     angle : (SAMPLES + 1,) polar angle of the floor outline at p = 0 ... 1, rad
     width : (SAMPLES + 1,) bench width at the same places, m
-    climb : (L,) heights of the ramp above the floor, m, at evenly spaced p from 0 to `turns`; turns : of the ramp
+    climb : (L,) heights of the ramp above the floor, m, at evenly spaced p from 0 to `turns`
+    turns : number of turns of the ramp around the pit; -1 for a pit without a ramp
     strip : width of the ramp measured along the outline's normal, m
     inner, outer : offsets of the first and the last line of the walls' mesh, m
     """

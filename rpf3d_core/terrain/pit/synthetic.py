@@ -58,7 +58,8 @@ def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
 def floor_triangles(design: Design, spacing: Spacing, columns: int) -> int:
     """Return the number of triangles that fill the middle of the floor, to plan the number of columns.
 
-    A ring of a points around a ring of b points makes a + b triangles; the innermost ring of a points makes a.
+    There are a + b triangles between a ring of a points and the next ring of b points, and a triangles between the
+    innermost ring of a points and the middle.
     """
     sizes = [columns, *floor_ring_sizes(design, spacing, columns)]
     return sum(sizes[:-1]) + sum(sizes[1:-1])
