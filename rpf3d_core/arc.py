@@ -63,7 +63,7 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) such that the path of a rock from the time `begin` (s) to it is at most `length` (m) long.
+    """Return a time (s), after the time `begin` (s), up to which a rock flies at most `length` (m).
 
     The searches for contacts use this bound to choose their next step: the true path up to this time may be shorter,
     but never longer.

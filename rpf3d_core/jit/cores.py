@@ -1,4 +1,4 @@
-"""How many cores this process may use."""
+"""Find out how many cores this process may use, and whether one of them is free."""
 
 import os
 
@@ -7,7 +7,7 @@ FEWEST_CORES = 2
 
 
 def usable_cores() -> int:
-    """Return the number of cores that this process may use; the number of all cores if it is unknown."""
+    """Return the number of cores that this process may use, or of all cores if the system does not report it."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -28,7 +28,7 @@ class DrawnBodySurface(NamedTuple):
 
 
 class DrawnBodyMaterials(NamedTuple):
-    """The ground of all Z zones for rocks with a shape, with distributions; the arrays of `draws.DrawnMaterials`."""
+    """The ground of all Z zones for rocks with a shape, in the same arrays as in `draws.DrawnMaterials`."""
 
     kind: Any
     numbers: Any

@@ -2,8 +2,8 @@
 
 A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine,
 in any order, and with any other draws. Between two impacts of a rock the ground of a zone stays the same. The last
-small bounces of a rock are not simulated one by one: they all use one restitution, and the slide after them uses one
-friction angle; both are drawn for the next impact. Otherwise the result would depend on the number of facets.
+small bounces of a rock are computed as a sum: they all use one restitution, and the slide after them uses one friction
+angle; both are drawn for the next impact. Otherwise the result would depend on the number of facets of the mesh.
 """
 
 import math

@@ -92,7 +92,7 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
         last = np.clip(np.floor((top[near] - low[1]) / depth).astype(np.int64), 0, rows - 1)
         facet, within = _spread(near, last - first + 1)
         at_row = np.repeat(first, last - first + 1) + within
-        # The fraction within a row is known to 2^-52 of the largest key.
+        # The fraction within a row has a rounding error of up to 2^-52 of the largest key.
         slip = 2.0**-50 * (2.0 * rows + 1.0)
         start = np.searchsorted(key, 2.0 * at_row + np.clip((left[facet] - low[0]) / width, 0.0, 1.0) - slip)
         stop = np.searchsorted(key, 2.0 * at_row + np.clip((right[facet] - low[0]) / width, 0.0, 1.0) + slip)

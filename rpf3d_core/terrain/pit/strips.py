@@ -38,7 +38,7 @@ def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, In
     """
     strip, key = np.concatenate([right.strip, left.strip]), np.concatenate([right.key, left.key])
     span = 2.0 * float(np.abs(key).max()) + 1.0
-    # A stable sort passes right before left where keys are equal, and only merges two sorted runs.
+    # A stable sort visits right points before left points of equal key, and is fast: it merges two sorted runs.
     order = np.argsort(strip * span + key, kind="stable")
     on_right = order < len(right.point)
     last_right = np.cumsum(on_right) - 1
