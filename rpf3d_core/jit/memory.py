@@ -57,7 +57,7 @@ class Kept:
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the first `length` elements of the array with this name, content included.
+        """Return the first `length` elements (N,) of the array with this name, content included.
 
         If the array is too short, a longer copy replaces it.
         """

@@ -91,9 +91,10 @@ class RampTurn(NamedTuple):
 
 
 class Points(NamedTuple):
-    """One group of points, such as the wall or the floor, as arrays (rows, N), to be joined to columns.
+    """One group of points, such as the wall or the floor, to be joined to columns; all arrays are (M, N).
 
-    key : sorting key within a column; valid : false for points that are left out; other fields : see `Columns`
+    offset, height, row, ramp : as in `Columns`, with M points in each of N columns
+    key : sorting key of the point within its column; valid : false for points that are left out
     """
 
     offset: FloatArray
@@ -238,7 +239,10 @@ def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spaci
 
 
 def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
-    """Return points that are neither on the wall nor on the ramp: points of the floor and of the natural ground."""
+    """Return a group of points (M, N) that are neither on the wall nor on the ramp, such as the floor.
+
+    offset, height : (M, N) m; key : (M, N) sorting keys
+    """
     nowhere = np.full(offset.shape, -1)
     return Points(
         offset=offset, height=height, key=key, row=nowhere, ramp=nowhere, valid=np.ones(offset.shape, dtype=bool)

@@ -155,7 +155,7 @@ def near_ramp(design: Design, p: float, level: int) -> bool:
 
 
 def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray[np.bool_]:
-    """Raise the points (P, 3) under the spills, in place; return true (P,) for points that lie on a spill."""
+    """Raise the points (P, 3) m under the spills, in place; return (P,) true for points that lie on a spill."""
     raised = np.zeros(len(points), dtype=bool)
     first = np.searchsorted(columns.column, np.arange(columns.around + 1))
     for spill in drawn_spills(design):
