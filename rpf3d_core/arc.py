@@ -48,7 +48,7 @@ def arc_length(arc: Arc, t: float) -> float:
 
 @kernel
 def _length_term(h: float, u: float) -> float:
-    """Return the antiderivative of sqrt(h + u^2) with respect to u; `arc_length` takes the difference of two values.
+    """Return the antiderivative of sqrt(h + u^2) with respect to u; `arc_length` computes the difference of two values.
 
     h : squared horizontal speed (m^2/s^2); u : vertical speed (m/s)
 
@@ -63,10 +63,10 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) up to which a rock surely flies at most `length` (m), counted from the time `begin` (s).
+    """Return a time (s), after the time `begin` (s), up to which a rock flies at most `length` (m).
 
     The searches for contacts use this bound to choose their next step: the true path up to this time may be shorter,
-    never longer.
+    but never longer.
     """
     vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)

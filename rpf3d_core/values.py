@@ -10,7 +10,7 @@ Vec = tuple[float, float, float]
 
 ZERO: Vec = (0.0, 0.0, 0.0)
 STANDARD_GRAVITY = 9.81
-"""Gravity in the published test cases (m/s^2); shared/reference/validation.md section 2."""
+"""Gravity (m/s^2), with the value of the published test cases."""
 
 
 SPHERE_INERTIA_RATIO = 0.4
@@ -80,7 +80,7 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
 }
 
 DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
-"""The outcomes after which a rock lies on the terrain; after every other outcome it does not."""
+"""The outcomes of deposits: rocks that lie on the terrain in the end."""
 
 
 class Mode(IntEnum):

@@ -12,20 +12,20 @@ TURNING = 0.5 + math.sqrt(0.25 + 1.0 / 3.0)
 """Largest acceleration of a corner towards any side by rotation (-), as a multiple of spin bound^2 times radius: 1.264.
 
 The corner r accelerates by w x (w x r) + w' x r = -w^2 (P + K) r. P is 1 - u u^T with the unit vector u along w. K is
-skew with |K r| <= k |r|, and k = |w'| / w^2 <= 1 / sqrt(3) for every rigid body without torque (rigid_blocks.md 6.3).
-P - 1/2 is half a reflection, so its norm is 1/2. The norm of 1/2 + K is sqrt(1/4 + k^2), because K r is at right angles
-to r. The sum is at most 1/2 + sqrt(1/4 + k^2); the two parts on their own give 1 + k = 1.577.
+skew with |K r| <= k |r|, and k = |w'| / w^2 <= 1 / sqrt(3) for every rigid body without torque. P - 1/2 is half a
+reflection, so its norm is 1/2. The norm of 1/2 + K is sqrt(1/4 + k^2), because K r is at right angles to r. So the norm
+of P + K is at most 1/2 + sqrt(1/4 + k^2) = 1.264; the sum of the norms of P and K is only bounded by 1 + k = 1.577.
 """
 
 
 class Sweep(NamedTuple):
-    """A body in free flight at time 0.
+    """The state of a body in free flight at time 0.
 
     x, v : centre of mass (3,) m and its velocity (3,) m/s, in space
     w : spin (3,) rad/s in the axes of space
     q : orientation, from the body's axes to space
-    gravity : (m/s^2), along -z
-    spin_bound : (rad/s), a speed of rotation that the body never exceeds
+    gravity : m/s^2, along -z
+    spin_bound : rad/s, a speed of rotation that the body never exceeds during the flight
     """
 
     x: Vec
@@ -38,9 +38,9 @@ class Sweep(NamedTuple):
 
 @kernel
 def reach_time(height: float, rate: float, fall: float) -> float:
-    """Return the first time (s) at which height + rate t - fall t^2 / 2 is 0; infinite if there is none.
+    """Return the first time t > 0 (s) at which height + rate t - fall t^2 / 2 is 0; infinite if there is none.
 
-    height : above 0 (m); rate : (m/s); fall : of any sign (m/s^2)
+    height : m, above 0; rate : m/s; fall : m/s^2, of any sign
 
     Each branch adds numbers of equal sign, so rounding does not hide a short time.
     """
@@ -67,9 +67,11 @@ def set_arms(arms: Any, corners: Any, first: int, last: int, size: float) -> Non
 class Descent(NamedTuple):
     """How the corners of a body approach a plane, for `clear_time`.
 
-    up, across : (3,), (3,) 1/s; their products with a corner are its height above the centre of mass (m) and its rate
-    centre : height of the centre of mass above the plane (m); rate : its rate (m/s); fall : its acceleration (m/s2)
-    turning : largest acceleration of a corner by rotation, for each metre from the centre of mass (1/s2)
+    up : (3,) unit; its scalar product with a corner is the height of the corner above the centre of mass (m)
+    across : (3,) 1/s; its scalar product with a corner is the rate of change of this height (m/s)
+    centre : m, height of the centre of mass above the plane; rate : m/s, rate of change of this height
+    fall : m/s2, acceleration of the centre of mass towards the plane
+    turning : 1/s2, largest acceleration of a corner by rotation, per metre of distance from the centre of mass
     """
 
     up: Vec
@@ -96,7 +98,10 @@ def _descent(sweep: Sweep, plane: tuple[Vec, float]) -> Descent:
 
 @kernel
 def _bound_of(arms: Any, i: int, descent: Descent) -> Vec:
-    """Return a lower bound h + h' t - B t^2 / 2 of the height of corner i above the plane, as (h, h', B)."""
+    """Return a lower bound h + h' t - B t^2 / 2 of the height (m) of corner i above the plane, as (h, h', B).
+
+    arms : as in `clear_time`
+    """
     x, y, z = arms[0, i], arms[1, i], arms[2, i]
     up, across = descent.up, descent.across
     return (
@@ -108,9 +113,9 @@ def _bound_of(arms: Any, i: int, descent: Descent) -> Vec:
 
 @kernel
 def _all_clear(arms: Any, count: int, descent: Descent, most: float) -> bool:
-    """Return True if no corner reaches the plane in `most` seconds; most searches end here.
+    """Return True if the bounds show that no corner reaches the plane within `most` seconds; this ends most searches.
 
-    The loop has no branch, so that compiled code takes several corners at a time.
+    The loop has no branch, so that compiled code processes several corners at a time. Parameters as in `clear_time`.
     """
     clear = 0
     for i in range(count):
@@ -121,17 +126,16 @@ def _all_clear(arms: Any, count: int, descent: Descent, most: float) -> bool:
 
 @routine
 def clear_time(arms: Any, count: int, sweep: Sweep, plane: tuple[Vec, float], most: float) -> float:
-    """Return a time (s), 0 or more, for which no corner of the body reaches the plane n . y = d.
+    """Return a time (s), 0 or more, before which no corner of the body reaches the plane n . y = d.
 
-    arms : (4, N), of which `count` columns are the body's corners, as `set_arms` writes them
-    plane : unit normal n (3,) and distance d (m); the body lies on the side n . y > d, otherwise the result is 0
-    most : time (s) that the caller asks about; the result is infinite if no corner reaches the plane before
+    arms : (4, N), of which the first `count` columns are the body's corners, from `set_arms`
+    plane : unit normal n (3,) and distance d (m); the result is 0 if a corner is not on the side n . y > d
+    most : s, time of interest; the result is infinite if no corner reaches the plane within this time
 
-    Two bounds hold, and the longer time counts. A corner at height h with rate h' accelerates towards the plane by at
-    most B = g n_z + TURNING w_max^2 |r|, so it needs at least the positive root of h + h' t - B t^2 / 2 = 0. And no
-    corner reaches the plane before the sphere around the centre of mass that holds all corners does.
-
-    Source: rigid_blocks.md 6.3, with a smaller factor.
+    The result is the longer of two times, each a lower bound. First, a corner at height h with rate h' accelerates
+    towards the plane by at most B = g n_z + TURNING w_max^2 |r|, so it needs at least the positive root of
+    h + h' t - B t^2 / 2 = 0. Second, no corner reaches the plane before the sphere around the centre of mass that
+    contains all corners.
     """
     descent = _descent(sweep, plane)
     if _all_clear(arms, count, descent, most):
@@ -142,7 +146,7 @@ def clear_time(arms: Any, count: int, sweep: Sweep, plane: tuple[Vec, float], mo
         if height <= 0.0:
             return 0.0
         farthest = max(farthest, arms[3, i])
-        # A parabola open to below that is above 0 at the least time so far has its root later: it needs no root.
+        # A parabola that opens downwards and is still above 0 at `time` has its root later, so it is not computed.
         if bends < 0.0 or not height + time * (sinks - 0.5 * bends * time) > 0.0:
             time = min(time, reach_time(height, sinks, bends))
     if not time < most:

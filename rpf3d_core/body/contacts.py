@@ -1,7 +1,8 @@
-"""The contacts of a body as rows of an array, which the solver of impacts reads and fills.
+"""The contacts of a body as rows of arrays, which the solver of impacts reads and writes.
 
-All vectors are in the body's axes, where the inertia is diagonal. Impulses are per unit of mass (m/s), and moments of
-inertia too (m2), so no result depends on the mass.
+All vectors are in the body's axes, where the inertia is diagonal. Impulses (m/s) and moments of inertia (m2) are per
+unit of mass, so no result depends on the mass. Each contact has a row in the array of contacts (CONTACT_COLUMNS) and a
+row in the solver's array (SOLVER_COLUMNS), whose local axes are the normal and two tangents.
 """
 
 import math
@@ -12,43 +13,47 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale
 
 ARM, NORMAL, MU, ROLLING, RESTITUTION, GOAL, IMPULSE, GAP, FACET = 0, 3, 6, 7, 8, 9, 12, 15, 16
-"""First column of each quantity in the row of a contact.
+"""First column of each quantity in the row of a contact, in the array of contacts.
 
 ARM : from the centre of mass to the contact (m); NORMAL : unit, from the ground towards the body
 MU : friction (-); ROLLING : rolling resistance times the body's radius (m); RESTITUTION : (-)
-GOAL : velocity (m/s) of the ground that the contact is solved for; 0 in an impact
-IMPULSE : of the last solution (m/s); GAP : m; FACET : number of the facet
+GOAL : goal velocity (m/s); the contact is solved as if the ground moved with this velocity; 0 in an impact
+IMPULSE : of the last solution (m/s); GAP : distance from the facet (m); FACET : number of the facet
 """
 CONTACT_COLUMNS = 17
 
 N, T, S = 0, 3, 6
 """First column of the normal and of both tangents in the solver's row of a contact."""
 LEVER, TURN = 9, 18
-"""First columns of arm x direction (m) for the three directions, and of the spin that a unit impulse causes."""
+"""First columns of the vector product arm x direction (m), and of the spin by a unit impulse, for three directions."""
 MATRIX, SCHUR, LOCAL, AIM = 27, 33, 39, 42
-"""First columns of the contact's matrix, its reduction to the tangents, its impulse and its goal in local axes."""
+"""First columns of the contact's matrix, its reduction to the tangents (`_reduce`), its impulse and its goal velocity.
+
+Impulse and goal velocity are in local axes.
+"""
 LAST, CHANGE = 45, 48
-"""First columns of the impulse after the sweep before, and of its change in this sweep, both in local axes."""
+"""First columns of the impulse after the previous sweep, and of its change in the last sweep, both in local axes."""
 SOLVER_COLUMNS = 51
 
 
 @kernel
 def vector(row: Any, column: int) -> Vec:
-    """Return the vector that begins in a column of a row."""
+    """Return three numbers of a row as a vector, from `column` on."""
     return row[column], row[column + 1], row[column + 2]
 
 
 @kernel
 def put(row: Any, column: int, a: Vec) -> None:
-    """Write a vector into a row, beginning in a column."""
+    """Write a vector into three columns of a row, from `column` on."""
     row[column], row[column + 1], row[column + 2] = a
 
 
 @kernel
 def contact_velocity(row: Any, v: Vec, w: Vec) -> Vec:
-    """Return the velocity (m/s) of the body at a contact.
+    """Return the velocity (3,) m/s of the body at a contact, in the body's axes.
 
-    v : of the centre of mass (m/s); w : spin (rad/s); both in the body's axes
+    row : of the contact, in the array of contacts
+    v : velocity of the centre of mass (m/s); w : spin (rad/s); both in the body's axes
     """
     r = vector(row, ARM)
     turning = cross(w, r)
@@ -57,15 +62,20 @@ def contact_velocity(row: Any, v: Vec, w: Vec) -> Vec:
 
 @kernel
 def approach(row: Any, v: Vec, w: Vec) -> float:
-    """Return the normal velocity (m/s) of the body at a contact, below 0 if the body approaches the ground."""
+    """Return the normal velocity (m/s) of the body at a contact: below 0 if the body approaches the ground.
+
+    Parameters as in `contact_velocity`.
+    """
     return dot(vector(row, NORMAL), contact_velocity(row, v, w))
 
 
 @kernel
 def fastest(points: Any, count: int, v: Vec, w: Vec) -> tuple[float, int]:
-    """Return the least normal velocity (m/s) among the contacts, and the number of this contact; (0.0, -1) if none.
+    """Return the most negative normal velocity (m/s) of the contacts, and the number of this contact.
 
-    Only contacts that approach the ground count.
+    If no contact approaches the ground, the result is (0.0, -1).
+
+    points : the array of contacts; count : number of contacts; v, w : as in `contact_velocity`
     """
     worst, which = 0.0, -1
     for i in range(count):
@@ -85,7 +95,7 @@ def tangents(n: Vec) -> tuple[Vec, Vec]:
 
 @kernel
 def prepare(point: Any, row: Any, inverse: Vec) -> None:
-    """Fill the solver's row of a contact.
+    """Fill the solver's row of a contact, from the contact's row in the array of contacts (`point`).
 
     inverse : inverse principal moments (1/m2)
     """
@@ -108,7 +118,10 @@ def prepare(point: Any, row: Any, inverse: Vec) -> None:
 
 @kernel
 def _set_matrix(row: Any) -> None:
-    """Write the contact's matrix: the velocity in its three directions that unit impulses in them cause (per mass)."""
+    """Write the contact's matrix: the velocities along its local axes that unit impulses along these axes cause.
+
+    The matrix is symmetric, so six numbers are written: nn, nt, ns, tt, ts, ss.
+    """
     n, t, s = vector(row, LEVER), vector(row, LEVER + 3), vector(row, LEVER + 6)
     by_n, by_t, by_s = vector(row, TURN), vector(row, TURN + 3), vector(row, TURN + 6)
     row[MATRIX], row[MATRIX + 1], row[MATRIX + 2] = 1.0 + dot(n, by_n), dot(n, by_t), dot(n, by_s)
@@ -117,10 +130,13 @@ def _set_matrix(row: Any) -> None:
 
 @kernel
 def _reduce(row: Any) -> None:
-    """Write the matrix of the tangential impulses at which the normal velocity stays as it is, by its eigenvalues.
+    """Write the contact's matrix reduced to the tangents (2 x 2), by its eigenvalues.
+
+    The reduced matrix gives the tangential velocity that a tangential impulse causes, if the normal impulse changes so
+    that the normal velocity stays constant (Schur complement).
 
     Columns from SCHUR on: the mean of both eigenvalues, half of their difference, cosine and sine of the angle from the
-    first tangent to the direction of the larger one, and the coupling of the normal with both directions.
+    first tangent to the direction of the larger eigenvalue, and the coupling of the normal with both directions.
     """
     nn, nt, ns = row[MATRIX], row[MATRIX + 1], row[MATRIX + 2]
     tt, ts = row[MATRIX + 3] - nt * nt / nn, row[MATRIX + 4] - nt * ns / nn

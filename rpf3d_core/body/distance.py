@@ -4,7 +4,7 @@ The search keeps an upper bound of the distance, the length of the shortest diff
 bound, the gap between two parallel planes that have the body on one side and the triangle on the other. It ends when
 both agree to rounding.
 
-Source: Gilbert, Johnson and Keerthi 1988, IEEE J. Robot. Autom. 4:193; rigid_blocks.md 6.2.
+Source: Gilbert, Johnson and Keerthi 1988, IEEE J. Robot. Autom. 4:193.
 """
 
 import math
@@ -27,22 +27,25 @@ TOUCHING = 1e-14
 """Distance, as a share (-) of the largest difference between corners, below which rounding hides the normal."""
 
 STALLS = 4
-"""Rounds without a shorter v after which the search ends; on nearly parallel edges the next vertex may still help."""
+"""Number of rounds without a shorter v after which the search ends.
+
+Some such rounds are allowed because, on nearly parallel edges, the next vertex may still shorten v.
+"""
 
 ROUNDS = 100
-"""Most rounds of the search; a round costs one look at all corners. Typical are 2 to 6."""
+"""Largest number of rounds of the search; 2 to 6 are usual. A round visits all corners of the body once."""
 
 
 class Separation(NamedTuple):
     """The nearest points of a body and a triangle, in the body's axes.
 
-    distance : (m), 0 if body and triangle overlap
-    normal : unit vector (3,) from the triangle towards the body; the first guess if they overlap
+    distance : m, 0 if body and triangle overlap
+    normal : unit vector (3,) from the triangle towards the body; if they overlap, the direction of the first guess
     on_facet : nearest point (3,) m of the triangle
     on_body : nearest point (3,) m of the body
-    overlap : true if no plane separates body and triangle; both points are then any near the overlap
+    overlap : true if no plane separates body and triangle; both points are then only some points near the overlap
 
-    Nearly parallel edges or faces have many pairs of points at the same distance to rounding. One pair is given.
+    Nearly parallel edges or faces have many pairs of points that are equally close to rounding. The result is one pair.
     """
 
     distance: float
@@ -54,16 +57,17 @@ class Separation(NamedTuple):
 
 @kernel
 def _height(corners: Any, row: int, n: Vec) -> float:
-    """Return how far the corner in a row lies in the direction n (3,)."""
+    """Return how far the corner in a row lies in the direction n (3,): the scalar product of both."""
     height: float = n[0] * corners[row, 0] + n[1] * corners[row, 1] + n[2] * corners[row, 2]
     return height
 
 
 @kernel
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
-    """Return the first row whose corner lies least far in the direction n (3,).
+    """Return the row, from `first` to `last` - 1, whose corner lies least far in the direction n (3,).
 
-    Two searches run side by side, each over every second corner, so that neither waits for the other's comparison.
+    Of equal corners, the first row counts. Two searches run in parallel in one loop, each over every second corner, so
+    that neither waits for the comparison of the other.
     """
     least, row, other_least, other = math.inf, first, math.inf, first
     for i in range(first, last - 1, 2):
@@ -88,7 +92,7 @@ def highest(facet: Facet, n: Vec) -> int:
 
 @kernel
 def corner_of(facet: Facet, i: int) -> Vec:
-    """Return the facet's corner (3,) m of number 0 to 2."""
+    """Return corner i (0 to 2) of the facet, (3,) m."""
     if i == 0:
         return facet[0]
     return facet[1] if i == 1 else facet[2]
@@ -96,7 +100,7 @@ def corner_of(facet: Facet, i: int) -> Vec:
 
 @kernel
 def corner_at(corners: Any, row: int, size: float) -> Vec:
-    """Return the body's corner (3,) m in a row."""
+    """Return the body's corner (3,) m in a row of the corners, scaled by `size` (m)."""
     return size * corners[row, 0], size * corners[row, 1], size * corners[row, 2]
 
 
@@ -109,19 +113,22 @@ def unit(a: Vec) -> Vec:
 
 @kernel
 def vertex(corner: Vec, row: int, facet: Facet, i: int) -> Vertex:
-    """Return the difference of the body's corner (3,) m in a row and the facet's corner i."""
+    """Return the difference of a corner of the body (3,) m, which has the number `row`, and corner i of the facet."""
     return Vertex(w=subtract(corner, corner_of(facet, i)), body=row, corner=i)
 
 
 @kernel
 def reach(a: Vertex) -> float:
-    """Return a length (m) that the difference of two corners does not exceed."""
+    """Return an upper bound of the length (m) of a difference of two corners: the sum of its absolute components."""
     return abs(a.w[0]) + abs(a.w[1]) + abs(a.w[2])
 
 
 @kernel
 def begun(corner: Vec, row: int, facet: Facet) -> Simplex:
-    """Return the nearest part of the whole facet to one corner of the body, with which the search begins."""
+    """Return the part of the facet that is nearest to one corner of the body: the simplex with which the search begins.
+
+    corner : (3,) m, the corner of the body; row : its number
+    """
     a, b, c = vertex(corner, row, facet, 0), vertex(corner, row, facet, 1), vertex(corner, row, facet, 2)
     return on_face(a, b, c)
 
@@ -163,7 +170,7 @@ def separation(corners: Any, first: int, last: int, size: float, facet: Facet, g
 
 @kernel
 def _found(corners: Any, size: float, facet: Facet, now: Simplex, n: Vec, overlap: bool) -> Separation:
-    """Return the result of a search that ended with the simplex `now` and a normal n, of any length."""
+    """Return the result of a search that ended with the simplex `now` and the normal n (3,), of any length."""
     a, b, c = now.a, now.b, now.c
     ground = corner_of(facet, a.corner), corner_of(facet, b.corner), corner_of(facet, c.corner)
     body = corner_at(corners, a.body, size), corner_at(corners, b.body, size), corner_at(corners, c.body, size)
@@ -178,5 +185,5 @@ def _found(corners: Any, size: float, facet: Facet, now: Simplex, n: Vec, overla
 
 @kernel
 def _mixed(weights: Vec, points: tuple[Vec, Vec, Vec]) -> Vec:
-    """Return the mean (3,) of three points with given weights."""
+    """Return the weighted mean (3,) of three points; the sum of the weights is 1."""
     return add(scale(weights[0], points[0]), add(scale(weights[1], points[1]), scale(weights[2], points[2])))

@@ -1,6 +1,6 @@
 """Elliptic integrals and Jacobi's elliptic functions of real arguments, by +, -, *, / and roots in a fixed order.
 
-The parameter m is the square of the modulus; m1 = 1 - m is given on its own where m may be close to 1.
+The parameter m is the square of the modulus; m1 = 1 - m is a separate argument where m may be close to 1.
 Sources: Carlson 1995 (Numer. Algorithms 10:13) for R_F; the arithmetic-geometric mean: DLMF 19.8 and 22.20.
 """
 
@@ -13,7 +13,8 @@ SPREAD = 6e-3
 """Spread of Carlson's arguments about their mean (-) below which the series of R_F is exact to rounding."""
 
 EQUAL = 1e-9
-"""Half the difference of two numbers, as a share of their mean, below which the next mean is exact to rounding."""
+"""Difference of two numbers, or half of it, as a share of their size, below which the next mean is exact to rounding.
+"""
 
 MOST_MEANS = 12
 """Largest number of steps of the arithmetic-geometric mean; seven are enough down to m1 = 1e-32."""
@@ -63,8 +64,8 @@ def complete(m1: float) -> float:
 def first_kind(s: float, c2: float, m: float, m1: float) -> float:
     """Return F(phi | m) for |phi| <= pi / 2 from s = sin(phi) and c2 = cos(phi)^2.
 
-    The smaller of m and m1 = 1 - m must be exact to rounding; the result then is, too. It is infinite, and the call is
-    not allowed, for c2 = m1 = 0.
+    The smaller of m and m1 = 1 - m must be exact to rounding; then the result is exact to rounding too. The arguments
+    c2 = m1 = 0 are not allowed, because the integral is infinite.
     """
     d2 = c2 + m1 * s * s if m > 0.5 else 1.0 - m * s * s
     return s * carlson(c2, d2, 1.0)
@@ -74,7 +75,7 @@ def first_kind(s: float, c2: float, m: float, m1: float) -> float:
 def jacobi(u: float, m: float) -> Vec:
     """Return Jacobi's functions (sn, cn, dn)(u | m) for 0 <= m < 1, by descending Landen steps.
 
-    No step is stored: c(n) / 2 = sqrt(a(n + 1) c(n + 1)) leads back from the last mean to the first.
+    The steps are not stored: c(n) / 2 = sqrt(a(n + 1) c(n + 1)) leads back from the last mean to the first mean.
     """
     a, b, c, steps, scale = 1.0, math.sqrt(1.0 - m), math.sqrt(m), 0, 1.0
     while c > EQUAL * a and steps < MOST_MEANS:

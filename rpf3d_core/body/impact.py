@@ -1,9 +1,10 @@
 """The impact of a rigid body at several contacts at once, with Coulomb friction and rolling resistance.
 
-An elastic impact has (1 + e) times the impulses of the inelastic one (`inelastic.py`), with one e for all contacts: no
-impact with 0 <= e <= 1 then gains energy, for any number of contacts, any friction and any rolling resistance (Moreau
-1988; the proof is in docs/explanation/bodies.md). Where the sweeps do not converge, the contacts are taken one by one,
-the fastest first; each single impact loses energy.
+An elastic impact has (1 + e) times the impulses of the inelastic impact (`inelastic.py`), with one coefficient of
+restitution e for all contacts. So no impact with 0 <= e <= 1 gains energy, for any number of contacts, any friction and
+any rolling resistance (Moreau 1988; the proof is in docs/explanation/bodies.md). If the sweeps of the solver do not
+converge, the contacts are solved one by one, the contact that approaches fastest first; each single impact loses
+energy.
 """
 
 import math
@@ -16,22 +17,28 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, norm, scale, subtract
 
 SINGLE = 400
-"""Largest number of impacts at single contacts, where the sweeps do not converge."""
+"""Largest number of impacts at single contacts, if the sweeps do not converge."""
 EXACT = 1e-11
-"""Change of a velocity, over the speed of the body (-), below which an impact is solved."""
+"""Change of a contact's velocity in a sweep, over the speed of the body (-), below which an impact counts as solved."""
 GAIN = 1e-12
-"""Gain of energy (-) above which the contacts are taken one by one: rounding stays below it."""
+"""Relative gain of energy (-) above which the contacts are solved one by one; rounding alone gains less."""
 UNSOLVED = 2.0
-"""Approach of a contact to its goal, over the change at which sweeps end (-), above which contacts are taken singly."""
+"""Approach speed of a contact relative to its goal velocity, over the change at which sweeps end (-).
+
+Above this ratio the contacts are solved one by one.
+"""
 GAINED = 4.0
-"""Gain of speed of a body in sustained contact over the largest goal of a contact (-), above which sweeps diverged."""
+"""Gain of speed of a body in sustained contact, over the largest goal velocity of a contact (-).
+
+Above this ratio the sweeps have diverged.
+"""
 LEFT = 1e-9
-"""Approach after an impact, over the speed of the body before it (-), that counts as rounding."""
+"""Approach speed after an impact, over the speed of the body before the impact (-), that counts as rounding."""
 
 
 @kernel
 def forget(points: Any, count: int) -> None:
-    """Set the impulses and goals of all contacts to zero, as at the begin of an impact."""
+    """Set the impulses and goal velocities of all contacts to zero, before an impact is solved."""
     forget_impulses(points, count)
     for i in range(count):
         put(points[i], IMPULSE - 3, ZERO)
@@ -39,14 +46,19 @@ def forget(points: Any, count: int) -> None:
 
 @kernel
 def forget_impulses(points: Any, count: int) -> None:
-    """Set the impulses of all contacts to zero."""
+    """Set the impulses of all contacts to zero; their goal velocities stay."""
     for i in range(count):
         put(points[i], IMPULSE, ZERO)
 
 
 @kernel
 def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, int]:
-    """Return the least normal velocity (m/s) of a contact relative to its goal, and the number of this contact."""
+    """Return the most negative normal velocity (m/s) of a contact relative to its goal, and the number of this contact.
+
+    If no contact approaches its goal, the result is (0.0, 0).
+
+    rows : the solver's rows of the contacts, of which the first `count` are used
+    """
     worst, which = 0.0, 0
     for i in range(count):
         speed = local_velocity(rows[i], velocity)[0]
@@ -57,11 +69,12 @@ def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, 
 
 @routine
 def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
-    """Return the velocity of a body in sustained contact: as `inelastic`, but no contact is left that approaches.
+    """Return the velocity of a body in sustained contact, at which no contact approaches its goal velocity.
 
-    Where the sweeps do not converge, the contacts that still approach their goals are taken one by one. Where the
-    sweeps diverge, as they can for a body that friction wedges, their result is not used: the contacts are taken one by
-    one from the start. A body never gets faster than its contacts' goals can make it.
+    The velocity is that of `inelastic`, with the same parameters. If the sweeps do not converge, the contacts that
+    still approach are then solved one by one. If the sweeps diverge, as they can for a body that friction wedges, their
+    result is not used: the contacts are solved one by one from the start. The speed of the body is limited to its
+    speed before, plus GAINED times the largest goal velocity of a contact.
     """
     after = inelastic(points, rows, count, moments, velocity, within)
     fastest_allowed = _size(velocity, moments) + GAINED * _largest_goal(rows, count)
@@ -85,7 +98,7 @@ def _size(velocity: Velocity, moments: Vec) -> float:
 
 @kernel
 def _largest_goal(rows: Any, count: int) -> float:
-    """Return the largest velocity (m/s) that a contact should have."""
+    """Return the largest goal velocity (m/s) of the contacts."""
     largest = 0.0
     for i in range(count):
         largest = max(largest, norm((rows[i, AIM], rows[i, AIM + 1], rows[i, AIM + 2])))
@@ -94,9 +107,11 @@ def _largest_goal(rows: Any, count: int) -> float:
 
 @routine
 def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, left: float) -> Velocity:
-    """Return the velocity of a body after inelastic impacts at single contacts, the fastest first, until none is left.
+    """Return the velocity of a body after inelastic impacts at single contacts, until no contact approaches.
 
-    left : approach (m/s), relative to the contacts' goals, that counts as none
+    The contact that approaches fastest is solved first.
+
+    left : approach speed (m/s), relative to the contacts' goal velocities, that counts as no approach
     """
     inverse = (1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2])
     for i in range(count):
@@ -112,10 +127,10 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
 
 @routine
 def impact(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, slow: float) -> Velocity:
-    """Return the velocity of a body after an impact at all its contacts at once; it never has more energy than before.
+    """Return the velocity of a body after an impact at all its contacts at once; the body never gains energy.
 
     points, rows, count, moments : as in `inelastic`; the impulses in `points` are not those of the whole impact
-    slow : approach (m/s) below which an impact is inelastic, so that a body stops
+    slow : approach speed (m/s) below which an impact is inelastic, so that a body can stop
     """
     speed = norm(velocity.v) + norm(velocity.w) * size_of(moments)
     worst, which = fastest(points, count, velocity.v, velocity.w)

@@ -1,6 +1,6 @@
 """The inelastic impact of a rigid body at several contacts at once, with Coulomb friction and rolling resistance.
 
-It is solved contact by contact, in sweeps (Gauss-Seidel), each contact exactly.
+The contacts are solved one after another, each exactly, in repeated sweeps over all contacts (Gauss-Seidel).
 """
 
 import math
@@ -34,10 +34,11 @@ SWEEPS = 200
 UNDAMPED, HALVED = 100, 150
 """Number of sweeps that make each change in full, and number after which less than half of each change is made.
 
-Full changes can go round in circles: a rolling moment lifts a contact off the ground, and then has no force to act by.
+Full changes may repeat in a cycle: a rolling moment lifts a contact off the ground, then no normal force remains that
+would allow the moment, and the contact returns.
 """
 SETTLED, ALIGNED = 0.5, 0.9
-"""Least ratio of the changes in two successive sweeps, and least cosine between them (-), for a leap ahead."""
+"""Least ratio of the changes in two successive sweeps, and least cosine between them (-), for a leap (`_leapt`)."""
 
 
 class Velocity(NamedTuple):
@@ -57,9 +58,9 @@ def kinetic(velocity: Velocity, moments: Vec) -> float:
 
 @kernel
 def _pushed(row: Any, velocity: Velocity, change: Vec) -> Velocity:
-    """Return the velocity of a body after an impulse at a contact.
+    """Return the velocity of a body after an additional impulse at a contact.
 
-    change : impulse (m/s) in the contact's local axes
+    row : the solver's row of the contact; change : impulse (m/s) in the contact's local axes
     """
     v, w = velocity
     for k in range(3):
@@ -70,7 +71,7 @@ def _pushed(row: Any, velocity: Velocity, change: Vec) -> Velocity:
 
 @kernel
 def local_velocity(row: Any, velocity: Velocity) -> Vec:
-    """Return the velocity (m/s) of a contact in its local axes, relative to the contact's goal."""
+    """Return the velocity (m/s) of a contact relative to its goal velocity: normal, first tangent, second tangent."""
     v, w = velocity
     return (
         dot(vector(row, N), v) + dot(vector(row, LEVER), w) - row[AIM],
@@ -84,7 +85,9 @@ def solve_contact(row: Any, velocity: Velocity, mu: float, share: float) -> tupl
     """Return the velocity of a body after the exact solution of one contact, and the change of the contact's velocity.
 
     The other contacts keep their impulses. The contact's impulse changes by a share (-) of the way to the solution; it
-    stays in its cone, because the cone is convex.
+    stays in the friction cone, because the cone is convex. The new impulse is written into the row.
+
+    row : the solver's row of the contact; mu : friction (-)
     """
     old = vector(row, LOCAL)
     nn, nt, ns, tt, ts, ss = row[27], row[28], row[29], row[30], row[31], row[32]
@@ -108,7 +111,10 @@ def solve_contact(row: Any, velocity: Velocity, mu: float, share: float) -> tupl
 
 @kernel
 def _start(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity) -> Velocity:
-    """Prepare all contacts, and return the velocity with the impulses that the contacts begin with."""
+    """Prepare the solver's rows of all contacts; return the velocity of the body after the impulses of the first guess.
+
+    Parameters as in `inelastic`.
+    """
     inverse = (1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2])
     for i in range(count):
         prepare(points[i], rows[i], inverse)
@@ -120,8 +126,9 @@ def _start(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity)
 def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
     """Return the velocity of a body after an inelastic impact at all its contacts.
 
-    points : (K, CONTACT_COLUMNS), `contacts`; the impulses in it are the first guess, and receive the solution
-    rows : (K, SOLVER_COLUMNS), scratch; count : number of contacts; moments : principal moments (m2)
+    points : (K, CONTACT_COLUMNS), the contacts (`contacts.py`); their impulses are the first guess, and are replaced by
+        the solution
+    rows : (K, SOLVER_COLUMNS), working memory; count : number of contacts; moments : principal moments (m2)
     within : change of a contact's velocity in a sweep (m/s) below which the sweeps end
     """
     velocity, size = _start(points, rows, count, moments, velocity), size_of(moments)
@@ -154,14 +161,16 @@ def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
 
 @kernel
 def _leapt(rows: Any, count: int, velocity: Velocity, sweeps: int) -> tuple[Velocity, int]:
-    """Return the velocity after a leap ahead if the sweeps only creep, and the number of sweeps since the last leap.
+    """Return the velocity after an extrapolation of the sweeps (a leap), and the number of sweeps since the last leap.
 
-    sweeps : number of sweeps since the last leap, before this one
+    A leap is made only if the sweeps converge slowly; otherwise the velocity is returned unchanged.
+
+    sweeps : number of sweeps since the last leap, without the sweep just made
 
     Impulses may pass from one contact to another in many small steps, for instance between both facets at an edge. If
-    the changes of two successive sweeps have the ratio r, the sweeps will still change the impulses by r / (1 - r)
-    times the last change. The leap does so at once, but no normal impulse falls below 0. A full sweep must follow: it
-    brings all impulses back into their cones, so a leap changes only how many sweeps are needed.
+    the changes of two successive sweeps have the ratio r, further sweeps would change the impulses by r / (1 - r) times
+    the last change. The leap makes this change at once, but no normal impulse falls below 0. A full sweep must follow:
+    it returns all impulses into their friction cones. So a leap changes only how many sweeps are needed.
     Source: Aitken's extrapolation.
     """
     now, along, before = 0.0, 0.0, 0.0
@@ -190,7 +199,7 @@ def _leapt(rows: Any, count: int, velocity: Velocity, sweeps: int) -> tuple[Velo
 
 @kernel
 def _rolling_limit(points: Any, rows: Any, count: int) -> float:
-    """Return the largest rolling moment (m2/s) that the normal impulses of all contacts allow."""
+    """Return the largest rolling moment (m2/s, per unit of mass) that the normal impulses of all contacts allow."""
     limit = 0.0
     for i in range(count):
         limit += points[i, ROLLING] * rows[i, LOCAL]
@@ -199,7 +208,7 @@ def _rolling_limit(points: Any, rows: Any, count: int) -> float:
 
 @kernel
 def _share(sweep: int) -> float:
-    """Return the share (-) of each change that a sweep makes: 1 at first, less where the sweeps go round in circles."""
+    """Return the share (-) of each change that sweep number `sweep` makes: 1 at first, less after many sweeps."""
     if sweep < UNDAMPED:
         return 1.0
     return 0.5 if sweep < HALVED else 0.2
@@ -209,9 +218,12 @@ def _share(sweep: int) -> float:
 def _resisted(
     moment: Vec, velocity: Velocity, moments: Vec, limit: float, size: float
 ) -> tuple[Vec, Velocity, float]:  # fmt: skip
-    """Return the rolling moment of an impact for a new limit, the velocity with it, and the change of speeds (m/s).
+    """Return the rolling moment of an impact for a new limit, the velocity with this moment, and a change (m/s).
 
-    moment : before (m2/s); size : length of the order of the body's size (m)
+    The change is that of the spin times `size`; it shows whether the sweeps have converged.
+
+    moment : previous rolling moment (m2/s); limit : largest length of the new moment (m2/s)
+    size : length of the order of the body's size (m)
     """
     w = velocity.w
     free = (w[0] - moment[0] / moments[0], w[1] - moment[1] / moments[1], w[2] - moment[2] / moments[2])

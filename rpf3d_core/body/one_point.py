@@ -10,9 +10,10 @@ from rpf3d_core.values import ZERO, Vec
 STEPS = 60
 """Largest number of steps of the search for the sliding impulse; about three are usual."""
 CLOSE, NEARLY = 1e-15, 1e-9
-"""Share of the friction (-) to which the sliding impulse lies on the friction cone, and below which one step is enough.
+"""Relative distance (-) of the sliding impulse from the friction cone at which the search ends, and at which one more
+step is enough.
 
-The steps converge quadratically: the step from an error of NEARLY ends with rounding alone.
+The steps converge quadratically: after one step from an error of NEARLY, only rounding remains.
 """
 
 
@@ -20,15 +21,17 @@ The steps converge quadratically: the step from an error of NEARLY ends with rou
 def one_point(row: Any, u: Vec, mu: float) -> Vec:
     """Return the impulse (normal, tangent, tangent) m/s at one contact after which the contact does not approach.
 
-    row : row of the contact in the solver (`contacts.prepare`); mu : friction (-)
+    row : the solver's row of the contact (`contacts.prepare`); mu : friction (-)
     u : velocity of the contact without this impulse, in local axes (m/s)
 
-    The impulse obeys Signorini's and Coulomb's law: no normal velocity if it presses; a tangential velocity of 0 if it
-    lies inside the friction cone; else it lies on the cone, opposite to the tangential velocity. If the velocity has
-    normal component 0 and the tangential impulse is -P, the remaining tangential velocity is S (b - P): S and b follow
-    from the contact's matrix. A sliding contact has S P + k P = b for a k > 0. In x = 1 / (k + mean eigenvalue of S),
-    both P and the normal impulse are rational functions, and |P| exceeds the friction at the largest x and falls below
-    it at x = 0. So an interval always encloses a solution, whatever mu is.
+    The impulse obeys the laws of Signorini and Coulomb: if the normal impulse is above 0, the normal velocity after the
+    impulse is 0. If the impulse lies inside the friction cone, the tangential velocity after it is 0 too; else the
+    impulse lies on the cone, and its tangential part is opposite to the tangential velocity.
+
+    Method: if the normal velocity is 0 and the tangential impulse is -P, the tangential velocity is b - S P, where S
+    (2 x 2) and b follow from the contact's matrix. A sliding contact has S P + k P = b for a k > 0. P and the normal
+    impulse are rational functions of x = 1 / (k + mean eigenvalue of S). |P| exceeds the friction at the largest x and
+    is below the friction at x = 0. So an interval of x always contains a solution, for any mu.
     """
     if u[0] >= 0.0:
         return ZERO
@@ -69,9 +72,12 @@ def one_point(row: Any, u: Vec, mu: float) -> Vec:
 
 @kernel
 def _root_before(row: Any, first: float, second: float) -> float:
-    """Return the x (`one_point`) at which a contact slides as its impulse in the row does; 0 or less if there is none.
+    """Return a first guess of x (`one_point`) from the contact's previous impulse, which is in its row.
 
-    first, second : S b along the eigenvectors of S
+    For this x, the larger of the two components of the sliding impulse along the eigenvectors of S is the same as in
+    the previous impulse. The result is 0 or less if there is no such x.
+
+    first, second : components of b (`one_point`) along the eigenvectors of S
     """
     half, cos, sin = row[SCHUR + 1], row[SCHUR + 2], row[SCHUR + 3]
     t, s = row[LOCAL + 1], row[LOCAL + 2]

@@ -1,4 +1,4 @@
-"""The rolling moment of an impact: it opposes the spin, up to a limit that the normal impulses set."""
+"""The rolling moment of an impact: it opposes the spin, up to a limit that follows from the normal impulses."""
 
 import math
 
@@ -8,7 +8,7 @@ from rpf3d_core.values import Vec
 STEPS = 40
 """Largest number of Newton steps; about four are usual."""
 CLOSE = 1e-15
-"""Share of the limit (-) to which the moment has the length of the limit."""
+"""Difference between the length of the moment and the limit, as a share (-) of the limit, at which the search ends."""
 
 
 @routine
@@ -17,9 +17,9 @@ def rolling_impulse(w: Vec, moments: Vec, limit: float) -> Vec:
 
     w : spin without this impulse (rad/s); moments : principal moments (m2); limit : largest length of the impulse
 
-    The impulse stops the spin if it can. Else it has the length of the limit and points against the remaining spin:
-    M_i = -w_i I_i / (1 + k I_i), with k > 0 such that |M| is the limit. 1 / |M| is a concave function of k, so Newton's
-    steps from 0 approach the solution from below.
+    If the limit allows it, the impulse stops the spin. Else its length is the limit, and it points against the
+    remaining spin: M_i = -w_i I_i / (1 + k I_i), with k > 0 such that |M| is the limit. 1 / |M| is a concave function
+    of k, so Newton's steps from 0 approach the solution from below.
     """
     full = (moments[0] * w[0], moments[1] * w[1], moments[2] * w[2])
     if not limit > 0.0:

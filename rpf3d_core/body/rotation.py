@@ -2,8 +2,7 @@
 
 The spin follows Jacobi's elliptic functions. The orientation is a nutation, which the spin determines, and a
 precession about the angular momentum L: a constant rate and the phase of a theta function (van Zon & Schofield 2007,
-JCP 225:145; shared/reference/rigid_blocks.md section 4). The phase is used as a complex number, so that no angle has
-to be unwrapped.
+JCP 225:145). The phase is used as a complex number, so that no angle has to be unwrapped.
 
 The axes of the body are relabelled, so that one set of formulas serves all motions: at time 0 the first component of
 the spin is A1 cn >= 0, the second A2 sn, and the third A3 dn > 0. The third component never changes its sign.
@@ -33,7 +32,7 @@ from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.values import Vec
 
 SLOWEST = 1e-60
-"""Spin (rad/s) below which a body does not turn in any time that matters, and squares would underflow."""
+"""Spin (rad/s) below which a body counts as not turning, because squares of a smaller spin would underflow."""
 
 LEAST_CHANGE = 1e-120
 """Change of spin (-), as a share of the square of the spin, below which the spin is constant."""
@@ -49,18 +48,19 @@ HALF_TURN_ABOUT_2: Quaternion = (0.0, 0.0, 1.0, 0.0)
 HALF_TURN_ABOUT_3: Quaternion = (0.0, 0.0, 0.0, 1.0)
 ROOT = math.sqrt(0.5)
 SWAP_1_AND_3: Quaternion = (0.0, ROOT, 0.0, ROOT)
-"""The turn (x, y, z) -> (z, -y, x), which makes the axis of the least moment the third."""
+"""The turn (x, y, z) -> (z, -y, x), which makes the axis of the least moment the third axis."""
 
 SPLITTER = 134217729.0
 """2^27 + 1, which splits a number into two halves of its digits (Veltkamp)."""
 
 
 class Axes(NamedTuple):
-    """The relabelled axes of a body: the nutation is about the first, and the spin circles about the third.
+    """The relabelled axes of a body, chosen so that the spin circles about the third axis.
 
-    `low` is true if the third is the axis of the least moment; otherwise it is that of the largest moment. `signs` are
-    the signs of the spin's components about the first and the third axis. `turn` leads from the body's own axes to
-    these axes.
+    moments : principal moments of the relabelled axes
+    low : true if the third axis is the axis of the least moment, false if it is the axis of the largest moment
+    signs : signs of the spin's components about the first and the third axis at time 0, before the relabelling
+    turn : quaternion that turns vectors from the body's own axes to the relabelled axes
     """
 
     moments: Vec
@@ -70,11 +70,13 @@ class Axes(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """The constants of one torque-free motion; no spin of the motion is faster than `fastest` (rad/s).
+    """The constants of one torque-free motion of a body.
 
-    The principal moments ascend, in any unit that has the spin's square as a factor of energy (m2 or kg m2). The
-    orientation q and the spin w (rad/s, in body axes) are those of time 0. `start` is the orientation that precedes
-    all turns of the motion, and `L` the angular momentum.
+    moments : principal moments, ascending, in m2 (per unit of mass) or kg m2
+    q, w : orientation and spin (rad/s, in body axes) at time 0; L : length of the angular momentum
+    fastest : rad/s, a spin that the motion never exceeds
+    axes, cycle : the relabelled axes and the cycle of the spin
+    start : constant orientation, by which the turn of the motion up to any time is multiplied from the left
     """
 
     moments: Vec
@@ -124,13 +126,16 @@ def turned_for(turning: Turning, t: float) -> tuple[Quaternion, Vec]:
 
 @kernel
 def spin_bound(turning: Turning) -> float:
-    """Return sqrt(2 T / I1) (rad/s): no spin of the motion is faster."""
+    """Return an upper bound of the spin (rad/s) at any time of the motion: sqrt(2 T / I1).
+
+    T : rotational energy; I1 : least principal moment
+    """
     return turning.fastest
 
 
 @kernel
 def is_steady(moments: Vec, w: Vec) -> bool:
-    """True if the spin is constant: parallel to the angular momentum, to rounding, or negligible."""
+    """True if the spin is constant, because it is negligible or, to rounding, parallel to the angular momentum."""
     top = max(abs(w[0]), abs(w[1]), abs(w[2]))
     change = (
         abs((moments[2] - moments[1]) * w[1] * w[2])
@@ -177,7 +182,10 @@ def product(a: float, b: float) -> tuple[float, float]:
 
 @kernel
 def term_of(moment: float, gap: tuple[float, float], w: float) -> tuple[float, float]:
-    """Return moment gap w^2 with twice the digits: the rounded value and a correction."""
+    """Return the product of moment, gap and w^2 with twice the digits: the rounded value and a correction.
+
+    gap : a difference of moments, as its rounded value and a correction
+    """
     s, s_rest = product(w, w)
     p, p_rest = product(moment, s)
     r, r_rest = product(gap[0], p)
@@ -186,7 +194,7 @@ def term_of(moment: float, gap: tuple[float, float], w: float) -> tuple[float, f
 
 @kernel
 def axes_of(moments: Vec, w: Vec, low: bool) -> Axes:
-    """Return the relabelled axes of a body with spin w; `low` if L^2 < 2 T I2."""
+    """Return the relabelled axes of a body with spin w (rad/s); low : true if L^2 < 2 T I2 (`beyond_separatrix`)."""
     first, third = (w[2], w[0]) if low else (w[0], w[2])
     signs = (1.0 if first >= 0.0 else -1.0), (1.0 if third >= 0.0 else -1.0)
     turn = NO_TURN
@@ -223,8 +231,9 @@ def labelled_back(axes: Axes, w: Vec) -> Vec:
 def cycle_of(axes: Axes, w: Vec, excess: float, energy: float, L: float) -> Cycle:
     """Return the cycle of a motion from its spin w along the relabelled axes.
 
-    `excess` is |L^2 - 2 T I2|, `energy` is 2 T. All sums are of terms >= 0, so that no digits are lost for nearly equal
-    moments; m1 is as exact as `excess`.
+    excess : |L^2 - 2 T I2| (`beyond_separatrix`); energy : 2 T, twice the rotational energy; L : angular momentum
+
+    All sums have terms >= 0, so that no digits are lost for nearly equal moments; m1 is as exact as `excess`.
     """
     J = axes.moments
     gap1, gap3, span = abs(J[1] - J[0]), abs(J[2] - J[1]), abs(J[2] - J[0])
@@ -244,9 +253,9 @@ def cycle_of(axes: Axes, w: Vec, excess: float, energy: float, L: float) -> Cycl
 
 @kernel
 def placed(axes: Axes, cycle: Cycle, L: float, t: float) -> tuple[Quaternion, Vec]:
-    """Return the turn from the relabelled axes to axes fixed in space, and the spin along the relabelled axes.
+    """Return, for time t (s), the turn from the relabelled axes to axes fixed in space, and the spin of the body.
 
-    The third of the axes in space is along the angular momentum.
+    The third of the axes in space is along the angular momentum. The spin (rad/s) is along the relabelled axes.
     """
     x, half_angle, sign, A = cycle.rate * t + cycle.start, 0.5 * cycle.precession * t, 1.0, cycle.amplitudes
     f, q = cycle.phase, cycle.nome
@@ -271,7 +280,7 @@ def placed(axes: Axes, cycle: Cycle, L: float, t: float) -> tuple[Quaternion, Ve
 
 @kernel
 def half_of(x: float, y: float) -> tuple[float, float]:
-    """Return (cos(a / 2), sin(a / 2)) of the angle a = atan2(y, x), or both with the other sign."""
+    """Return (cos(a / 2), sin(a / 2)) of the angle a = atan2(y, x), or both numbers with the opposite sign."""
     length = math.sqrt(x * x + y * y)
     k = math.sqrt(0.5 * (1.0 + abs(x) / length))
     j = 0.5 * y / (length * k)
@@ -280,14 +289,17 @@ def half_of(x: float, y: float) -> tuple[float, float]:
 
 @kernel
 def advanced(angle: float, a: tuple[float, float]) -> tuple[float, float]:
-    """Return (cos, sin) of an angle (rad) plus the angle of the unit vector a."""
+    """Return (cos, sin) of the sum of an angle (rad) and the angle of the unit vector a (2,)."""
     c, s = math.cos(angle), math.sin(angle)
     return c * a[0] - s * a[1], s * a[0] + c * a[1]
 
 
 @kernel
 def nutation(moments: Vec, w: Vec, L: float) -> Quaternion:
-    """Return the turn about the first axis, then about the second, which turns the angular momentum onto the third."""
+    """Return the turn about the first axis, then the second axis, that turns the angular momentum onto the third axis.
+
+    moments, w : principal moments and spin (rad/s) along the relabelled axes
+    """
     M1, M2, M3 = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
     a = half_of(M3, M2)
     b = half_of(math.sqrt(M2 * M2 + M3 * M3), -M1)

@@ -1,7 +1,7 @@
-"""Nearest point to the origin of a point, an edge, a triangle or a tetrahedron: the inner step of the GJK search.
+"""Find the point of an edge, a triangle or a tetrahedron that is nearest to the origin: a step of the GJK search.
 
 The vertices are differences of a corner of the body and a corner of the facet. Every result is a convex combination of
-its vertices, so its length is never below the true distance, even if rounding picks a neighbouring feature.
+its vertices, so its length is never below the true distance, even if rounding selects a neighbouring feature.
 
 Source: the signed areas and volumes follow Montanari, Petrinic and Barbieri 2017, ACM Trans. Graph. 36:30.
 """
@@ -14,7 +14,10 @@ from rpf3d_core.vectors import add, cross, dot, scale, subtract
 
 
 class Vertex(NamedTuple):
-    """Difference w (3,) m of corner `body` (row of the corners) of the body and corner `corner` (0 to 2) of a facet."""
+    """The difference w (3,) m of a corner of the body and a corner of a facet.
+
+    body : row of the body's corner in the array of corners; corner : number of the facet's corner, 0 to 2
+    """
 
     w: Vec
     body: int
@@ -22,7 +25,7 @@ class Vertex(NamedTuple):
 
 
 class Simplex(NamedTuple):
-    """The smallest simplex of given vertices that contains their nearest point v (3,) m to the origin.
+    """The smallest simplex (point, edge or triangle) that contains the point v (3,) m nearest to the origin.
 
     size : number of vertices, 1 to 3 in the order a, b, c, or 4 if the origin lies inside a tetrahedron
     weights : shares (-) of a, b and c in v, none negative, with sum 1
@@ -60,7 +63,7 @@ def on_edge(a: Vertex, b: Vertex) -> Simplex:
 
 @kernel
 def closer(first: Simplex, second: Simplex) -> Simplex:
-    """Return the simplex with the shorter v, the first if both are equal."""
+    """Return the simplex whose point v is closer to the origin; `first` if both are equally close."""
     return second if second.square < first.square else first
 
 
@@ -80,7 +83,7 @@ def on_face(a: Vertex, b: Vertex, c: Vertex) -> Simplex:
 
 @kernel
 def _inside_face(a: Vertex, b: Vertex, c: Vertex, weights: Vec) -> Simplex:
-    """Return the simplex of all three vertices with known weights."""
+    """Return the simplex of all three vertices, with known weights of the vertices in v."""
     v = add(a.w, add(scale(weights[1], subtract(b.w, a.w)), scale(weights[2], subtract(c.w, a.w))))
     return Simplex(size=3, a=a, b=b, c=c, weights=weights, v=v, square=dot(v, v))
 
@@ -103,16 +106,18 @@ def _on_outline(a: Vertex, b: Vertex, c: Vertex, beyond: tuple[bool, bool, bool]
 
 @kernel
 def hides(a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
-    """True if the origin lies on the same side of the plane a b c as d: the triangle is not nearest."""
+    """True if the origin lies on the same side of the plane a b c as d: then the triangle a b c is not nearest."""
     n = cross(subtract(b, a), subtract(c, a))
     return dot(n, subtract(d, a)) * -dot(n, a) > 0.0
 
 
 @kernel
 def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the nearest part of the tetrahedron of the new vertex a and a triangle that cannot be nearest itself.
+    """Return the nearest part of the tetrahedron of the new vertex a and the triangle `old`.
 
-    apart : true if body and facet are known to be apart, so that the origin cannot lie inside
+    The triangle `old` itself cannot be nearest.
+
+    apart : true if body and facet are known to be apart, so that the origin cannot lie inside the tetrahedron
     """
     b, c, d = old.a, old.b, old.c
     no_abc, no_acd, no_abd = hides(a.w, b.w, c.w, d.w), hides(a.w, c.w, d.w, b.w), hides(a.w, b.w, d.w, c.w)
@@ -131,7 +136,10 @@ def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
 
 @kernel
 def extended(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the nearest part of the simplex that the new vertex a forms with a simplex of 1 to 3 vertices."""
+    """Return the nearest part of the simplex that the new vertex a forms with `old`, a simplex of 1 to 3 vertices.
+
+    apart : as in `in_solid`
+    """
     if old.size == 1:
         return on_edge(a, old.a)
     if old.size == 2:
@@ -141,23 +149,23 @@ def extended(a: Vertex, old: Simplex, apart: bool) -> Simplex:
 
 @kernel
 def holds(simplex: Simplex, new: Vertex) -> bool:
-    """True if the simplex already has a vertex, so that adding it changes nothing."""
+    """True if the simplex already has the vertex `new`, so that the vertex would change nothing."""
     a, b, c = simplex.a, simplex.b, simplex.c
     return same(new, a) or (simplex.size > 1 and same(new, b)) or (simplex.size > 2 and same(new, c))
 
 
 @kernel
 def same(a: Vertex, b: Vertex) -> bool:
-    """True if two vertices are made from the same corners."""
+    """True if two vertices are differences of the same corners."""
     return a.body == b.body and a.corner == b.corner
 
 
 @kernel
 def direction(simplex: Simplex) -> Vec:
-    """Return a vector (3,), of any length, at right angles to the simplex and towards v.
+    """Return a vector (3,), of any length, at right angles to the simplex and towards its point v.
 
-    It differs from v by rounding only, but rounding matters: v has few digits if the gap is small and the vertices are
-    far away.
+    Without rounding, v itself has this direction. But v has few exact digits if the gap is small and the vertices are
+    far from the origin.
     """
     if simplex.size == 1:
         return simplex.v

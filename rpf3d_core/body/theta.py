@@ -16,14 +16,20 @@ Four = tuple[float, float, float, float]
 
 
 class Nome(NamedTuple):
-    """Powers of a nome q: `odd` (q^2, q^6, q^12) of theta 1 and 2, and `even` 2 (q, q^4, q^9) of theta 3 and 4."""
+    """Powers of a nome q.
+
+    odd : (q^2, q^6, q^12), for theta 1 and 2; even : 2 (q, q^4, q^9), for theta 3 and 4
+    """
 
     odd: Vec
     even: Vec
 
 
 class Waves(NamedTuple):
-    """Sines and cosines, circular or hyperbolic, of the multiples of an argument: 1, 3, 5, 7 and 2, 4, 6."""
+    """Sines and cosines, circular or hyperbolic, of the multiples of an argument.
+
+    sines, cosines : of 1, 3, 5, 7 times the argument; even : cosines of 2, 4, 6 times the argument
+    """
 
     sines: Four
     cosines: Four
@@ -87,20 +93,21 @@ def plain(f: Four, q: Vec) -> float:
 
 @kernel
 def theta_3(even: Vec, q: Vec) -> float:
-    """Return theta 3 from the cosines of the even multiples of its argument."""
+    """Return theta 3 from the cosines of the even multiples of its argument; q : `Nome.even`."""
     return 1.0 + (q[0] * even[0] + (q[1] * even[1] + q[2] * even[2]))
 
 
 @kernel
 def theta_4(even: Vec, q: Vec) -> float:
-    """Return theta 4 from the cosines of the even multiples of its argument."""
+    """Return theta 4 from the cosines of the even multiples of its argument; q : `Nome.even`."""
     return 1.0 - (q[0] * even[0] - (q[1] * even[1] - q[2] * even[2]))
 
 
 class Phase(NamedTuple):
-    """The phase of theta 1 along a line: its real part (`first`) and its imaginary part (`second`) as sums of waves.
+    """The phase of theta 1 along a line in the complex plane, as weights of waves.
 
-    `rate` is the rate of change of the phase per unit of the argument, with its sign turned, where cn is 0.
+    first, second : weights of the four waves in the real part and in the imaginary part of theta 1
+    rate : negative rate of change of the phase per unit of the argument, at the place where cn is 0
     """
 
     first: Four
@@ -144,23 +151,25 @@ def hyperbolic_phase(q: float, y: float) -> Phase:
 
 @kernel
 def combined(f: Four, g: Four) -> float:
-    """Return the sum of waves g with weights f, the small terms first."""
+    """Return the sum of waves g with weights f; the small terms are added first."""
     return f[0] * g[0] + (f[1] * g[1] + (f[2] * g[2] + f[3] * g[3]))
 
 
 STEADY, CIRCULAR, HYPERBOLIC = 0, 1, 2
-"""Kinds of motion: constant spin; m <= 1/2, series in circular functions; m > 1/2, in hyperbolic functions."""
+"""Kinds of motion: constant spin; m <= 1/2, with series of circular functions; m > 1/2, of hyperbolic functions."""
 
 ENDLESS = 1e300
 """Half period of a motion on the separatrix, which never returns (-)."""
 
 
 class Cycle(NamedTuple):
-    """The cycle of a motion: amplitudes of the spin (rad/s), the series and their argument, and the precession.
+    """The cycle of a motion: the periodic spin, as theta series of an argument, and the precession.
 
-    The argument of the series is `rate` t + `start`; `half_period` is half of its period, counted for hyperbolic
-    functions only. The precession advances by `precession` (rad/s), by `per_period` (rad) in each half period, and by
-    the phase of theta 1 times `sense`.
+    kind : STEADY, CIRCULAR or HYPERBOLIC; amplitudes : (3,) rad/s, of the spin's components
+    nome : powers of the nome of the series; the argument of the series is `rate` t + `start` (rate in 1/s)
+    half_period : half of the period of dn, in units of the argument; used for hyperbolic functions only
+    precession : rad/s, mean rate; per_period : rad, additional angle of the precession in each period of dn
+    phase, sense : the phase of theta 1 times `sense` (1 or -1) is also added to the precession
     """
 
     kind: int
@@ -177,7 +186,7 @@ class Cycle(NamedTuple):
 
 @kernel
 def still() -> Cycle:
-    """Return the cycle of a motion with constant spin, whose numbers are not used."""
+    """Return the cycle of a motion with constant spin; its kind is STEADY, and its other numbers are not used."""
     none = 0.0, 0.0, 0.0, 0.0
     return Cycle(
         kind=STEADY, amplitudes=ZERO, nome=Nome(odd=ZERO, even=ZERO), rate=0.0, start=0.0, half_period=ENDLESS,
@@ -187,7 +196,12 @@ def still() -> Cycle:
 
 @kernel
 def circular_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
-    """Return the cycle for m <= 1/2 from (u at time 0, eta, du/dt) and (sense, 2 T, L)."""
+    """Return the cycle of a motion with m <= 1/2.
+
+    m, m1 : parameter and 1 - m; A : (3,) rad/s, amplitudes of the spin with Jacobi's functions
+    arguments : (u at time 0, eta, du/dt): argument of Jacobi's functions, shift of theta 1, rate of the argument
+    motion : (sense, 2 T, L): as in `Cycle`, twice the rotational energy, angular momentum
+    """
     u, eta, rate = arguments
     sense, energy, L = motion
     q = nome_of(m, 1.0 - m)
@@ -205,7 +219,7 @@ def circular_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> 
 
 @kernel
 def hyperbolic_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
-    """Return the cycle for m > 1/2 from (u at time 0, eta, du/dt) and (sense, 2 T, L); m1 may be 0."""
+    """Return the cycle of a motion with m > 1/2; m1 = 1 - m may be 0. Parameters as in `circular_cycle`."""
     u, eta, rate = arguments
     sense, energy, L = motion
     q = nome_of(m1, 1.0 - m1)

@@ -23,13 +23,13 @@ BUCKETS_PER_FACET = 2.0
 FEWEST_BUCKETS = 64
 """Number of buckets that a grid may always have, even for very few facets."""
 ENTRIES_PER_FACET = 16
-"""Largest mean number of buckets that a facet is in; 4 is usual. A few wide facets over narrow cells are in many."""
+"""Largest mean number of buckets that a facet is in; 4 is usual. A wide facet over narrow cells is in many buckets."""
 SAMPLE = 100_000
 """Least number of facets in the sample from which the cell size and the extent of the grid are estimated."""
 FAR = 0.005
 """Share of the facets (-) that may lie outside the box of most facets, on each side of this box."""
 COARSER = 1.4
-"""Least factor (-) by which the cells grow while there are too many of them."""
+"""Least factor (-) by which the cells are made wider, each time that there are too many cells or entries."""
 BAND = 64
 """Width, in buckets, of the widest cells of the slabs (`slabs.py`)."""
 MARGIN = 0.1
@@ -118,7 +118,7 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together hold too many facets."""
+    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together have too many entries."""
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
     counts = share([lambda band=band: _count(facets.corners, slack, grid, band, most, starts) for band in bands(grid)])  # type: ignore[misc]
     return sum(counts) <= most
@@ -144,9 +144,9 @@ def _buckets(grid: Grid) -> int:
 
 @kernel
 def cell_index(value: float, origin: float, cell: float, count: int) -> int:
-    """Return the number of the cell that contains a coordinate (m) along one axis.
+    """Return the number of the cell that contains a coordinate (m) along one axis; outside the grid, the nearest cell.
 
-    Outside the grid, the nearest cell.
+    value : m, the coordinate; origin, cell, count : of the grid along this axis: begin (m), side of a cell (m), cells
     """
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
@@ -177,7 +177,7 @@ def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y:
 def common(a: Block, b: Block) -> Block:
     """Return the cells that two rectangles of cells have in common, to limit work to a band or a patch.
 
-    If there are none, a rectangle without rows or columns.
+    If they have no cell in common, the result has no rows or no columns (top <= bottom or right <= left).
     """
     return Block(
         left=max(a.left, b.left), right=min(a.right, b.right), bottom=max(a.bottom, b.bottom), top=min(a.top, b.top)
@@ -188,7 +188,7 @@ def common(a: Block, b: Block) -> Block:
 def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, starts: Any) -> int:
     """Count the facets in bucket k into starts[k + 1], for the rows of a band; return the sum of the counts.
 
-    The count stops if it exceeds `most`.
+    The function stops as soon as the sum exceeds `most`.
     """
     entries = 0
     for f in range(corners.shape[0]):

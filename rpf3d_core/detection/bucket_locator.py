@@ -74,6 +74,8 @@ def first_contact_in_buckets(
 ) -> Contact:
     """Return the earliest contact of an arc: visit the cells under it until the best contact lies in a visited cell.
 
+    left : the contact from which the rock starts; end : s, later contacts are not searched
+
     The facet that the rock has just left is tested first: if the rock falls back onto this facet, the search is short.
     """
     best = earlier_of(left, facets, left.facet, arc, NO_CONTACT) if left.facet >= 0 else NO_CONTACT
@@ -128,8 +130,9 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
     """Return the time (s) when the arc leaves cell `index` along one axis, at one of the cell sizes; inf for never.
 
     level : cell size, 0 for the buckets (`slabs.py`)
+    x, pace : start (m) and inverse speed (s/m) along the axis
 
-    x, pace : start (m) and inverse speed (s/m) along the axis. The arc never leaves an outermost cell outwards.
+    The arc never leaves an outermost cell outwards.
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
@@ -156,7 +159,10 @@ def _still_in(index: int, level: int, x: float, origin: float, cell: float, coun
 def _earliest_in_bucket(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, crossing: Crossing, best: Contact
 ) -> Contact:
-    """Return the earlier of `best` and the contacts of an arc with the facets of the bucket that it crosses."""
+    """Return the earliest of `best` and the contacts of an arc with the facets of the bucket that it crosses.
+
+    The facet that the rock has just left is not tested here; the caller has tested it.
+    """
     k = crossing.j * locator.nx + crossing.i
     entry, stop = locator.starts[k], locator.starts[k + 1]
     until = min(crossing.leave, best.t)

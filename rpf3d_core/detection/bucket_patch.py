@@ -1,10 +1,9 @@
 """Update the buckets and slabs of a terrain in place when a new survey (a patch) replaces some facets.
 
-All entries outside the patch stay.
-
-The entries in the rows of cells that the patch touches are written again, and all later entries are moved. The slabs
-of all levels over the patch are computed again. Searches give the same results as if all facets had been sorted again;
-only the order within a bucket differs, and nothing depends on this order.
+An entry is one facet in one bucket. The entries in the rows of cells that the patch touches are written again, all
+later entries are moved, and the other entries stay in place. The slabs of all levels over the patch are computed again.
+Searches give the same results as if all facets had been sorted again; only the order within a bucket differs, and
+nothing depends on this order.
 """
 
 from typing import Any, NamedTuple
@@ -37,9 +36,11 @@ Plan = tuple[float, float]
 
 
 class Entries(NamedTuple):
-    """The S new facets of a patch by the cells they are in, row by row: cell k holds ids[starts[k] : starts[k + 1]].
+    """The S new facets of a patch, listed by cell, for the cells of a rectangle counted row by row (`cell_in`).
 
-    starts : (cells + 1,); ids : (E,) numbers of facets, below S
+    The facets in cell k are ids[starts[k] : starts[k + 1]].
+
+    starts : (cells + 1,); ids : (E,) numbers of facets within the patch, 0 to S - 1
     """
 
     starts: NDArray[np.int64]
@@ -49,8 +50,8 @@ class Entries(NamedTuple):
 class BucketPatch(NamedTuple):
     """The facets that a patch removes from the buckets, and the S facets that it adds.
 
-    gone : (F,) True for facets to remove, by their numbers in the present entries
-    rows : (S,) numbers of the new facets
+    gone : (F,) True for facets to remove, by their numbers before the patch
+    rows : (S,) number of each new facet in the patched terrain
     block : rectangle of cells around all facets that are removed or added; entries : the new facets in these cells
     """
 
@@ -61,11 +62,9 @@ class BucketPatch(NamedTuple):
 
 
 def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block:
-    """Return the rectangle of cells around some facets, so that an update touches only these cells.
+    """Return the rectangle of cells around some facets, so that an update changes only these cells.
 
-    corners : (S, 9) m, of these facets
-
-    slack : m by which the facets are widened
+    corners : (S, 9) m, of these facets; slack : m, by which the box of each facet is widened
     """
     sides = np.empty(4, np.int64)
     _block(corners, slack, grid_of(locator), sides)
@@ -74,7 +73,7 @@ def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block
 
 
 def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
-    """Return the facets (N,) in a rectangle of cells, each once, in ascending order."""
+    """Return the numbers of the facets (N,) in a rectangle of cells, each facet once, in ascending order."""
     rows = (row * locator.nx for row in range(block.bottom, block.top))
     parts = [locator.ids[locator.starts[row + block.left] : locator.starts[row + block.right]] for row in rows]
     ids = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.int32)
@@ -84,10 +83,10 @@ def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
 
 
 def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:
-    """Return the new facets of a patch, corners (S, 9) m, by the cells of a rectangle that they are in.
+    """Return the new facets of a patch, listed by the cells of a rectangle.
 
-    slack : m by which the box of a facet is widened; most : largest number of entries
-    Raises TerrainError if the facets have more than `most` entries.
+    corners : (S, 9) m, of the new facets; slack : m, by which the box of each facet is widened
+    most : largest allowed number of entries; more raise a TerrainError
     """
     starts = np.zeros((block.right - block.left) * (block.top - block.bottom) + 1, np.int64)
     if not _count_some(corners, slack, grid_of(locator), block, most, starts):
@@ -101,9 +100,10 @@ def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack:
 def patched_locator(
     locator: BucketLocator, facets: Facets, patch: BucketPatch, memory: Kept, share: Share
 ) -> BucketLocator:
-    """Return the buckets with some facets removed and others added, edited in place: do not use `locator` afterwards.
+    """Return the locator of a terrain after a patch; its arrays are changed in place: do not use `locator` afterwards.
 
-    facets : with the corners of the new facets; memory : holds the arrays of the locator; share : runs the work
+    facets : the facets after the patch; memory : provides the arrays of the locator, which may get longer
+    share : runs functions in parallel
     """
     block = patch.block
     band = slice(block.bottom * locator.nx, block.top * locator.nx + 1)
@@ -128,21 +128,21 @@ def patched_locator(
 
 
 def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
-    """Move elements within an array by `shift` places, to make room for the new facets of a patch."""
+    """Move the elements `begin` to `end` - 1 of an array by `shift` places, because a patch changes the entry count."""
     if shift:
         array[begin + shift : end + shift] = array[begin:end]
 
 
 def most_entries(facets: int) -> int:
-    """Return how many entries (a facet in a bucket) a terrain of `facets` facets may have.
+    """Return the largest allowed number of entries of a terrain with `facets` facets, which a patch must not exceed.
 
-    A patch must not exceed it.
+    An entry is one facet in one bucket.
     """
     return ENTRIES_PER_FACET * facets
 
 
 def _whole_cells(block: Block, locator: BucketLocator) -> Block:
-    """Return a rectangle of buckets widened to whole cells of the largest size, whose slabs are then computed again."""
+    """Return a rectangle of buckets, widened to whole cells of the largest size; all their slabs are computed again."""
     low, high = (block.left, block.bottom), (block.right, block.top)
     (left, bottom), (right, top) = (
         tuple(k // BAND * BAND for k in low), tuple(-(-k // BAND) * BAND for k in high),
@@ -178,9 +178,9 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 @loop
 def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int, starts: Any) -> bool:
-    """Count the new facets in each cell of a rectangle, cell k at starts[k + 1].
+    """Count the new facets in each cell of a rectangle, for cell k in starts[k + 1]; return True.
 
-    Stop and return False if over `most`.
+    If the facets have more than `most` entries, stop and return False.
     """
     entries = 0
     for f in range(corners.shape[0]):
@@ -197,7 +197,7 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int,
 
 @loop
 def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any, ids: Any) -> None:
-    """Write the new facets in each cell of a rectangle into `ids`; `cursor` holds the next free index of each cell."""
+    """Write the new facets in each cell of a rectangle into `ids`; cursor : the next free index of each cell."""
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), block)
         for j in range(cells.bottom, cells.top):

@@ -1,4 +1,4 @@
-"""Detect rocks that fall through a gap of the terrain; a facet called a cap closes each gap (`terrain/gaps.py`).
+"""Detect rocks that fall through a gap of the terrain; triangles called caps close each gap (`terrain/gaps.py`).
 
 Caps are separate facets with their own locator, so the search for contacts with the ground ignores them. An engine for
 a terrain without gaps has None in place of caps, and compiles nothing of this file.
@@ -18,14 +18,15 @@ from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
 ON_GROUND = REACH / CRACK
-"""Longest path behind a cap on which the ground still carries a rock at the edge of a hole, in tolerances of caps."""
+"""Longest path behind a cap on which the ground still carries a rock at the edge of a hole, in tolerances of the caps.
+"""
 
 
 class CapFacets(NamedTuple):
     """The caps that close the gaps of a terrain: facets that end the path of a rock that passes through them.
 
-    facets : `zone` holds the outcome of a rock that passes through; the tolerance is CRACK times the tolerance of the
-        terrain, so that no rock passes between a cap and the ground
+    facets : the caps; their `zone` is not a zone, but the outcome of a rock that passes through; their tolerance is
+        CRACK times the tolerance of the terrain, so that no rock passes between a cap and the ground
     layered : True if ground lies above other ground, so that a rock below the upper ground may still hit the free side
         of the lower ground (`terrain.gaps`)
     """
@@ -46,7 +47,7 @@ class CapLocator(NamedTuple):
 
 
 class Loss(NamedTuple):
-    """The end of a rock that falls through a gap: t seconds after the start of an arc (inf: none), with its outcome."""
+    """The fall of a rock through a gap: time t (s) since the start of an arc, inf for no fall, and the outcome."""
 
     t: float
     outcome: int
@@ -74,9 +75,10 @@ def is_on_free_side_of_facet(contact: Contact) -> bool:
 
 @model_function
 def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through a cap from above, before `end` (s); NO_LOSS if there is none.
+    """Return the first passage of an arc through a cap from above, up to the time `end` (s); NO_LOSS if there is none.
 
-    This detects that a rock falls through a gap of the terrain.
+    This detects that a rock falls through a gap of the terrain. There is one rule for terrains with caps, and one
+    without.
 
     caps : a `CapLocator`, or None if the terrain has no gap
     contact : the first contact with the ground
@@ -89,7 +91,7 @@ def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.otherwise
 def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return NO_LOSS, no passage through a cap: the terrain has no gap."""
+    """Return NO_LOSS: the terrain has no gap, so no rock falls through one."""
     return NO_LOSS
 
 

@@ -15,7 +15,10 @@ from rpf3d_core.vectors import add, dot, scale, subtract
 
 
 class Closest(NamedTuple):
-    """The facet closest to a point and its distance (m); -1 and the search radius if no facet is that close."""
+    """The facet closest to a point, and its distance (m).
+
+    If no facet is within the search radius, `facet` is -1 and `distance` is the search radius.
+    """
 
     distance: float
     facet: int
@@ -65,7 +68,7 @@ def distance_to_facet(facets: Facets, f: int, x: Vec) -> float:
 def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
     """Return the point of facet f closest to x (m): a corner, a point of an edge, or a point inside the facet.
 
-    It gives distances to the terrain, and the direction from the terrain to a sphere.
+    The point is used for distances to the terrain, and for the direction from the terrain to a sphere.
 
     Sources
     -------

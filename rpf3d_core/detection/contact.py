@@ -29,8 +29,9 @@ class PreviousContact(NamedTuple):
         none
     side : +1.0 for the free side, -1.0 for the back
     resting : True if the rock was sliding there or at rest, so its speed along the normal is only rounding error
-    before : the facet that the rock left just before `facet`; -1 for none. A sliding rock left it at the same place; a
-        rock that bounces between two sheets of ground left it from the other side
+    before : the facet that the rock left just before `facet`; -1 for none. A sliding rock left `before` at the place
+        where it reached `facet`; a rock that bounces to and fro between two sheets of ground left `before` on the other
+        side
     """
 
     facet: int
@@ -43,13 +44,13 @@ class PreviousContact(NamedTuple):
 GRAZING = 1e-9
 """Sine of the angle between a rock's velocity and a facet, below which the rock counts as moving along the facet.
 
-A million times the rounding of b / |v|, where b is the speed along the normal and v is the velocity.
+This is a million times the rounding error of b / |v|, where b is the speed along the normal and v is the velocity.
 """
 NO_CONTACT = Contact(t=math.inf, facet=-1, side=1.0, approach=0.0)
 NOTHING_LEFT = PreviousContact(facet=-1, other=-1, side=1.0, resting=False, before=-1)
 """The previous contact of a rock at its release: no facet, but the rock is on the free side of the ground."""
 NO_ROCK = -2
-"""Number in place of the facet of the previous contact, if a line of sight and not a rock moves along the arc."""
+"""Number in place of the facet of the previous contact, if the arc is a line of sight and not the path of a rock."""
 LINE_OF_SIGHT = PreviousContact(facet=NO_ROCK, other=-1, side=1.0, resting=False, before=-1)
 """The previous contact of a line of sight, which may start on either side of the ground."""
 
@@ -58,13 +59,15 @@ LINE_OF_SIGHT = PreviousContact(facet=NO_ROCK, other=-1, side=1.0, resting=False
 def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """Return the earliest contact of an arc with the terrain before `end` (s), or NO_CONTACT; one rule per locator.
 
-    A locator selects the facets to test, and their order. Every locator gives the same result.
+    A locator selects the facets to test, and their order. Every locator with an exact search gives the same result.
+
+    left : the contact from which the rock starts
     """
 
 
 @model_function
 def radius_of(locator: object) -> float:
-    """Return the radius (m) of the rock that a locator searches contacts for; 0 for a lumped mass."""
+    """Return the radius (m) of the rock whose contacts a locator searches; 0 for a lumped mass."""
 
 
 @radius_of.otherwise

@@ -19,7 +19,7 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facets import Facets
 
 ALONG = 3
-"""Number of places along a flight at which the check for falls looks for ground, until one of them is below it."""
+"""Largest number of places along a flight that the check tests, until one of these places is below the ground."""
 FIRST = 64.0
 """Path to the first tested place, in crack widths: far more than the depth (4) at which a rock still meets a facet."""
 FURTHER = 256.0
@@ -29,14 +29,15 @@ HALVES = 40
 WIDTH = 1.0 / 16.0
 """Distance from a tested place to the vertical lines around it, over the path of the rock to the place (-)."""
 COLUMNS = ((0.0, 0.0), (1.0, 0.4), (-0.4, 1.0), (-1.0, -0.4), (0.4, -1.0))
-"""Offsets in plan of the vertical lines of sight: one at a tested place, four around the place.
+"""Offsets in plan of the vertical lines of sight, in units of the distance that WIDTH defines (-).
 
-The offsets are needed because a rock straight below a vertex may lie within no facet.
+One line is at the tested place, four lines are around it, because a rock straight below a vertex may lie within no
+facet.
 """
 STEEPEST = 1000.0
-"""Largest height of a facet's underside above a rock, over the rock's path (-).
+"""Largest height of a facet's underside above a rock, over the rock's path (-), for a rock that fell through the facet.
 
-A higher facet is not the ground it left.
+A facet that is higher above the rock is not the ground that the rock left.
 """
 STRAIGHT = 1e-100
 """Gravity (m/s^2) of an arc that is a straight line; not 0, because the reference engine divides by gravity."""
@@ -47,7 +48,7 @@ OVER, UNDER, OFF = 0, 1, 2
 class Inquiry(NamedTuple):
     """The state of the check whether a rock has fallen through the ground.
 
-    open : True while the check continues; fell : result of a finished check, True if the rock has fallen
+    open : True while the check continues; fell : result of a finished check, True if the rock has fallen through
     place, path : number of the tested place, and the path to this place along the flight (m)
     over, under : last time when the rock was above the ground, and first time when the rock was below the ground (s)
     line : number of the line of sight: one line down and one line up in each column
@@ -68,7 +69,7 @@ class Inquiry(NamedTuple):
 
 @kernel
 def inquiry(facets: Facets, open_: bool) -> Inquiry:
-    """Return the check for a fall through the ground at its start, before any place is tested.
+    """Return the initial state of the check for a fall through the ground, before any place is tested.
 
     open_ : True to start the check; False for a check that is not needed
     """
@@ -89,7 +90,9 @@ def inquiry(facets: Facets, open_: bool) -> Inquiry:
 def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
     """Return the next vertical line to search for ground, down or up from a tested place to beyond the terrain.
 
-    The line is an arc that takes one second.
+    The line is given as an arc that takes one second.
+
+    arc : the flight of the rock; asked : state of the check
     """
     x = position(arc, _time(arc, asked.path, asked.over, asked.under))
     (east, north), apart = COLUMNS[asked.line // 2], WIDTH * asked.path
@@ -171,5 +174,5 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
 
 @kernel
 def _time(arc: Arc, path: float, over: float, under: float) -> float:
-    """Return the time (s) when the rock is at the place to be tested, from the same fields as in `Inquiry`."""
+    """Return the time (s) when the rock is at the place to be tested; path, over, under : as in `Inquiry`."""
     return time_over(arc, 0.0, path) if under == math.inf else 0.5 * (over + under)

@@ -1,4 +1,7 @@
-"""Find the facets of the ground that a new survey (a patch) touches in plan, and their neighbours, with the buckets."""
+"""Find the facets of the ground that a new survey (a patch) touches in plan, and their neighbours.
+
+The buckets of the ground limit each search to a few facets.
+"""
 
 import math
 from typing import Any, NamedTuple
@@ -18,9 +21,10 @@ _SEEN = 1
 
 
 class Footprint(NamedTuple):
-    """The area of a patch in plan, widened by a slack (m): the facets of the ground that touch it are replaced.
+    """The area of a patch in plan, widened by a slack (m): the facets of the ground that touch this area are replaced.
 
-    corners : (S, 9) m, of the facets of the patch; entries : these facets in the cells of `block`
+    corners : (S, 9) m, of the facets of the patch; block : rectangle of cells around the patch
+    entries : the facets of the patch, listed by the cells of `block`
     """
 
     corners: FloatArray

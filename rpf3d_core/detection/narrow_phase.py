@@ -3,7 +3,7 @@
 The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
 zero inside the facet, the rock hits the free side. Where d rises through zero, the rock hits the back.
 
-Rounding errors decide no case; fixed rules do (docs/explanation/physics.md):
+Fixed rules, and not rounding errors, decide all special cases (docs/explanation/physics.md):
 
 - For a facet that the rock has just left, d = 0 at t = 0: this root is divided out, and the later root is kept.
 - A rock within tolerance of another facet, or below that facet by at most a crack's width, hits the facet at t = 0
@@ -52,7 +52,8 @@ UPRIGHT = 1e-6
 def earlier_of(left: object, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts of an arc: `best`, found so far, or the first contact with facet f.
 
-    One rule per class of the contact from which the rock starts, `left`: a rock flies, or moves along the ground.
+    left : the contact from which the rock starts; there is one rule for each class of `left`, because a rock flies or
+        moves along the ground
     """
 
 
@@ -81,7 +82,7 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
 
 @earlier_of.rule(PreviousContact)
 def earlier_in_flight(left: PreviousContact, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
-    """Return the earlier of two contacts of a flying rock."""
+    """Return the earlier of two contacts of a flying rock: `best`, or the first contact with facet f."""
     return earlier_contact(facets, f, arc, left, best)
 
 
@@ -109,7 +110,10 @@ def falling_time(c: float, b: float, a: float) -> float:
 
 @kernel
 def _return_time(left: PreviousContact, b: float, a: float) -> float:
-    """Return the time when a rock returns to the facet of its last bounce, without the root at the start (t = 0)."""
+    """Return the time (s) when a rock returns to the plane of its last bounce, after the start at t = 0; inf for never.
+
+    b, a : speed (m/s) and half the acceleration (m/s^2) along the normal of the facet
+    """
     rising, bending = left.side * b, left.side * a
     return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
 
@@ -238,7 +242,11 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
-    """Return the contact with facet f at time t if it is inside the facet and earlier than `best`; else `best`."""
+    """Return the contact with facet f at time t (s) if it is inside the facet and earlier than `best`; else `best`.
+
+    n : (3,) normal of the facet; t : when the arc meets the facet's plane; side : as in `Contact`
+    A glancing arc that meets the plane outside the facet may enter the facet later (`_entry_time`).
+    """
     if t > best.t or t == math.inf:
         return best
     approach = _approach(facets, f, arc, n, t)
@@ -265,8 +273,8 @@ def _edge_band(facets: Facets, arc: Arc, n: Vec, t: float, approach: float) -> f
     n : (3,) normal of the facet; approach : speed (m/s) at which the rock meets the plane
 
     A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal. Rounding
-    may take a rock as far behind the planes of two upright walls (`_time_from_near`). If the walls meet in a sharp
-    corner, this place lies farther beyond the edges of both: the edge band of a wall is then as wide as a crack.
+    may move a rock equally far behind the planes of two upright walls (`_time_from_near`). If the walls meet in a sharp
+    corner, this place is farther beyond the edges of both walls. So the edge band of a wall is as wide as a crack.
     """
     near = t == 0.0 or approach * approach <= GRAZING * GRAZING * dot(arc.v, arc.v)
     if near and n[2] == 0.0:

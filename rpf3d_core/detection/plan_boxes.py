@@ -1,6 +1,6 @@
 """The boxes of facets in plan, rounded and packed into four bytes each, so that a search compares them quickly.
 
-The boxes of a bucket fit into one cache line.
+The packed boxes of a usual bucket fit into one cache line.
 
 A coordinate is rounded to a part, one of 128 equal strips of a cell. One function (`part_of`) rounds all coordinates,
 and its result never decreases when a coordinate increases. So boxes that overlap in metres also overlap in parts, for
@@ -17,16 +17,16 @@ GUARDS = 0x80808080
 
 @kernel
 def part_of(value: float, origin: float, per_cell: float, index: int) -> int:
-    """Return the number of the part of a cell that is nearest to a coordinate (m), along one axis.
+    """Return the number of the part of a cell that contains a coordinate, along one axis; outside, the nearest part.
 
-    index : number of the cell; per_cell : cells per metre
+    value : m, the coordinate; origin : m, begin of the grid; per_cell : cells per metre; index : number of the cell
     """
     return int(min(max(((value - origin) * per_cell - index) * PARTS, 0.0), PARTS - 1.0))
 
 
 @kernel
 def packed_box(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
-    """Return the box of a facet, in parts of a cell, as four bytes; the upper ends count down from the last part."""
+    """Return the box of a facet, given in parts of a cell, as four bytes; upper ends are counted from the last part."""
     return low_x | (PARTS - 1 - high_x) << 8 | low_y << 16 | (PARTS - 1 - high_y) << 24
 
 
@@ -35,8 +35,6 @@ def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
     """Return the box of an arc, given in parts of a cell, in the form that `overlap` compares with the boxes of facets.
 
     Each byte is the largest value that this byte of an overlapping packed box may have, with its guard bit.
-
-    `overlap` compares a probe with a packed box.
     """
     return GUARDS | high_x | (PARTS - 1 - low_x) << 8 | high_y << 16 | (PARTS - 1 - low_y) << 24
 

@@ -39,13 +39,11 @@ def slope_of(q: Quartic) -> Quartic:
 
 @kernel
 def first_fall(q: Quartic, begin: float, end: float) -> float:
-    """Return the first time in (begin, end] when a quartic polynomial falls from above zero to zero or below.
+    """Return the first time in (begin, end] when a quartic polynomial falls from above zero to zero or below; else inf.
 
-    The result is inf if there is none.
+    If q is a squared distance minus a squared radius, the fall is a contact.
 
-    q is a squared distance minus a squared radius, so a fall is a contact.
-
-    begin, end : finite; if q is zero at `begin`, this is not a fall
+    begin, end : s, finite; if q is zero at `begin`, this is not a fall
     """
     slope = slope_of(q)
     one, other = _bends(slope_of(slope))
@@ -67,9 +65,9 @@ def first_fall(q: Quartic, begin: float, end: float) -> float:
 
 @kernel
 def _bends(q: Quartic) -> tuple[float, float]:
-    """Return the two roots of a quadratic in ascending order, between which each root of a quartic lies.
+    """Return the two roots of a quadratic (c0, c1, c2 of q) in ascending order; inf for a missing root.
 
-    A missing root is replaced by inf.
+    The quadratic is the second derivative of a quartic: at its roots the first derivative turns.
     """
     a, b, c = q.c2, q.c1, q.c0
     discriminant = b * b - 4.0 * a * c
@@ -85,9 +83,8 @@ def _bends(q: Quartic) -> tuple[float, float]:
 def _sign_change(q: Quartic, low: float, high: float) -> float:
     """Return the time between `low` and `high` when a polynomial changes its sign, by the Illinois method.
 
-    The result is the upper end of the last bracket.
-
-    q has one sign at low, and the opposite sign or zero at high.
+    q must have one sign at `low`, and the opposite sign or zero at `high`. The result is the upper end of the last
+    bracket, so the sign has changed there.
     """
     q_low, q_high = value_at(q, low), value_at(q, high)
     positive, kept = q_low > 0.0 or (q_low == 0.0 and q_high < 0.0), 0

@@ -37,9 +37,10 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """True if a rock meets the other side of the ground than at its last contact; without holes, it fell through.
+    """True if a rock meets the other side of the ground than at its last contact.
 
-    A rock that goes to and fro between two sheets of ground has not fallen.
+    On ground without holes, such a rock has fallen through the ground. A rock that bounces to and fro between two
+    sheets of ground has not fallen through.
     """
     to_and_fro = left.before >= 0 and not left.resting and contact.facet == left.before
     return left.facet != NO_ROCK and contact.side != left.side and not to_and_fro
@@ -47,12 +48,12 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
 @model_function
 def notices_falls(locator: object) -> bool:
-    """True if a search checks whether rocks that leave the terrain, or meet its back, fell through the ground."""
+    """True if a search checks whether a rock that leaves the terrain, or meets its back, fell through the ground."""
 
 
 @notices_falls.otherwise
 def takes_them_as_they_are(locator: object) -> bool:
-    """Return False: fixed-step methods are to show how rocks fall through the ground; spheres have a separate test."""
+    """Return False: methods with fixed steps exist to show falls through the ground; spheres have their own test."""
     return False
 
 
@@ -66,7 +67,7 @@ def sight(contact: object) -> tuple[float, float]:
 
 @sight.otherwise
 def sees_nothing(contact: object) -> tuple[float, float]:
-    """Return inf: the check whether a rock has fallen through the ground does not use contacts of spheres."""
+    """Return inf for no facet: the check whether a rock fell through the ground does not use contacts of spheres."""
     return math.inf, 1.0
 
 
@@ -86,13 +87,13 @@ def fall_of(contact: object) -> Any:
 
 @fall_of.otherwise
 def no_fall(contact: object) -> Any:
-    """Return the contact unchanged: no check whether a sphere has fallen through the ground uses its contacts."""
+    """Return the contact unchanged: the check for a fall through the ground does not use contacts of spheres."""
     return contact
 
 
 @fall_of.rule(Contact)
 def fall_of_point(contact: Contact) -> Contact:
-    """Return the report that a lumped mass fell through the ground: time inf, and FALLEN in place of the facet."""
+    """Return a contact that reports the fall of a lumped mass through the ground: time inf, and the facet FALLEN."""
     return Contact(t=math.inf, facet=FALLEN, side=1.0, approach=0.0)
 
 
@@ -128,6 +129,7 @@ def contact_or_crack(
     A rock that still has no contact may have fallen through the ground (`fallen.py`). If the rock has fallen and was
     sliding, a last search follows. In this search the rock meets any facet at its position that it moves into.
 
+    left : the contact from which the rock starts
     end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air
     """
     until, flies_to = min(end, longest), math.inf

@@ -31,8 +31,9 @@ LEVELS = 4
 class Slabs(NamedTuple):
     """The slabs of all cells of a grid, for all cell sizes (levels).
 
-    planes : (4 C,) n_x, n_y, n_z (-), h (m, -inf for a cell without facets), cells row by row, one level after another
-    first : (LEVELS,) row of the first cell of each level
+    planes : (4 C,) for each cell n_x, n_y, n_z (-) and h (m, -inf for a cell without facets); cells row by row, one
+        level after another
+    first : (LEVELS,) number of the first cell of each level
     """
 
     planes: Any
@@ -77,7 +78,7 @@ def slab_table(slabs: Slabs, columns: int) -> SlabTable:
 
 @kernel
 def width_of(count: int, level: int) -> int:
-    """Return how many cells of a level (cell size) lie along a side of the grid that is `count` buckets long."""
+    """Return how many cells of a level (cell size) are needed along a side of the grid that is `count` buckets long."""
     return ((count - 1) >> (SHIFT * level)) + 1
 
 
@@ -138,7 +139,7 @@ def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
 
 @loop
 def _lean(table: SlabTable, block: Block) -> None:
-    """Turn the sums of normals over a rectangle of buckets into the unit normals of slabs, at all levels."""
+    """Compute the unit normals of the slabs over a rectangle of buckets, at all levels, from sums of normals."""
     lean_upwards(table, block)
 
 
@@ -176,7 +177,7 @@ def _lean_one(planes: Any, row: int) -> None:
 
 @loop
 def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, table: SlabTable) -> None:
-    """Raise the slabs over a band of rows of buckets, at all levels, so that no facet corner lies above its slabs."""
+    """Raise the slabs over a band of rows of buckets, at all levels, so that every facet lies below its slabs."""
     for f in range(corners.shape[0]):
         under = common(cells_under(corners, f, slack, grid), band)
         if under.bottom >= under.top:
@@ -199,9 +200,9 @@ def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
 
 @kernel
 def flies_over(slabs: Slabs, level: int, k: int, p: Vec, q: Vec, slack: float) -> bool:
-    """True if an arc from p to q (m) is above the slab of cell k by more than the slack (m): skip the cell.
+    """True if an arc from p to q (m) is above the slab of a cell by more than the slack (m), so that it meets no facet.
 
-    level : cell size
+    level : cell size; k : number of the cell within its level
 
     The slack covers the rounding of both heights and of the borders of cells.
     """

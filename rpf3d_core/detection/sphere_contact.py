@@ -30,11 +30,10 @@ from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
 
 
 class Course(NamedTuple):
-    """The motion of a sphere's centre whose contacts are searched: constant acceleration a (3,) m/s^2 from a start.
+    """The motion of a sphere's centre with constant acceleration, for the search for the sphere's contacts.
 
-    x, v : place (3,) m and velocity (3,) m/s at the start
-
-    radius : of the sphere (m); gravity : m/s^2, the scale below which accelerations count as rounding
+    x, v, a : place (3,) m and velocity (3,) m/s at the start, and acceleration (3,) m/s^2
+    radius : of the sphere (m); gravity : m/s^2, accelerations that are tiny relative to it count as rounding
     """
 
     x: Vec
@@ -68,9 +67,9 @@ tolerance as well: at a distance s from the foot, an edge is R + s^2 / 2R from t
 counts only if the sphere sinks into the plane.
 """
 ON_RIM = 0.75 * RIM
-"""Depth, in tolerances, by which a sphere must overlap an edge or corner to touch it.
+"""Least depth, in tolerances, by which a sphere overlaps an edge or corner that it touches.
 
-The rest of RIM is for rounding.
+The depth is smaller than RIM to allow for rounding.
 """
 POLISHED = 1e3
 """Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
@@ -151,7 +150,7 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
-    """True if a sphere that touches the interior of facet f keeps doing so: its foot does not leave across an edge.
+    """True if a sphere that touches the interior of facet f continues to touch it: the foot does not cross an edge.
 
     p : m, the foot: point of facet f that the sphere touches; v, a : its velocity (m/s) and acceleration (m/s^2)
 
@@ -236,8 +235,8 @@ def _time_on_rim(
 ) -> float:  # fmt: skip
     """Return the time when a flying sphere first touches an edge or a corner; inf for never.
 
-    The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The first fall
-    counts at which the foot lies on the edge.
+    The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The result is the
+    time of the first fall at which the foot lies on the edge.
 
     at : corner, or first end of the edge (m); along : (3,) unit, along the edge, else zero; length : of the edge (m)
     """
@@ -272,7 +271,11 @@ def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> 
 
 @kernel
 def _sooner(best: Touch, other: Touch) -> Touch:
-    """Return the earlier of two contacts of a sphere; in a tie, by speed `approach`, then normal, then facet number."""
+    """Return the earlier of two contacts of a sphere.
+
+    At equal times, the contact with the larger `approach` counts, then the larger components of the normal, then the
+    smaller facet number.
+    """
     if other.t != best.t:
         return other if other.t < best.t else best
     if other.approach != best.approach:

@@ -1,4 +1,4 @@
-"""Find contacts in fixed time steps, as the thesis and most programs do: a method only to compare the exact one with.
+"""Find contacts in fixed time steps, as the thesis and most programs do; only for comparison with the exact method.
 
 Only the search for contacts differs. Rebound, materials, the end of bouncing and outcomes are the same as in every
 other run. At each step the rock is on the exact parabola, so all errors of the result come from the search for
@@ -18,7 +18,7 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.vectors import dot
 
 LOOK = 2.0
-"""Distance beyond the contact threshold within which facets are searched, over the size of a facet (-).
+"""Distance beyond the contact threshold up to which facets are searched, over the size of a facet (-).
 
 If no facet is within the search radius, steps are skipped.
 """
@@ -27,7 +27,8 @@ If no facet is within the search radius, steps are skipped.
 class Stepped(NamedTuple):
     """The fixed-step method and its settings, with a locator that finds the closest facet.
 
-    locator : rule of `closest_facet`; dt : s; threshold : m, the distance below which the rock is in contact
+    locator : any locator that `closest_facet` has a rule for; dt : time step, s
+    threshold : m, the distance to a facet below which the rock is in contact
     look : m, the radius within which facets are searched
     every_step : True to test each step, as the thesis does; False to test only steps that could be a contact: a rock
         cannot reach the threshold until its path is as long as its distance minus the threshold. The result is the
@@ -49,7 +50,7 @@ def stepped(
     Parameters
     ----------
     size : of a facet (m)
-    dt : s; threshold : m
+    dt : time step (s); threshold : distance to a facet below which the rock is in contact (m)
     squared : True for the thesis' literal comparison of the *squared* distance with the threshold: 0.05 means 0.22 m
     every_step : as in `Stepped`
     """
@@ -61,8 +62,8 @@ def stepped(
 def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """Return the contact at the first step where a facet is within the threshold and the rock moves into this facet.
 
-    The normal towards the free side decides whether the rock moves into the facet, on both sides of the facet. So a
-    rock that has passed through the facet by less than the threshold bounces back to the free side.
+    A rock moves into a facet if it moves against the normal of the facet, on whichever side of the facet the rock is.
+    So a rock that has passed through the facet by less than the threshold bounces back to the free side.
     """
     step = 1.0
     while step * method.dt < end:
@@ -80,7 +81,7 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 
 @kernel
 def _next_possible(method: Stepped, arc: Arc, t: float, distance: float) -> float:
-    """Return the next step at which a rock may be within the threshold; the steps before need no test.
+    """Return the number of the next step at which a rock may be within the threshold; 0 if no step can be skipped.
 
     distance : m, lower bound of the distance from the rock to all facets at time t
     """

@@ -23,7 +23,7 @@ class SteppedRaster(NamedTuple):
     x, y : m, corner of the first square; cell : m, side of a square; nx, ny : squares eastwards and northwards
     facet : (nx ny,) first facet of each square, south-east of its diagonal, -1 for a hole; the second facet of the
         square has the next number
-    dt : s
+    dt : time step, s
     """
 
     x: float

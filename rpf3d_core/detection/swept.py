@@ -23,7 +23,7 @@ WIDEST = 2.0
 
 
 class SweptStretch(NamedTuple):
-    """A stretch of a sphere's flight: its times `begin` and `leave` (s), and the longest path in it, `length` (m).
+    """A stretch of a sphere's flight from time `begin` to `leave` (s), on which the centre moves at most `length` (m).
 
     low, high : corners (3,) m of the box around the volume that the sphere passes through
     """
@@ -36,7 +36,7 @@ class SweptStretch(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """A locator that finds contacts of a sphere: it holds a locator for lumped masses and the sphere's radius (m)."""
+    """A locator for contacts of a sphere: a locator for lumped masses together with the sphere's radius (m)."""
 
     locator: Any
     radius: float
@@ -44,7 +44,7 @@ class Swept(NamedTuple):
 
 @radius_of.rule(Swept)
 def swept_radius(locator: Swept) -> float:
-    """Return the radius (m) of the sphere that the locator searches contacts for."""
+    """Return the radius (m) of the sphere whose contacts the locator searches."""
     return locator.radius
 
 
@@ -164,7 +164,7 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 @kernel
 def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
-    """True if a cell (column i, row j) is the first of a rectangle of cells that facet f's box touches.
+    """True if the cell in column i and row j is the first cell of the rectangle `cells` that facet f's box touches.
 
     A facet in several cells is tested only in this cell.
     """

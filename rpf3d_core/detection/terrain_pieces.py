@@ -13,7 +13,7 @@ Pieces that only touch, such as tiles of one surface, must not stop a rock, alth
 the rim of a piece, `ALONGSIDE` cracks wide, the rock must get deeper than a crack, and must stay over the facet for
 longer than the rim is wide.
 
-A rock that comes from behind passes through a facet: the rock is then below the other piece, and comes out.
+A rock that reaches a facet from behind passes through the facet: such a rock is below the other piece and comes out.
 """
 
 from typing import Any, NamedTuple
@@ -141,9 +141,12 @@ def _is_at_rim(facets: Facets, f: int, rims: int, x: Vec) -> bool:
 
 @kernel
 def _leads_over(facets: Facets, f: int, rims: int, x: Vec, way: Vec) -> bool:
-    """True if a straight path from x (3,) m along `way` (3,) stays over facet f, and does not leave it at once.
+    """True if a straight path from x (3,) m along `way` (3,) stays over facet f long enough for a contact to count.
 
-    rims : bits of the edges at the rim of the piece; where another facet follows, the path may be shorter
+    The path must be longer than ALONGSIDE cracks up to an edge at the rim of the piece, and longer than the tolerance
+    up to an edge where another facet follows.
+
+    rims : bits of the edges at the rim of the piece, as in `PieceNumbers`
     """
     length, leads = norm(way), True
     for k in range(3):

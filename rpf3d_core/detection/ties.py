@@ -13,9 +13,10 @@ from rpf3d_core.vectors import cross, dot, subtract, without
 
 @kernel
 def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float, other: float) -> bool:
-    """True if a contact counts as one with facet f and not with facet g, when an arc meets both facets after t seconds.
+    """True if a contact counts for facet f and not for facet g, when an arc meets both facets after t seconds.
 
-    The facet with the larger speed into the facet wins, then the larger components of the normal, then `_lies_first`.
+    The facet wins that the rock meets at the larger speed; if the speeds are equal, the facet with the larger
+    components of the normal; if these are equal too, `_lies_first` decides.
 
     approach, other : m/s, speeds into facet f and into facet g
     """
@@ -50,7 +51,7 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
 
 @kernel
 def _reach(facets: Facets, f: int, p: Vec, axis: Vec) -> Vec:
-    """Return how far the corners of facet f lie from p (m) along an axis, largest first, times the axis length."""
+    """Return how far the corners of facet f lie from p along an axis (m), times the axis length; the largest first."""
     a, b, c = (dot(subtract(corner(facets, f, 0), p), axis), dot(subtract(corner(facets, f, 1), p), axis),
                dot(subtract(corner(facets, f, 2), p), axis))  # fmt: skip
     return max(a, b, c), max(min(a, b), min(max(a, b), c)), min(a, b, c)

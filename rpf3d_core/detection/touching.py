@@ -30,7 +30,7 @@ class Sweep(NamedTuple):
 class Against(NamedTuple):
     """Search for the contact that opposes a vector `way` (3,) most, and so stops a sphere pushed along this vector.
 
-    The vector may be a velocity or a force. The contact is the one whose normal points most against it.
+    The vector may be a velocity or a force. The result is the contact whose normal points most against the vector.
 
     x : (3,) m, centre of the sphere; v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
     radius : radius of the sphere (m); noise : rounding of `way`, in the unit of `way`
@@ -97,8 +97,8 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
     """Return the contact that opposes the vector `way` more: `best` or the contact with facet f.
 
     `Touch.t` is the component of `way` along the normal of the contact, below zero. The interior of a facet takes
-    precedence over an edge with the same component. The margin is the largest angle between the normals of the
-    interior and of an edge within tolerance of the sphere.
+    precedence over an edge with almost the same component: for the interior, the component is lowered by |way| times
+    the largest angle between the normal of the interior and the normal of an edge within tolerance of the sphere.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -127,7 +127,11 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
 
 @kernel
 def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: float) -> bool:
-    """True if a sphere that moves straight along `way` passes near an edge or a corner without contact (`RIM`)."""
+    """True if a sphere that moves straight along `way` passes near an edge or a corner without contact.
+
+    m : (3,) unit, from the edge or corner to the centre; along : (3,) unit, along the edge, zero for a corner
+    distance : m, of the centre from the edge or corner
+    """
     way = without(quest.way, along)
     toward, clear = dot(m, way) * distance, quest.radius - ON_RIM * tolerance
     return (distance * distance - clear * clear) * dot(way, way) > toward * toward
@@ -157,9 +161,9 @@ def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
 
 @kernel
 def lesser(best: Touch, other: Touch) -> Touch:
-    """Return the search result with the earlier contact (smaller `t`) of two.
+    """Return the better of two search results: the one with the smaller `t`, which is a time, distance or component.
 
-    Ties go to the larger normal, then the smaller facet number.
+    If both are equal, the larger components of the normal decide, then the smaller facet number.
     """
     if best.facet < 0 or other.t != best.t:
         return other if best.facet < 0 or other.t < best.t else best

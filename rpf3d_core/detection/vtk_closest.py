@@ -13,7 +13,7 @@ from rpf3d_core.values import Vec
 
 @closest_facet.rule(VtkLocator)
 def closest_by_vtk(locator: VtkLocator, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the facet closest to x (m) as VTK finds it; facet -1 if there is none within the radius (m)."""
+    """Return the facet closest to x (m) by VTK's search; facet -1 if there is no facet within the radius (m)."""
     facet: Any = reference(-1)
     squared: Any = reference(0.0)
     search: Any = locator.locator.FindClosestPointWithinRadius

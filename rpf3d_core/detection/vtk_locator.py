@@ -21,7 +21,7 @@ from rpf3d_core.terrain.facets import Facets
 FIRST_BOX = 2.0
 """Length of the first box to search along an arc, in median facet sizes; each next box is twice as long."""
 CELLS_PER_BUCKET = 1
-"""Facets per bucket of VTK's locator, which returns whole buckets: its default of 10 gives four times as many."""
+"""Facets per bucket of VTK's locator, which returns whole buckets: VTK's default of 10 returns four times as many."""
 LONGEST_BOX = 16.0
 """Length of the longest box to search along an arc, in median facet sizes."""
 MOST_SIZES = 1e5
@@ -65,9 +65,9 @@ def _triangle_cells(count: int) -> np.ndarray:
 
 
 def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
-    """Return the facets in the form that VTK's locator needs.
+    """Return the facets in the form that VTK's locator needs; the result shares the memory of `points`.
 
-    They share memory with the corners `points` (3 F, 3) m.
+    points : (3 F, 3) m, corners of the facets; cells : from `_triangle_cells`
     """
     vtk_points = vtkPoints()
     vtk_points.SetData(numpy_to_vtk(points))
@@ -83,8 +83,8 @@ def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
 def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """Return the earliest contact of an arc: search box after box until the best contact lies within the boxes.
 
-    A box next to the terrain holds no facet and is not searched. Such boxes grow without a limit, so that a rock that
-    starts far away needs few of them; a long box that meets the terrain is halved.
+    A box outside the terrain's box contains no facet and is not searched. Such boxes become longer without a limit, so
+    that a rock that starts far away needs few of them; a long box that overlaps the terrain's box is halved.
     """
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:
@@ -106,7 +106,10 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
 def _best_in_box(
     locator: VtkLocator, facets: Facets, arc: Arc, left: PreviousContact, box: list[float], best: Contact
 ) -> Contact:
-    """Return the earlier one of a contact and the contacts of an arc with the facets in a box."""
+    """Return the earliest of `best` and the contacts of an arc with the facets in a box.
+
+    box : low and high x, low and high y, low and high z, m
+    """
     locator.locator.FindCellsWithinBounds(box, locator.found)
     for k in range(locator.found.GetNumberOfIds()):
         best = earlier_of(left, facets, locator.found.GetId(k), arc, best)
@@ -114,7 +117,7 @@ def _best_in_box(
 
 
 def _meets(box: list[float], facets: Facets) -> bool:
-    """Return False only if a box (low and high x, y, z, m) lies next to the terrain; NaN counts as meeting it."""
+    """Return True if a box (low and high x, y, z, m) overlaps the terrain's box; a NaN counts as an overlap."""
     return not any(
         box[2 * axis] > facets.high[axis] or box[2 * axis + 1] < facets.low[axis] for axis in range(3)
     )

@@ -23,7 +23,7 @@ def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: 
 
 @swept_contact.rule(VtkLocator)
 def swept_in_boxes(locator: VtkLocator, facets: Facets, course: Course, end: float) -> Touch:
-    """Return the first contact of a flying sphere: search box after box until the best one lies within the boxes."""
+    """Return the first contact of a flying sphere: search box after box until the best contact lies in these boxes."""
     best: Touch = NO_TOUCH
     begin, length = 0.0, FIRST_BOX
     while True:

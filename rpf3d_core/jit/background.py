@@ -31,9 +31,9 @@ PATIENCE = 60.0
 Call = tuple[Any, tuple[Any, ...]]
 """A loop (a function to compile) with example arguments, which have exactly the types of the later arguments."""
 Work = tuple[str, str, tuple[Any, ...] | None]
-"""A request to the background process: module and name of a loop, and the argument types to compile.
+"""A request to the background process: module and name of a loop, and the argument types for which to compile it.
 
-None instead of types means: call the function.
+None instead of types is a request to call a function.
 """
 
 
@@ -59,7 +59,7 @@ class BackgroundCompiler:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
-        """Request calls of functions that call loops, so that these loops are compiled.
+        """Request calls of functions in the background process, so that the loops that they call are compiled.
 
         The caller must call `wait` before it calls these loops.
         """
@@ -68,7 +68,7 @@ class BackgroundCompiler:
     def wait(self, *parts: Any) -> None:
         """Wait until the given loops and functions are done; without arguments, wait for all and end the process.
 
-        If the process fails or PATIENCE has passed, the process and the wait end early.
+        If the process fails or PATIENCE seconds have passed, the process is ended and the wait ends.
         """
         until = time.monotonic() + PATIENCE
         wanted = {".".join(_address(part)) for part in parts} or set(self._awaited)
@@ -123,11 +123,10 @@ NO_BACKGROUND = BackgroundCompiler(None)
 
 @contextmanager
 def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
-    """Yield a background compiler for some loops, which ends with the `with` block.
+    """Yield a background compiler for some loops; its process ends with the `with` block.
 
-    The process starts at once, because its imports take a second.
-
-    No process starts if no core is free, if the loops are already compiled, or if they cannot be kept on disk.
+    The process starts at once, because its imports take a second. No process starts if no core is free, if a loop is
+    already in the disk cache, or if the cache cannot store the loops.
     """
     compiler = BackgroundCompiler(_started(loops) if loops and has_spare_core() and _are_missing(loops) else None)
     try:
@@ -156,7 +155,7 @@ def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]
 
 
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
-    """Return the started background process, with the modules of the loops; None if the process cannot be started."""
+    """Start the background process, which imports the modules of the loops; return None if it cannot be started."""
     modules = {loop.__module__ for loop in loops}
     with suppress(OSError):
         return subprocess.Popen(

@@ -28,14 +28,16 @@ IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|([^#\n]*
 LOOPS: list[Any] = []
 """All compiled loops, so that `compile_apart` can change the cache folder of each."""
 _foreign: set[str] = set()
-"""Digests of the user's own models that compiled code calls; with them, code is kept in a cache folder of its own."""
+"""Digests of the user's own models that compiled code calls; such code has a separate cache folder."""
 
 
 def compile_apart(digest: str) -> None:
     """Store all code compiled from now on in a separate cache folder, because it calls the user's own code.
 
-    digest : of the user-defined code. In a common folder, numba would not notice an edit of the user's code, and a
-    process without the user's code could not read the index of the cache.
+    In the common folder, numba would not notice an edit of the user's code, and a process without the user's code could
+    not read the index of the cache.
+
+    digest : of the user's code
     """
     _foreign.add(digest)
     for each in LOOPS:
@@ -50,7 +52,7 @@ def compiled_apart() -> list[str]:
 
 
 def cache_folder(module: str) -> Path:
-    """Return the disk cache folder for the loops of a module; each version of their source files has its own folder."""
+    """Return the disk cache folder for the loops of a module; each version of its source files has its own folder."""
     digest = source_digest(module)
     if _foreign:
         digest += "-" + hashlib.sha256("".join(sorted(_foreign)).encode()).hexdigest()[:16]
@@ -58,7 +60,7 @@ def cache_folder(module: str) -> Path:
 
 
 def is_cached(loop: Any, *classes: type) -> bool:
-    """True if the disk cache contains a loop, compiled for arguments of given classes: its first call is fast."""
+    """True if the disk cache contains a loop, compiled for arguments of some classes: its first call is then fast."""
     with suppress(OSError):
         found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")
         return any(all(cls.__name__.encode() in index for cls in classes) for index in map(Path.read_bytes, found))
@@ -66,17 +68,18 @@ def is_cached(loop: Any, *classes: type) -> bool:
 
 
 def keeps_compiled(loop: Any) -> bool:
-    """True if the compiled code of a loop is kept on disk for the next process."""
+    """True if the compiled code of a loop can be stored in the disk cache for the next process."""
     with in_cache_folder(loop.__module__) as usable:
         return usable
 
 
 @contextmanager
 def in_cache_folder(module: str) -> Iterator[bool]:
-    """Make numba use our cache folder for the loops of a module; yield true if the folder is usable.
+    """Make numba use the folder of `cache_folder` for the loops of a module; yield true if the folder is usable.
 
-    numba checks only the file of the decorated function. In numba's own folder, stale code would therefore run after an
-    edit in another file whose functions are called. If the folder is not writable, each process compiles again.
+    numba itself checks only whether the file of the decorated function has changed. In numba's own folder, outdated
+    code would therefore run after an edit of another file whose functions the loop calls. If the folder is not
+    writable, each process compiles the loops again.
     """
     config: Any = numba.config if numba else None
     before = config.CACHE_DIR
@@ -92,11 +95,9 @@ def in_cache_folder(module: str) -> Iterator[bool]:
 
 
 def source_digest(module: str) -> str:
-    """Return a digest of all source files that the loops of a module depend on.
+    """Return a digest of all source files that the loops of a module depend on: 16 hex digits of the SHA-256.
 
-    It changes if compiled code is out of date.
-
-    The digest is the first 16 hex digits of the SHA-256.
+    If one of the files changes, the digest changes, so that outdated compiled code is not used.
     """
     return _digest(SOURCES, module.removeprefix(PACKAGE).replace(".", "/"))
 
@@ -152,7 +153,11 @@ class PackageSources:
 
 
 def _imported(text: str) -> Iterator[str]:
-    """Yield the paths of all imports of a source file from the package: files, or names in files, in the same form."""
+    """Yield the paths of everything that a source file imports from the package, such as `terrain/facets`.
+
+    For each name that is imported from a file, the path of the file and the path file/name are yielded, because the
+    name may itself be a file.
+    """
     for match in IMPORT.finditer(text):
         package = match[1].strip(".").replace(".", "/")
         yield package

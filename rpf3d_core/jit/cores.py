@@ -1,17 +1,20 @@
-"""How many cores this process may use."""
+"""Find out how many cores this process may use, and whether one of them is free."""
 
 import os
 
 FEWEST_CORES = 2
-"""Number of cores from which a second process saves time."""
+"""Least number of cores with which a second process saves time."""
 
 
 def usable_cores() -> int:
-    """Return the number of cores that this process may use, where the system says so; else of all cores."""
+    """Return the number of cores that this process may use, or of all cores if the system does not report it."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def has_spare_core() -> bool:
-    """True if a processor core is free for a second process; two processes need a sixth more computing time."""
+    """True if a processor core is free for a second process.
+
+    Without a free core a second process is a loss, because two processes need a sixth more computing time in total.
+    """
     cores = usable_cores()
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)

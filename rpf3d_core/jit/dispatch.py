@@ -22,7 +22,7 @@ except ImportError:
     numba = None
 
 Inlined: Any = None
-with suppress(ImportError):  # a numba release may break it; without it the first call takes half as long again
+with suppress(ImportError):  # a numba release may break `inlining`; without it the first call takes 50 % longer
     from rpf3d_core.jit.inlining import Inlined
 
 HAS_NUMBA = numba is not None
@@ -32,8 +32,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 OPTIONS = {"error_model": "numpy", "_nrt": False}
 """Options of all compiled code.
 
-Compiled code allocates no memory, so reference counts are switched off (`_nrt`): the code is then three times as fast,
-because an access to an array in a NamedTuple would change a count twice.
+Compiled code allocates no memory, so reference counts are switched off (`_nrt`). The code is then three times as fast,
+because otherwise each access to an array in a NamedTuple would change a reference count twice.
 """
 
 CALLED = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -64,7 +64,10 @@ class ModelFunction(Protocol):
 
 
 def kernel(function: F) -> F:
-    """Mark a function of plain values so that both engines can call it: compiled code, and Python unchanged."""
+    """Mark a function of plain values so that both engines can call it.
+
+    Compiled code gets a compiled copy of the function in each caller; in Python the function stays unchanged.
+    """
     if numba is None:
         return function
     marked: F = numba.extending.register_jitable(**INLINED)(function)
@@ -72,11 +75,11 @@ def kernel(function: F) -> F:
 
 
 def routine(function: F) -> F:
-    """Mark a large function of plain values and arrays for both engines: compiled once, and called by its callers.
+    """Mark a large function of plain values and arrays for both engines; it is compiled once, and not copied.
 
-    A kernel is copied into each of its callers, so a large kernel with several callers takes long to compile. But a
-    call of a routine passes all numbers of its records one by one, and seven or more for each array: up to 300 for
-    `Physics`, `Body` and `Room`. So a large function with one caller is a kernel.
+    A kernel is copied into each of its callers, so a large kernel with several callers takes long to compile. But each
+    call of a routine passes all numbers of its records one by one, and seven or more numbers for each array: up to 300
+    for `Physics`, `Body` and `Room`. So a large function with only one caller should be a kernel.
     """
     if numba is None:
         return function
@@ -85,13 +88,11 @@ def routine(function: F) -> F:
 
 
 def loop(function: F) -> F:
-    """Compile a loop over rocks or facets on its first call, into the disk cache.
+    """Mark a loop over rocks or facets, to be compiled on its first call and stored in the disk cache.
 
-    Other threads can run at the same time.
-
-    The loop runs on the calling thread; `ensemble/fly.py` spreads batches over threads, which also serves progress and
-    Ctrl-C. `py_func` keeps the undecorated function. The order of summation is kept (no fastmath, no contraction), so
-    that both engines agree to the last bit.
+    The loop runs on the calling thread, and other threads can run at the same time. `ensemble/fly.py` spreads batches
+    over threads, which also allows progress reports and Ctrl-C. The attribute `py_func` is the undecorated function.
+    The order of summation is kept (no fastmath, no contraction), so that both engines agree to the last bit.
     """
     if numba is None:
         function.py_func = function  # type: ignore[attr-defined]
@@ -105,8 +106,9 @@ def loop(function: F) -> F:
 def model_function(stub: Callable[..., Any]) -> ModelFunction:
     """Turn a stub `f(model, *args)` into a function that calls the rule for the class of `model`.
 
-    `@f.rule(Model)` registers the rule of a class: a NamedTuple of numbers if the rule must compile. `@f.otherwise`
-    registers the rule of all classes without one, including None: if a scene names no model, no other rule is compiled.
+    `@f.rule(Model)` registers the rule of a class; the class must be a NamedTuple of numbers if the rule must compile.
+    `@f.otherwise` registers the rule of all classes without a rule of their own, including the class of None: if a
+    scene names no model, the model is None, and no other rule is compiled.
 
     Raises
     ------
@@ -152,9 +154,10 @@ OTHERWISE = "otherwise"
 
 
 def _class_of(kind: Any) -> type:
-    """Return the Python class that belongs to a numba type, which selects the rule of a model function.
+    """Return the Python class that belongs to a numba type; the class selects the rule of a model function.
 
-    NamedTuples and None have one; other types have no rules.
+    Only NamedTuples and None have such a class. For another type the result is the class of the numba type, which has
+    no rule of its own.
     """
     if isinstance(kind, types.NoneType):
         return type(None)
@@ -162,12 +165,10 @@ def _class_of(kind: Any) -> type:
 
 
 def guarded(instead: F) -> Callable[[F], F]:
-    """Mark a kernel `f(*args)` whose arithmetic may fail, so that a bad number ends one rock and not the run.
+    """Return a decorator for a kernel `f(*args)` whose arithmetic may fail, so that a bad number ends only one rock.
 
-    In Python, the result is `instead(*args)` where the kernel raises.
-
-    Compiled code never raises: the root of a negative number is NaN, a division by zero is infinite, and the
-    computation continues.
+    In Python, the result is `instead(*args)` if the kernel raises. Compiled code never raises: the root of a negative
+    number is NaN, a division by zero is infinite, and the computation continues.
     """
 
     def mark(function: F) -> F:

@@ -1,12 +1,13 @@
-"""Let Python look for garbage less often in programs of this package, and not when they end."""
+"""Make Python look for garbage less often in programs of this package, and not at all when they end."""
 
 import atexit
 import gc
 
 OBJECTS, YOUNG, MIDDLE = 50_000, 20, 100
-"""New objects after which Python looks for garbage among them, and looks after which it looks among older objects.
+"""Thresholds of Python's garbage collector: how many new objects start a search among the new objects, how many such
+searches start a search among middle-aged objects, and how many of those start a search among all objects.
 
-Python's own numbers are 700, 10 and 10. The imports of a run make some 500,000 objects that all stay.
+Python's own thresholds are 700, 10 and 10. The imports of a run make some 500,000 objects, and none of them is garbage.
 """
 
 

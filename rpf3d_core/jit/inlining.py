@@ -27,7 +27,7 @@ for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_
 
 
 class _NoMachineCode:
-    """Stand-in for the object that holds a function's machine code: numba asks for one, and a kernel has none."""
+    """Replacement for the object with a function's machine code: numba needs such an object, but a kernel has none."""
 
     def set_env(self, name: str, env: Any) -> None:
         """Do nothing: a kernel needs no Python objects."""
@@ -38,7 +38,7 @@ class _Copied(JITCodeLibrary):
 
     @property
     def codegen(self) -> _NoMachineCode:
-        """The stand-in for the object that holds the machine code."""
+        """The replacement for the object with the machine code."""
         return _NoMachineCode()
 
     def get_pointer_to_function(self, name: str) -> int:
@@ -53,10 +53,10 @@ class _Copied(JITCodeLibrary):
 
 
 class Inlined(Compiler):
-    """The compiler of kernels, which leaves out needless steps (`pipeline_class` of numba's options)."""
+    """The compiler of kernels, without the steps in NEEDLESS; `pipeline_class` in numba's options selects it."""
 
     def define_pipelines(self) -> list[PassManager]:
-        """Return the compilation steps of a kernel: numba's usual steps without those that kernels do not need."""
+        """Return the compilation steps of a kernel: numba's usual steps without the steps that kernels do not need."""
         state: Any = self.state
         state.library = _Copied(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         state.library.enable_object_caching()

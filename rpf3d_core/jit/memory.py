@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Memory = Callable[[str, int, Any], NDArray[Any]]
-"""A function that provides an array with undefined content, from a name, a length and a type: new or reused memory."""
+"""A function that returns an array with undefined content, in new or reused memory, for a name, length and type."""
 Share = Callable[[Sequence[Callable[[], Any]]], list[Any]]
 """A function that calls several functions, in any order or in parallel, and returns their results in order."""
 
 SPARE = 8
-"""Divisor of the requested length that gives the spare length of a new array, because surveys grow slowly."""
+"""Divisor of the requested length of a new array: the quotient is its spare length, because surveys grow slowly."""
 
 
 def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:
@@ -31,14 +31,17 @@ def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
 
 
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
-    """Return the array (N,) if it is long enough, else a longer copy with spare elements, filled up with `rest`."""
+    """Return an array (N,) if it has at least `length` elements, else a longer copy with some spare elements.
+
+    rest : value of the additional elements
+    """
     if len(array) >= length:
         return array
     return np.concatenate([array, np.full(length + length // SPARE - len(array), rest, dtype=array.dtype)])
 
 
 class Kept:
-    """A `Memory` that returns the same array again for a name: a new survey reuses the memory of an old one.
+    """A `Memory` that returns the same array again for the same name: a new survey reuses the memory of an old survey.
 
     Two users must not share one `Kept` at the same time.
     """
@@ -47,16 +50,16 @@ class Kept:
         self._arrays: dict[str, NDArray[Any]] = {}
 
     def __call__(self, name: str, length: int, dtype: Any) -> NDArray[Any]:
-        """Return the first `length` elements of the array kept under this name; a new array if it is too short."""
+        """Return the first `length` elements of the array with this name; a new array if it is too short."""
         if name not in self._arrays or len(self._arrays[name]) < length:
             self._arrays.pop(name, None)  # frees the old array before the new one is allocated
             self._arrays[name] = np.empty(length + length // SPARE, dtype)
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the first `length` elements (N,) of the array kept under a name.
+        """Return the first `length` elements (N,) of the array with this name, content included.
 
-        If it is too short, a longer copy replaces it.
+        If the array is too short, a longer copy replaces it.
         """
         array = self._arrays[name]
         if len(array) < length:
@@ -71,7 +74,7 @@ class Kept:
 
 
 class Threads:
-    """A `Share` that runs functions in parallel, on a pool of threads that stays alive."""
+    """A `Share` that runs functions in parallel, on a pool of threads that is used again for each call."""
 
     def __init__(self, count: int) -> None:
         self._pool = ThreadPoolExecutor(count, thread_name_prefix="ground")
@@ -87,5 +90,5 @@ class Threads:
 
 
 def halves(count: int) -> list[tuple[int, int]]:
-    """Return begin and end of the two halves of `count` items, for two threads."""
+    """Return begin and end (exclusive) of the two halves of `count` items, for two threads."""
     return [(0, count // 2), (count // 2, count)]

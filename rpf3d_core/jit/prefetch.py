@@ -1,4 +1,4 @@
-"""Ask the processor to load data early that a loop will soon write, which makes counting in large grids faster."""
+"""Ask the processor to load data early that a loop will soon write; this makes counting in large grids faster."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +10,7 @@ if numba is not None:
 
 try:  # a numba release may move these; without them `prefetch` does nothing
     from numba.core import cgutils
-    from numba.core.cgutils import ir  # type: ignore[attr-defined]  # llvmlite's, in the version that numba needs
+    from numba.core.cgutils import ir  # type: ignore[attr-defined]  # `ir` of llvmlite, in the version of numba
 except ImportError:
     ir = None
 

@@ -9,7 +9,7 @@ from rpf3d_core.materials.rock_context import RockContext
 
 
 class DrawnBodySurface(NamedTuple):
-    """The ground of a zone for rocks with a shape, with distributions.
+    """The ground of a zone for rocks with a shape, with a distribution for each coefficient.
 
     restitution : (-) within [0, 1]; friction, rolling_resistance : (-) >= 0; stop_speed : m/s
     per_impact : True for a new draw after each impact, False for one draw per rock
@@ -23,12 +23,12 @@ class DrawnBodySurface(NamedTuple):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """The distributions in the order of `draws.COEFFICIENTS`: normal, tangential, friction, rolling."""
+        """The distributions in the order of `draws.COEFFICIENTS`; bodies have no tangential restitution, so it is 0."""
         return self.restitution, fixed(0.0), self.friction, self.rolling_resistance
 
 
 class DrawnBodyMaterials(NamedTuple):
-    """The ground of all Z zones for rocks with a shape, with distributions, as arrays as in `draws.DrawnMaterials`."""
+    """The ground of all Z zones for rocks with a shape, in the same arrays as in `draws.DrawnMaterials`."""
 
     kind: Any
     numbers: Any
@@ -44,7 +44,7 @@ def drawn_body_materials(surfaces: list[DrawnBodySurface]) -> Materials | DrawnB
 
 
 def bodies_as_drawn(surfaces: list[DrawnBodySurface]) -> DrawnBodyMaterials:
-    """Return the ground of Z zones for rocks with a shape in the form that draws."""
+    """Return the ground of Z zones for rocks with a shape as `DrawnBodyMaterials`, even if no coefficient is random."""
     return DrawnBodyMaterials(**drawn_columns(surfaces))
 
 

@@ -1,7 +1,7 @@
 """Distributions of the random numbers of a scene, such as rock sizes; each number comes from one uniform number.
 
-Numbers are drawn by inversion, and no draw is rejected. So each number takes the same time, for any bounds, and is a
-function of one counter.
+Numbers are drawn by inversion of the distribution, and no draw is rejected. So each number takes the same time, for any
+bounds, and depends only on one uniform number.
 """
 
 import math
@@ -17,15 +17,15 @@ FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW, WEIBULL, TRIANGULAR = range(7)
 """Kinds of distribution, as numbers that compiled code can compare."""
 
 RAREST = 2.0**-54
-"""Number that replaces the uniform number 0 where 0 would give an infinite result: half the next larger one."""
+"""Number that replaces the uniform number 0 where 0 would give an infinite result: half the next uniform number."""
 COMMONEST = 1.0 - 2.0**-53
-"""Largest number below 1: a probability from which a Weibull number is finite."""
+"""Largest float below 1: the largest probability for which a Weibull number is finite."""
 LARGEST_EXPONENT = 700.0
 """Exponent above which a Weibull probability is 1 and its terms would overflow."""
 FEW = 5_000
-"""Largest number of draws for which plain Python is used: it ends before the loop is compiled.
+"""Largest number of draws for which plain Python is used, because it takes less time than compiling the loop.
 
-The bits are the same.
+The results are the same to the last bit.
 """
 
 
@@ -33,11 +33,11 @@ class Distribution(NamedTuple):
     """A truncated distribution, with values computed in advance so that a draw is fast.
 
     kind : FIXED ... TRIANGULAR; low, high : bounds, in the unit of the drawn number
-    location, scale : the number (FIXED); low and high - low (UNIFORM); mean and standard deviation before truncation
-        (NORMAL), of the logarithm (LOGNORMAL); 0 and -1/exponent (POWER_LAW); 1/shape and scale (WEIBULL); mode and
-        high - low (TRIANGULAR)
-    first, span : probability below `low` and between the bounds, before truncation; for a POWER_LAW 0 and the share 1 -
-        (low/high)^exponent of the probability above `low`; for TRIANGULAR 0 and the probability below the mode
+    location, scale : FIXED: the number, 0; UNIFORM: low, high - low; NORMAL: mean, standard deviation before
+        truncation; LOGNORMAL: the same two of the logarithm; POWER_LAW: 0, -1/exponent; WEIBULL: 1/shape, scale;
+        TRIANGULAR: mode, high - low
+    first, span : probability below `low` and probability between the bounds, both before truncation; for POWER_LAW: 0,
+        1 - (low/high)^exponent; for TRIANGULAR: 0, probability below the mode; for FIXED: 0, 0
     """
 
     kind: int
@@ -50,7 +50,7 @@ class Distribution(NamedTuple):
 
 
 def fixed(value: float) -> Distribution:
-    """Return the distribution of a quantity that is not random: it always gives the same number."""
+    """Return the distribution of a quantity that is not random: every draw is the same number."""
     return Distribution(kind=FIXED, low=value, high=value, location=value, scale=0.0, first=0.0, span=0.0)
 
 
@@ -60,9 +60,9 @@ def uniform_between(low: float, high: float) -> Distribution:
 
 
 def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """Return the normal distribution with a mean and standard deviation sd, truncated to two bounds.
+    """Return the normal distribution with a mean and a standard deviation sd, truncated to two bounds.
 
-    Mean and sd describe it before truncation; low <= mean <= high, low < high, sd >= 0.
+    Mean and sd are those before truncation; low <= mean <= high, low < high, sd >= 0.
     """
     if sd == 0.0:
         return fixed(mean)
@@ -71,10 +71,10 @@ def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distrib
 
 
 def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """Return the lognormal distribution of a number with a mean and standard deviation sd, truncated to two bounds.
+    """Return the lognormal distribution of a number with a mean and a standard deviation sd, truncated to two bounds.
 
-    Mean and sd describe the number before truncation; 0 <= low <= mean <= high, mean > 0, sd >= 0. The logarithm has
-    variance ln(1 + sd^2/mean^2) and mean ln(mean) - variance/2.
+    Mean and sd are those of the number itself, before truncation; 0 <= low <= mean <= high, mean > 0, sd >= 0. Its
+    logarithm has the variance ln(1 + sd^2/mean^2) and the mean ln(mean) - variance/2.
     """
     if sd == 0.0:
         return fixed(mean)
@@ -105,8 +105,8 @@ def truncated_power_law(exponent: float, low: float, high: float) -> Distributio
 def truncated_weibull(shape: float, scale: float, low: float, high: float) -> Distribution:
     """Return the Weibull distribution P(< x) = 1 - exp(-(x/scale)^shape), truncated to two bounds.
 
-    shape, scale > 0, 0 <= low < high. With shape 1 it is exponential, with 2 a Rayleigh distribution.
-    Sizes of blocks: Rosin & Rammler 1933, whose law of ground coal is this one.
+    shape, scale > 0, 0 <= low < high. With shape 1 it is an exponential distribution, with shape 2 a Rayleigh
+    distribution. Rosin and Rammler 1933 used this law for ground coal; it is used for the sizes of blocks.
     """
     first, last = (_weibull(bound, shape, scale) for bound in (low, high))
     return Distribution(
@@ -150,7 +150,7 @@ def _triangular(d: Distribution, u: float) -> float:
 
 @kernel
 def standard_normal(u: float) -> float:
-    """Return a standard normal random number, from a uniform number in [0, 1); finite, at most 8.3 in size."""
+    """Return a standard normal random number, from a uniform number u in [0, 1); it lies between -8.3 and 8.3."""
     return normal_quantile(max(u, RAREST))
 
 
@@ -176,8 +176,8 @@ class Measured(NamedTuple):
 def quantiles(distribution: Distribution | Measured, u: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return random numbers (N,) of a distribution, in its unit, from uniform numbers u (N,) in [0, 1).
 
-    The bits of a number do not depend on N. NumPy's own logarithm would serve all numbers at once, but its last bit
-    depends on the machine and the length.
+    The bits of each number do not depend on N. NumPy's logarithm of a whole array is not used, because its last bit
+    depends on the machine and on the length of the array.
     """
     if isinstance(distribution, Measured):
         count = len(distribution.values)  # u * count may be rounded up to count
@@ -192,7 +192,7 @@ def quantiles(distribution: Distribution | Measured, u: NDArray[np.float64]) -> 
 
 @loop
 def _quantile_all(distribution: Distribution, u: NDArray[np.float64], x: NDArray[np.float64]) -> None:
-    """Write the random number that belongs to each uniform number u (N,) into x (N,): the loop of `quantiles`."""
+    """Write into x (N,) the random number that belongs to each uniform number u (N,)."""
     for i in range(len(x)):
         x[i] = quantile(distribution, u[i])
 

@@ -1,9 +1,9 @@
 """Ground properties that are drawn at random: for each rock, or for each impact of a rock.
 
 A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine,
-in any order, and with any other draws. Between two impacts the ground of a zone stays the same. The last small bounces
-of a rock, which are summed up, all use one restitution, and the slide after them uses one friction angle; both are
-drawn for the next impact. Otherwise the result would depend on the number of facets of the mesh.
+in any order, and with any other draws. Between two impacts of a rock the ground of a zone stays the same. The last
+small bounces of a rock are computed as a sum: they all use one restitution, and the slide after them uses one friction
+angle; both are drawn for the next impact. Otherwise the result would depend on the number of facets of the mesh.
 """
 
 import math
@@ -29,7 +29,7 @@ RADIANS = math.pi / 180.0
 
 
 class Drawn(Protocol):
-    """The ground of a zone with distributions, for points or for rocks with a shape."""
+    """The ground of a zone with a distribution for each coefficient, for lumped masses or for rocks with a shape."""
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
@@ -68,7 +68,7 @@ class DrawnSurface(NamedTuple):
 class DrawnMaterials(NamedTuple):
     """The ground of all Z zones with distributions, as arrays that compiled code can read (`DrawnSurface`).
 
-    kind : (Z, 4) kinds of distribution; numbers : (Z, 4, 6) their other fields, by coefficient
+    kind : (Z, 4) kind of the distribution of each coefficient; numbers : (Z, 4, 6) the other fields of `Distribution`
     stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
     """
 
@@ -86,7 +86,7 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
 
 
 def as_drawn(surfaces: list[DrawnSurface]) -> DrawnMaterials:
-    """Return the materials of Z zones in the form that draws, whether or not a coefficient is random."""
+    """Return the materials of Z zones as `DrawnMaterials`, even if no coefficient is random."""
     return DrawnMaterials(**drawn_columns(surfaces))
 
 
@@ -96,7 +96,7 @@ def are_fixed(surfaces: Sequence[Drawn]) -> bool:
 
 
 def drawn_columns(surfaces: Sequence[Drawn]) -> dict[str, Any]:
-    """Return the fields of `DrawnMaterials` as arrays, for zones of rocks of any kind."""
+    """Return the arrays of `DrawnMaterials` by name, for lumped masses or for rocks with a shape."""
     draws = [surface.coefficients for surface in surfaces]
     return {
         "kind": np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
@@ -119,10 +119,10 @@ def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Su
 
 @kernel
 def coefficient(materials: Any, zone: int, rock: RockContext, number: int, k: int) -> float:
-    """Return coefficient number k of a zone for a rock: the fixed value, or a drawn value.
+    """Return one coefficient of a zone for a rock: the fixed value, or a drawn value.
 
     materials : `DrawnMaterials`, or another record with the same arrays
-    number : of the impact, or 0 for one draw per rock
+    number : of the impact, or 0 for one draw per rock; k : index into COEFFICIENTS
     """
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:

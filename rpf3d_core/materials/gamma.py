@@ -17,9 +17,9 @@ LEAST_SD = 1e-6
 def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float, sd: float) -> NDArray[np.float64]:
     """Return gamma-distributed random numbers (N,) with a mean > 0 and a standard deviation, in the unit of the mean.
 
-    Each result is a function of the seed and its own `number` (N,). Marsaglia and Tsang 2000 (ACM Transactions on
-    Mathematical Software 26(3):363-372, doi 10.1145/358407.358414): a rejected number is drawn again, with the attempt
-    as the source of the stream, so no result depends on another.
+    Each result is a function of the seed, the purpose and its own `number` (N,). Method: Marsaglia and Tsang 2000 (ACM
+    Transactions on Mathematical Software 26(3):363-372, doi 10.1145/358407.358414). A rejected number is drawn again;
+    each attempt has its own streams of random numbers, so no result depends on another result.
     """
     if sd <= LEAST_SD * mean:
         return np.full(len(number), mean)
@@ -44,6 +44,9 @@ def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float
 
 
 def _normal(seed: int, purpose: Purpose, number: NDArray[np.int64], source: int) -> NDArray[np.float64]:
-    """Return standard normal random numbers (N,), from two uniform numbers each (Box and Muller 1958)."""
+    """Return standard normal random numbers (N,), each from two uniform numbers (Box and Muller 1958).
+
+    number : (N,) number of each result; source : number of the first of two streams, `source` and `source` + 1
+    """
     radius = np.sqrt(-2.0 * np.log1p(-uniform(seed, source, number, purpose)))
     return np.asarray(radius * np.cos(2.0 * np.pi * uniform(seed, source + 1, number, purpose)))

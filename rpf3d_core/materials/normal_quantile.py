@@ -11,9 +11,9 @@ from rpf3d_core.jit.dispatch import kernel
 Coefficients = tuple[float, float, float, float, float, float, float, float]
 
 CENTRE = 0.425
-"""Distance from 1/2 (-) up to which the central approximation holds.
+"""Largest distance of p from 1/2 (-) for which the central approximation is used.
 
-Beyond it the tails are functions of sqrt(-ln p).
+The approximations of the tails beyond it are functions of sqrt(-ln p), where p is the probability of the tail.
 """
 FAR = 5.0
 """Value of sqrt(-ln p) beyond which the far tail begins (p < 1.4e-11)."""
@@ -48,7 +48,7 @@ F: Coefficients = (
 def normal_quantile(p: float) -> float:
     """Return the value z (-) below which a standard normal number lies with the probability p, 0 < p < 1.
 
-    It turns uniform into normal random numbers.
+    With a uniform random number p, the result is a normal random number.
     """
     q = p - 0.5
     if abs(q) <= CENTRE:

@@ -1,6 +1,6 @@
-"""The data of a rock, besides its motion, that a model may need, for one rock and as columns for many rocks.
+"""The data of a rock that a model may need in addition to its motion, for one rock and as columns for many rocks.
 
-A column that no model of a scene needs is None; it is neither filled nor compiled.
+Data that no model of a scene needs are None; they are neither filled nor compiled.
 """
 
 from typing import Any, NamedTuple

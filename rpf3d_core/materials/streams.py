@@ -1,12 +1,12 @@
 """Counter-based random numbers: a draw is a function of seed, source, rock and purpose, not of earlier draws.
 
-Any engine, any number of threads and any order therefore give the same bits, and an additional named effect does not
-change any other draw. The generator is Philox4x32-10 of Salmon et al. 2011 (SC'11, doi 10.1145/2063384.2063405),
-checked against the published test vectors. Its four counter words are
+Therefore the bits are the same for any engine, any number of threads and any order, and an additional effect does not
+change other draws. The generator is Philox4x32-10 of Salmon et al. 2011 (SC'11, doi 10.1145/2063384.2063405), checked
+against the published test vectors. Its four counter words are
 
     rock | source | purpose + 256 zone | number
 
-where zone and number (of an impact, from 1) are 0 in draws that belong to the rock alone.
+where `number` is the number of the impact, from 1. Zone and number are 0 in draws that depend on the rock alone.
 """
 
 from enum import IntEnum
@@ -94,11 +94,10 @@ def philox_words(c0: Any, c1: Any, c2: Any, c3: Any, k0: int, k1: int) -> tuple[
 
 @kernel
 def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> float:
-    """Return one random number in [0, 1) of a rock, uniform, with 53 random bits.
+    """Return one uniform random number in [0, 1) of a rock, with 53 random bits; engines call it in place of `uniform`.
 
-    This is the version of `uniform` for the engines.
-
-    seed : 0 <= seed < 2^63; stream : a purpose + ZONES times a zone; number : number of the impact, or 0
+    seed : 0 <= seed < 2^63; source : number of the source; rock : number of the rock in the source
+    stream : a purpose + ZONES times a zone; number : number of the impact, or 0
     """
     return _uniform_of(rock, source, stream, number, seed & WORD, seed >> 32)
 
@@ -112,24 +111,28 @@ def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: i
 
 @loop
 def _uniform_all(k0: int, k1: int, sources: Any, rocks: Any, stream: int, draws: Any) -> None:
-    """Write one random number in [0, 1) for each rock (R,) of each source (R,) into `draws` (R,)."""
+    """Write one uniform random number in [0, 1) for each rock into `draws` (R,).
+
+    k0, k1 : low and high 32 bits of the seed; sources, rocks : (R,) source of each rock, and its number in the source
+    """
     for i in range(len(draws)):
         draws[i] = _uniform_of(rocks[i], sources[i], stream, 0, k0, k1)
 
 
 def philox(counter: NDArray[np.uint64], key: tuple[int, int]) -> NDArray[np.uint64]:
-    """Return random words (4, N) of 32 bits from a counter (4, N) and a key (2,): Philox4x32-10 on arrays.
+    """Return random words (4, N) of 32 bits from counters (4, N) and a key of two words: Philox4x32-10 on arrays.
 
-    Tests compare it with published values.
+    Tests compare the words with published values.
     """
     c0, c1, c2, c3 = counter
     return np.stack(philox_words(c0, c1, c2, c3, *key))
 
 
 def uniform(seed: int, source: ArrayLike, rock: ArrayLike, purpose: Purpose) -> NDArray[np.float64]:
-    """Return random numbers in [0, 1), uniform, with 53 random bits: one for each rock (R,).
+    """Return uniform random numbers (R,) in [0, 1), with 53 random bits: one for each rock.
 
-    seed : 0 <= seed < 2^64; rock : 0 <= number < 2^32; source : of all rocks, or of each rock (R,), 0 <= number < 2^32
+    seed : 0 <= seed < 2^64; rock : (R,) number of each rock in its source, 0 to 2^32 - 1
+    source : number of the source, 0 to 2^32 - 1, one for all rocks or (R,) one for each rock
     """
     rocks = np.asarray(rock, dtype=np.uint64)
     if HAS_NUMBA and rocks.size >= MANY:

@@ -2,7 +2,7 @@
 
 The rock takes the shape of the convex hull of a few corners of the mesh, because contact with the ground costs time for
 each corner. The findings report every way in which the hull differs from the file. Facets that pass through each other
-are not searched for; they show only if the volume of the facets is larger than that of the hull.
+are not searched for; they are reported only if the volume of the facets is larger than the volume of the hull.
 """
 
 from collections.abc import Iterator
@@ -23,14 +23,18 @@ from rpf3d_core.terrain.mesh.edges import collapsed, edges_of, shared_by_two
 from rpf3d_core.terrain.mesh.welding import weld
 
 FEWEST_CORNERS, MOST_CORNERS = 4, 200
-"""Allowed numbers of directions: a solid has 4 corners, and the time of a fall grows with the number of corners."""
+"""Limits of the number of corners: a solid has at least 4, and each corner makes the simulation of a fall longer."""
 
 AS_CONVEX = 0.001
 """Share of the volume of its hull that a solid may lack, or exceed, and still count as convex."""
 
 
 class Solid(NamedTuple):
-    """The welded mesh of a block: vertices (V, 3) m about their mean, triangles (T, 3), and what was left out."""
+    """The welded mesh of a block: vertices (V, 3) m relative to the mean of the file's points, and triangles (T, 3).
+
+    collapsed : number of facets left out because two of their corners coincide
+    repeated : number of facets left out because they repeat the corners of another facet
+    """
 
     vertices: FloatArray
     triangles: NDArray[np.int32]
@@ -39,14 +43,14 @@ class Solid(NamedTuple):
 
 
 def read_block(path: Path, corners: int) -> tuple[Polyhedron, tuple[str, ...]]:
-    """Return the convex hull of the outermost points of a mesh in a number of directions, and the findings.
+    """Return the shape of a rock, a convex hull with at most `corners` corners, from a mesh file, and the findings.
 
-    The directions are those of a Fibonacci sphere, so the hull has at most `corners` corners. The axes of the file do
-    not matter. Of the hull of all points of the four blocks of the Authume quarry, 40 directions keep 89 to 91 % of the
-    volume, 100 keep 96 %, and 200 keep 97 to 99 %.
+    The corners are the outermost points of the mesh in `corners` directions, those of a Fibonacci sphere. The axes of
+    the file do not matter. For the four blocks of the Authume quarry, the hull has 89 to 91 % of the volume of the hull
+    of all points with 40 directions, 96 % with 100, and 97 to 99 % with 200.
 
-    The findings are sentences, without the name of the file. There are none if the mesh is a closed, convex solid, and
-    the hull has all of the corners and the volume of the mesh.
+    The findings are sentences, without the name of the file. There are no findings if the mesh is a closed, convex
+    solid, and if the hull has `corners` corners and the volume of the mesh.
 
     Raises
     ------
@@ -81,7 +85,7 @@ def _mesh(path: Path) -> FileMesh:
 
 
 def _solid(path: Path, mesh: FileMesh) -> Solid:
-    """Return the welded mesh, without facets that have no area or repeat the corners of another facet."""
+    """Return the welded mesh, without facets that have coinciding corners or repeat the corners of another facet."""
     points = np.asfortranarray(mesh.points, dtype=np.float64)
     extent = float(np.ptp(points, axis=0).max())
     vertices, index = weld(points - points.mean(axis=0), SAME_PLACE * extent)
@@ -100,7 +104,7 @@ def _solid(path: Path, mesh: FileMesh) -> Solid:
 
 
 def _outermost(points: FloatArray, count: int) -> FloatArray:
-    """Return the points (at most `count`, 3) that lie farthest out in one of the directions of a Fibonacci sphere."""
+    """Return the points (at most `count`, 3) m that lie farthest out in `count` directions, evenly over a sphere."""
     x, y, z = points.T
     found = {int(np.argmax(x * d[0] + y * d[1] + z * d[2])) for d in fibonacci_sphere(count).tolist()}
     outermost: FloatArray = points[sorted(found)]
@@ -130,12 +134,12 @@ def _mesh_findings(solid: Solid, hull: float) -> Iterator[str]:
 
 
 def _count(number: int, one: str, several: str) -> str:
-    """Return a number with the words that follow it."""
+    """Return a number with the words that follow it in the singular (`one`) or the plural (`several`)."""
     return f"{number:,} {one if number == 1 else several}"
 
 
 def _parts(solid: Solid) -> int:
-    """Return the number of parts of a mesh that share no vertex."""
+    """Return the number of parts of a mesh; different parts have no vertex in common."""
     a, b, c = solid.triangles.T
     part = components(len(solid.vertices), np.concatenate([a, b]), np.concatenate([b, c]))
     return len(np.unique(part[a]))
@@ -152,7 +156,10 @@ def _volume_findings(share: float) -> Iterator[str]:
 
 
 def _hull_findings(polyhedron: Polyhedron, asked: int, hull: float) -> Iterator[str]:
-    """Yield sentences on the corners and the volume of the rock's shape, compared with the hull of all points."""
+    """Yield sentences on the corners and the volume of the rock's shape.
+
+    asked : requested number of corners; hull : volume of the hull of all points of the mesh, m3
+    """
     if len(polyhedron.corners) < asked:
         yield f"the rock has {len(polyhedron.corners)} corners; {asked} were asked for"
     if polyhedron.volume < (1.0 - AS_CONVEX) * hull:

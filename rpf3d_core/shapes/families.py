@@ -15,7 +15,7 @@ CORNERS = 24
 """Number of corners of the ideal bodies, as many as a norm block has."""
 
 CUT = 0.25
-"""Share of each length of a norm block that is cut off at both ends."""
+"""Share of each length of a norm block that is cut off at each of both ends (-)."""
 
 
 def box(lengths: Sequence[float]) -> Polyhedron:
@@ -24,7 +24,7 @@ def box(lengths: Sequence[float]) -> Polyhedron:
     Raises
     ------
     InputError
-        The lengths are not three positive, finite numbers, or one is below a millionth of another.
+        The lengths are not three positive, finite numbers, or the shortest is at most 1e-5 of the longest.
     """
     if len(lengths) != 3 or not all(0.0 < length < math.inf for length in lengths):
         raise InputError(f"the lengths of a box are {list(lengths)}; they must be three positive numbers, in metres")
@@ -42,10 +42,10 @@ def family(name: str) -> Polyhedron:
 
     `eota111`, `eota221` : norm blocks of ETAG 027 and EAD 340059, with 24 corners and 26 faces: boxes of a : a : a and
     a : a : a/2 whose edges and corners are cut off. At both ends of each edge, a quarter of its length is cut off. The
-    block then has 17/24 of the volume of its box, and 1 m3 needs lengths of 1.1218 m, or 1.4134 and 0.7067 m. The
-    figures that decide are the published lengths for 1 m3, 1.122 m, and 1.4136 and 0.7068 m: their boxes have
-    1.4125 and 1.4124 m3, so the share of the volume is 0.7080 in both, and 17/24 is 0.7083. A box with 24 corners whose
-    corners alone are cut off (a truncated cube) keeps at least 5/6.
+    block then has 17/24 of the volume of its box, and 1 m3 needs lengths of 1.1218 m, or 1.4134 and 0.7067 m. This cut
+    follows from the published lengths for 1 m3, 1.122 m, and 1.4136 and 0.7068 m: their boxes have 1.4125 and
+    1.4124 m3, so the block has a share of 0.7080 of the box in both cases, and 17/24 is 0.7083. If only the corners of
+    a box were cut off (a truncated cube, also with 24 corners), the share would be at least 5/6.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def family(name: str) -> Polyhedron:
 
 
 def ball(corners: int) -> Polyhedron:
-    """Return a polyhedron near to a ball, of 1 m3: the hull of `corners` points of a Fibonacci sphere."""
+    """Return a polyhedron of 1 m3 that is nearly a ball: the hull of `corners` points of a Fibonacci sphere."""
     return scaled_to_volume(polyhedron_of(fibonacci_sphere(corners), "ball"), 1.0)
 
 
@@ -69,7 +69,7 @@ def _signs() -> FloatArray:
 
 
 def _ideal() -> FloatArray:
-    """Return points (24, 3) of a body between a ball and a cube, which fill the box from -1 to 1."""
+    """Return the corners (24, 3) of an ideal body, between a ball and a cube, which fill the box from -1 to 1."""
     points = fibonacci_sphere(CORNERS)
     points = points / np.cbrt(np.abs(points * points * points).sum(axis=1))[:, None]
     low, high = points.min(axis=0), points.max(axis=0)

@@ -24,7 +24,7 @@ Tensor = tuple[tuple[float, ...], ...]
 Triangles = NDArray[np.int64]
 
 SAME_PLACE = 1e-6
-"""Distance, as a share of the size of a body, within which points are equal and triangles lie in one plane."""
+"""Distance, as a share of the size of a body, within which points count as equal and triangles as in one plane (-)."""
 
 FLAT = 1e-5
 """Thickness of a body, as a share of its length, at which the body counts as flat."""
@@ -33,13 +33,13 @@ SMALLEST = 1e-9
 """Smallest size (m) of a body; a smaller size comes from damage or from wrong units."""
 
 FEWEST_FACES = 3
-"""Number of faces that meet at a corner of a polyhedron, at least; a point of only two faces lies on an edge."""
+"""Least number of faces that meet at a corner of a polyhedron; a point where only two faces meet lies on an edge."""
 
 
 class Polyhedron(NamedTuple):
     """A convex polyhedron of uniform density: centre of mass at the origin, principal axes, right-handed.
 
-    name : how messages name the shape
+    name : of the shape, for messages
     corners : (C, 3) m, in the order in which the faces use them first
     faces : F polygons of corner numbers, anticlockwise as seen from outside
     normals : (F, 3) outward unit normals of the faces
@@ -62,8 +62,8 @@ def polyhedron_of(points: FloatArray, name: str) -> Polyhedron:
     the body keeps them, in the order of ascending moments.
 
     Points nearer to each other than a millionth of the size of the body are one corner. Triangles that lie in the plane
-    of a larger neighbour, within this distance, are part of its face. Volume and moments are those of the merged faces,
-    and exact to rounding if the points have exact coplanar faces or none.
+    of a larger neighbour, within this distance, are part of its face. Volume and moments are those of the merged faces.
+    They are exact to rounding unless merged triangles are only nearly coplanar.
 
     points : (P, 3) m
 
@@ -162,9 +162,12 @@ def _hull_triangles(points: FloatArray) -> tuple[Triangles, Triangles, FloatArra
 
 
 def _wrong_way(triangles: list[list[int]], neighbours: list[list[int]], first: int, wrong: bool) -> NDArray[np.bool_]:
-    """Return for each triangle whether it is clockwise from outside, starting from one triangle where this is known.
+    """Return (T,) true for each triangle that is clockwise as seen from outside.
 
-    Narrow triangles have no reliable normal, so the direction is passed from neighbour to neighbour.
+    Narrow triangles have no reliable normal, so the direction is passed from neighbour to neighbour, beginning with one
+    triangle whose direction is known.
+
+    first : number of this triangle; wrong : true if it is clockwise
     """
     found = {first: wrong}
     waiting = [first]
@@ -198,9 +201,10 @@ def _faces(points: FloatArray, triangles: Triangles, neighbours: Triangles, norm
 
 
 def _without_edge_points(polygons: list[Face]) -> list[Face]:
-    """Return polygons without the points at which fewer than three of them meet, and without what has two points left.
+    """Return polygons without the points at which fewer than three polygons meet.
 
-    A polygon that vanishes takes one face away from its points, so the search is repeated until no point is left out.
+    A polygon with fewer than three remaining points is removed. Then fewer polygons meet at its points, so the search
+    is repeated until nothing changes.
     """
     while True:
         meeting = np.bincount([corner for polygon in polygons for corner in polygon])
@@ -214,10 +218,10 @@ def _without_edge_points(polygons: list[Face]) -> list[Face]:
 def _groups(
     points: FloatArray, triangles: Triangles, neighbours: list[list[int]], normals: FloatArray
 ) -> list[list[int]]:
-    """Return groups of connected triangles, each in the plane of the first triangle of the group.
+    """Return groups of connected triangles, as triangle numbers; each group lies in the plane of its first triangle.
 
-    The triangles come in the order of descending area, so the largest triangle of each face defines the plane. Distance
-    decides, not angle: a triangle that is too narrow for a normal joins the face next to it.
+    The triangles must be sorted by descending area, so that the largest triangle of each face defines the plane. The
+    distance from the plane decides, not the angle. So a triangle that is too narrow for a normal joins its neighbour.
     """
     group_of = [-1] * len(neighbours)
     groups = list[list[int]]()
@@ -239,7 +243,10 @@ def _groups(
 
 
 def _outline(triangles: Sequence[Face]) -> Face | None:
-    """Return the polygon around connected triangles, from its smallest corner on; None if it is not one polygon."""
+    """Return the polygon around connected triangles, beginning with its smallest corner number.
+
+    Return None if the outline is not one polygon.
+    """
     sides = set[tuple[int, int]]().union(*map(_sides, triangles))
     rim = [(begin, end) for begin, end in sides if (end, begin) not in sides]
     following = dict(rim)
@@ -250,7 +257,7 @@ def _outline(triangles: Sequence[Face]) -> Face | None:
 
 
 def _fans(faces: Iterable[Sequence[int]]) -> Triangles:
-    """Return triangles (T, 3) of corner numbers that fill the faces, from the first corner of each face."""
+    """Return triangles (T, 3) of corner numbers that fill the faces, as fans around the first corner of each face."""
     return np.array([(face[0], *side) for face in faces for side in pairwise(face[1:])])
 
 
@@ -282,7 +289,7 @@ def _inertia(corners: FloatArray, faces: Iterable[Sequence[int]], volume: float)
 
 
 def _along_axes(points: FloatArray, axes: Iterable[Sequence[float]]) -> FloatArray:
-    """Return the components (P, 3) m of points along three axes, free of negative zeros."""
+    """Return the components (P, A) m of points (P, 3) m along A axes, with 0.0 in place of -0.0."""
     x, y, z = points.T
     return np.stack([x * axis[0] + y * axis[1] + z * axis[2] + 0.0 for axis in axes], axis=1)
 

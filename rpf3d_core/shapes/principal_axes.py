@@ -1,4 +1,7 @@
-"""Principal moments and axes of a body, by rotations in a fixed order (Jacobi 1846, J. reine angew. Math. 30:51)."""
+"""Compute principal moments and axes of a body, by rotations in a fixed order.
+
+Source: Jacobi 1846, J. reine angew. Math. 30:51.
+"""
 
 import math
 from collections.abc import Sequence
@@ -12,19 +15,20 @@ CONVERGED = 1e-17
 """Share of the trace at which a product of inertia needs no further rotation."""
 
 MOST_SWEEPS = 30
-"""Number of sweeps over the three products of inertia; convergence is quadratic, so about 6 are enough."""
+"""Largest number of sweeps over the three products of inertia; convergence is quadratic, so about 6 are enough."""
 
 SIDES = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
-"""The places (p, q) of the three products of inertia, and the third place of each."""
+"""Row and column (p, q) of each of the three products of inertia, and the remaining index r."""
 
 
 def principal_axes(tensor: Sequence[Sequence[float]]) -> tuple[Row, tuple[Row, ...]]:
-    """Return the ascending principal moments of an inertia tensor and their axes, right-handed.
+    """Return the principal moments (3,) of an inertia tensor, ascending, and their axes (3, 3), right-handed.
 
-    If the tensor is diagonal to rounding, the axes are those of the input; the third axis may be reversed. Moments that
-    are equal to rounding are made equal, and their axes keep the order of the input.
+    The axes are unit vectors, one for each moment. If the tensor is diagonal to rounding, the axes are those of the
+    input, in the order of the moments; the third axis may be reversed. Moments that are equal to rounding are made
+    equal, and their axes keep the order of the input.
 
-    tensor : (3, 3), symmetric; the axes are unit vectors, one for each moment
+    tensor : (3, 3), symmetric
     """
     trace = tensor[0][0] + tensor[1][1] + tensor[2][2]
     a = [
@@ -39,7 +43,7 @@ def principal_axes(tensor: Sequence[Sequence[float]]) -> tuple[Row, tuple[Row, .
 
 
 def _rotate(a: list[list[float]], axes: list[list[float]], p: int, q: int, r: int) -> None:
-    """Rotate the axes p and q of a symmetric tensor so that its component (p, q) vanishes.
+    """Rotate the axes p and q of a symmetric tensor `a`, in place, so that its component (p, q) becomes 0.
 
     The smaller of the two possible angles is taken (Golub & Van Loan 2013, section 8.5.2).
     """
@@ -58,7 +62,10 @@ def _rotate(a: list[list[float]], axes: list[list[float]], p: int, q: int, r: in
 
 
 def _ascending(moments: list[float], axes: list[list[float]], equal: float) -> tuple[Row, tuple[Row, ...]]:
-    """Return moments and axes in ascending order; moments that differ by no more than `equal` become equal."""
+    """Return moments and axes in ascending order of the moments; moments that differ by at most `equal` become equal.
+
+    The axes are right-handed: if the order changes their handedness, the third axis is reversed.
+    """
     right_handed = True
     for k in (0, 1, 0):
         if moments[k] > moments[k + 1] + equal:

@@ -17,14 +17,14 @@ UNIT_SPHERE_VOLUME = 4.0 / 3.0 * math.pi
 class ShapeTable(NamedTuple):
     """Several polyhedra in flat arrays: K shapes, each of the volume of a sphere with radius 1 m.
 
-    The size of a rock is then one factor. The corners of shape k are first[k] to first[k + 1] - 1, its faces
-    face_first[k] to face_first[k + 1] - 1. All arrays are contiguous, float64 or int64.
+    So the size of a rock is one factor, the radius of the sphere of equal volume. The corners of shape k are first[k]
+    to first[k + 1] - 1, its faces face_first[k] to face_first[k + 1] - 1. All arrays are contiguous, float64 or int64.
 
     corners : (sum C, 3) m
     first : (K + 1,) first corner of each shape
     face_first : (K + 1,) first face of each shape
     faces : (sum F, 2) first entry in `ring` and number of corners of each face
-    ring : (R,) corners of the faces, anticlockwise from outside, counted within the shape
+    ring : (R,) corners of the faces, anticlockwise from outside, as numbers within the shape
     normals : (sum F, 3) outward unit normals
     moments : (K, 3) principal moments per unit of mass, ascending, m2
     reach : (K,) largest distance of a corner from the centre of mass, m
@@ -73,7 +73,10 @@ def shape_table(polyhedra: Sequence[Polyhedron], weights: Sequence[float]) -> Sh
 
 
 def _starts(counts: Iterable[int]) -> NDArray[np.int64]:
-    """Return the first number (K + 1,) of each of K consecutive parts, and the total."""
+    """Return the number (K + 1,) of the first element of each of K consecutive parts, and the total as the last.
+
+    counts : number of elements of each part
+    """
     return np.cumsum([0, *counts], dtype=np.int64)
 
 
@@ -84,7 +87,7 @@ def _reach(polyhedron: Polyhedron) -> float:
 
 
 def _shares(weights: Sequence[float]) -> NDArray[np.float64]:
-    """Return the cumulative shares (K,) of weights; a shape without weight has the share of the shape before it."""
+    """Return the cumulative shares (K,) of weights; a shape with weight 0 has the same value as the previous shape."""
     for place, weight in enumerate(weights):
         if not 0.0 <= weight < math.inf:
             raise InputError(f"the weight of shape number {place} (from 0) is {weight}; a weight must be 0 or more")

@@ -1,11 +1,10 @@
-"""Add berms to a terrain: ridges along lines, which stop rolling rocks, become a part of the mesh.
+"""Add berms to the mesh of a terrain: a berm is a ridge along a line, and stops rolling rocks.
 
 Facets are cut where a ridge begins and where its slope changes.
 
-A berm raises the ground: by nothing outside its foot, by its full height on its crest, and by a linearly increasing
-height in between. The berm therefore follows the ground, and a terrain of one sheet stays one sheet. The raised facets
-replace the ground, so no rock can move between berm and ground. Facets are cut in space by vertical planes, as in
-`clipping`.
+A berm raises the ground by its full height on the crest; from the crest to the foot, the height decreases linearly to
+zero. The berm therefore follows the ground, and a terrain of one sheet stays one sheet. The raised facets replace the
+ground, so no rock can move between berm and ground. Facets are cut in space by vertical planes, as in `clipping`.
 """
 
 from collections.abc import Sequence
@@ -29,10 +28,10 @@ SLACK = 1e-6
 
 
 def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
-    """Return the terrain with a berm (ridge) on it; the facets of the berm belong to a zone.
+    """Return the terrain with a berm (ridge) on it; the facets of the berm belong to the zone with the name `zone`.
 
-    When a facet is cut, its first part keeps the facet's number; the other parts come after all facets. A terrain that
-    the ridge does not touch is returned unchanged.
+    A cut facet is replaced by its parts: the first part keeps the facet's number, the other parts are appended after
+    all facets. A terrain that the ridge does not touch is returned unchanged.
     """
     cut = _touched(terrain, ridge)
     if not len(cut):
@@ -57,10 +56,11 @@ def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
 def _as_vertices(
     terrain: Terrain, places: FloatArray, old: NDArray[np.int64], place: NDArray[np.int64]
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the vertices (V, 3) of a terrain extended by the new points of a ridge, and the vertex (P,) of each point.
+    """Return the vertices (V, 3) m of a terrain with a berm, and the vertex number (P,) of each point in `places`.
 
-    places : (P, 3) m, the points; old : (N,) vertices that are moved to their point; place : (N,) the point of each of
-        these vertices
+    places : (P, 3) m, all points of the cut facets and of their neighbours, at their new heights
+    old : (N,) vertices of the original terrain that are among these points; place : (N,) index into `places` of each
+        of these vertices
     """
     number = np.full(len(places), -1, dtype=np.int64)
     number[place[::-1]] = old[::-1]
@@ -75,7 +75,8 @@ def _as_vertices(
 def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
     """Return the facets (N,) that may overlap the ridge in plan and therefore must be cut.
 
-    A facet cannot overlap a polygon of the ridge if a side of the polygon, or of the polygon's box, separates both.
+    A facet cannot overlap a polygon of the ridge if a side of the polygon, or of the polygon's box, separates the facet
+    from the polygon.
     """
     plan = terrain.vertices[:, :2]
     touched = np.zeros(len(terrain.triangles), dtype=bool)
@@ -91,7 +92,10 @@ def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
 
 
 def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
-    """Return a facet (3, 3) cut along the outlines of the ridge's polygons, as convex parts."""
+    """Return the convex parts of a facet (3, 3) m, cut along the outlines of the ridge's polygons.
+
+    The parts on the ridge are first, then the parts outside the ridge.
+    """
     inside: list[Polygon] = []
     outside: list[Polygon] = [list(corners)]
     low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
@@ -108,7 +112,12 @@ def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
 
 
 def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
-    """Return the part of a polygon inside a convex polygon of a ridge in plan (or nothing), and the parts outside."""
+    """Return the part of a polygon inside a convex polygon of a ridge in plan, and the parts outside.
+
+    If no part lies inside, both results are empty.
+
+    piece : (N, 2) m, corners of the polygon of the ridge, counter-clockwise
+    """
     within, beyond = polygon, []
     for k in range(len(piece)):
         within, right = _halves(within, piece[k], piece[(k + 1) % len(piece)])
@@ -119,10 +128,10 @@ def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon
 
 
 def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polygon, Polygon]:
-    """Return the parts of a convex polygon to the left and right of a line in plan, to cut it along the line.
+    """Cut a convex polygon along a line in plan; return the part to the left of the line and the part to the right.
 
-    A part that only touches the line is empty. The point where the line cuts an edge does not depend on the direction
-    of the edge, so both facets at the edge get the same point.
+    If the line does not cut the polygon, one part is the whole polygon and the other part is empty. The point where the
+    line cuts an edge does not depend on the direction of the edge, so both facets at the edge get the same point.
     """
     points = np.array(polygon)
     off = left_of(points[:, :2], begin, end - begin)
@@ -145,7 +154,10 @@ def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polyg
 
 
 def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the uncut facets (N,) that share an edge with a cut facet, because they need the new points on it."""
+    """Return the uncut facets (N,) that share an edge with a cut facet: new points may lie on this edge.
+
+    cut : (C,) the cut facets
+    """
     known = np.zeros(len(terrain.vertices), dtype=bool)
     known[terrain.triangles[cut].ravel()] = True
     near = known[terrain.triangles].sum(axis=1) >= 2
@@ -154,18 +166,19 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a ring of points without direct repeats of a point."""
+    """Return a closed ring of points (R,) without the points that are equal to the previous point of the ring."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 
 def _triangles(
     places: FloatArray, rings: Sequence[NDArray[np.int64]], owners: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-    """Return facets (F, 3) that fill rings of points, with the original facet (F,) that each is a part of.
+    """Return facets (F, 3) that fill rings of points, the original facet (F,) of each, and all points.
 
-    The third result is the points, extended by the centres of rings. Points that lie on an edge of a ring become
-    corners of the ring, so that neighbours share whole edges.
+    The points are those in `places`, followed by the centres of rings with more than three corners. Points that lie on
+    an edge of a ring become corners of the ring, so that neighbours share whole edges.
 
+    places : (P, 3) m, points; rings : closed rings (R,) of indices into `places`
     owners : the facet of the original terrain that each ring is a part of
     """
     order = np.argsort(places[:, 0], kind="stable")
@@ -215,9 +228,10 @@ def _with_places_between(
 def _with_facets(
     terrain: Terrain, facets: NDArray[np.int64], owner: NDArray[np.int64], on_ridge: NDArray[np.bool_], zone: str
 ) -> Terrain:
-    """Return the terrain after each cut facet is replaced by its parts; parts on the ridge get the zone.
+    """Return the terrain after each cut facet is replaced by its parts; parts on the ridge belong to `zone`.
 
-    facets : (N, 3) vertices of the parts; owner : (N,) facet that each part replaces; on_ridge : (N,)
+    facets : (N, 3) vertices of the parts; owner : (N,) original facet of each part; on_ridge : (N,) true for parts on
+        the ridge
     """
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     number = np.where(on_ridge, zones.index(zone), terrain.zone[owner]).astype(np.int32)

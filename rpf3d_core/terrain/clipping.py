@@ -13,7 +13,7 @@ from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CORNERS = 9
-"""Largest number of corners of a triangle clipped by three planes: 6, and 9 if rounding bends its straight edges."""
+"""Largest number of corners of a triangle clipped by three planes: 6, or 9 if rounding bends its straight edges."""
 FACETS_A_TILE = 32
 """Mean number of facets in a tile, a cell of a coarse grid in plan that limits the search for overlaps.
 
@@ -24,7 +24,7 @@ Each prism is tested against every tile, and then against the facets of the tile
 class _Tiles(NamedTuple):
     """Facets grouped into tiles (cells of a coarse grid in plan), to find quickly the facets near a prism.
 
-    order : (F,) facets, sorted by tile; start : (N,) first index of each tile in `order`
+    order : (F,) facets, sorted by tile; start : (N,) first index in `order` of each of the N tiles
     facets : (N,) number of facets of each tile; low, high : (N, 2) m, the box in plan around the facets of each tile
     """
 
@@ -38,10 +38,9 @@ class _Tiles(NamedTuple):
 def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
     """Return the parts (P, 3, 3) m of facets that lie inside an area in plan, such as an area of interest.
 
-    The area is given as triangles without overlap.
-
     corners : (F, 3, 3) m, F >= 1, of the facets
-    prisms : (T, 3, 2) m, triangles in plan, with either winding; each triangle stands for a vertical prism
+    prisms : (T, 3, 2) m, triangles in plan that together are the area, without overlap, with either winding; each
+        triangle is the cross-section of a vertical prism
     """
     found = [np.empty((0, 3, 3))]
     tiles = _tiles_of(corners)
@@ -58,13 +57,13 @@ def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
 
 
 def areas_of(triangles: FloatArray) -> FloatArray:
-    """Return the true areas (P,) m^2 of triangles (P, 3, 3) m in space."""
+    """Return the areas (P,) m^2 of triangles (P, 3, 3) m in space, not in plan."""
     x, y, z = normals_of(triangles).T
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def normals_of(triangles: FloatArray) -> FloatArray:
-    """Return the normals (P, 3) m^2 of triangles (P, 3, 3) m in space, with their areas as lengths."""
+    """Return the normals (P, 3) m^2 of triangles (P, 3, 3) m in space; the length of each is the triangle's area."""
     return area_vectors(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
 
 
@@ -83,9 +82,11 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for each edge of a prism whose vertical facets belong to the neighbouring prism.
+    """Return (T, 3) true for each edge of a prism at which the neighbouring prism includes the vertical facets.
 
-    At an edge between two prisms, exactly one prism gets such facets.
+    So a vertical facet exactly on the edge between two prisms is included once.
+
+    prisms : (T, 3, 2) m, counter-clockwise triangles in plan
     """
     edges = [[(*prism[k].tolist(), *prism[(k + 1) % 3].tolist()) for k in range(3)] for prism in prisms]
     known = {edge for row in edges for edge in row}
@@ -94,7 +95,7 @@ def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
 
 
 def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
-    """Return the facets (N,) of all tiles that may overlap a prism, to test only these facets.
+    """Return the facets (N,) of all tiles that may overlap a prism (3, 2) m, to test only these facets.
 
     A tile cannot overlap the prism if it lies outside the prism's box, or entirely outside one edge of the prism.
     """
@@ -110,7 +111,10 @@ def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
 
 
 def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Return how far points (..., 3) lie to the left of a line in plan, times the line's length, (...) m^2."""
+    """Return how far points (..., 3) m lie to the left of a line in plan, times the line's length: (...) m^2.
+
+    begin, end : (2,) m, ends of the line
+    """
     along = end - begin
     return np.asarray(along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0]))
 

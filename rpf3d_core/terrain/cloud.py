@@ -17,9 +17,9 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of
 
 GAP = 10.0
-"""Default limit of a triangle's longest side, over the median of these sides (-).
+"""Default limit of a triangle's longest side in plan, over the median of the longest sides of all triangles (-).
 
-Longer triangles span a gap of the survey.
+A triangle with a longer side spans a gap of the survey.
 """
 SLOTS = 2
 """Least number of slots in the hash table that finds points by their coordinates, over the number of points (-)."""
@@ -28,14 +28,14 @@ SLOTS = 2
 def cloud_mesh(
     points: FloatArray, longest_edge: float | None = None, origin: tuple[float, float, float] | None = None
 ) -> Mesh:
-    """Return the mesh of a survey given as points (N, 3) m, without points that have a NaN coordinate.
+    """Return the mesh of a survey given as points (N, 3) m; points with a NaN coordinate are left out.
 
     All facets face up.
 
-    longest_edge : m, largest side of a triangle in plan; None for GAP times the median
+    longest_edge : m, longest allowed side of a triangle in plan; None for the default limit (`GAP`)
     origin : of the local frame (m); None for the middle of the points
 
-    Raises TerrainError if no triangle is left, or a point is infinite.
+    Raises TerrainError if fewer than three points or no triangle remain, or if a point is infinite.
     """
     there = points[~np.isnan(points).any(axis=1)]
     if len(there) < 3:
@@ -57,7 +57,12 @@ def cloud_mesh(
 
 
 def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) -> IntArray:
-    """Return the triangles without a side longer than the limit (m; None for GAP), all turned to face up."""
+    """Return the triangles (T, 3) without a side in plan longer than `longest` (m), all turned to face up.
+
+    Triangles without area are left out.
+
+    plan : (N, 2) m, the points; longest : m, or None for the default limit (`GAP`)
+    """
     a, b, c = (plan[triangles[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     turned = np.where(area[:, None] < 0.0, triangles[:, [0, 2, 1]], triangles)
@@ -82,9 +87,9 @@ def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
 
 @kernel
 def _slot(a: int, b: int, mask: int) -> int:
-    """Return the first slot of the hash table of points for a pair of coordinates.
+    """Return the slot of the hash table where the search for a pair of coordinates a, b (as integers) begins.
 
-    The function uses bit shifts only, because products would overflow.
+    mask : number of slots minus one. The function uses bit shifts only, because products would overflow.
     """
     mixed = (a ^ (a >> 29)) ^ ((b >> 7) ^ (b >> 41))
     return int((mixed ^ (mixed >> 17) ^ (mixed >> 33)) & mask)
@@ -92,7 +97,7 @@ def _slot(a: int, b: int, mask: int) -> int:
 
 @loop
 def _enter(keys: Any, table: Any) -> None:
-    """Write the number of each point into the hash table (open addressing); of equal points only the first.
+    """Write the number of each point into the hash table (open addressing); of equal points, only the first point.
 
     keys : (N, 2) coordinates of the points, as integers
     """
@@ -110,7 +115,10 @@ def _enter(keys: Any, table: Any) -> None:
 
 @loop
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
-    """Write into `out` the number of the point with each wanted pair of coordinates."""
+    """Write into `out` (M,) the number of the point with each wanted pair of coordinates (M, 2); -1 for no point.
+
+    keys : (N, 2) coordinates of the points, as integers; table : the hash table filled by `_enter`
+    """
     mask = len(table) - 1
     for n in range(len(wanted)):
         slot = _slot(wanted[n, 0], wanted[n, 1], mask)

@@ -1,4 +1,4 @@
-"""Close the small holes of a mesh in plan, and keep the large ones: they are gaps of the survey."""
+"""Close the small holes of a mesh with triangles; large holes stay open, because they are gaps of the survey."""
 
 from typing import NamedTuple
 
@@ -12,10 +12,10 @@ Index = NDArray[np.int32]
 
 
 class Filled(NamedTuple):
-    """The holes of a mesh: triangles that close the small ones, and what is left.
+    """The holes of a mesh: triangles that close the small holes, and the areas of the holes that stay open.
 
     triangles : (T, 3) new triangles between existing points, facing up
-    closed : number of closed holes; areas : (H,) m^2, of the holes that are left, in plan
+    closed : number of closed holes; areas : (H,) m^2, areas in plan of the holes that stay open
     """
 
     triangles: Index
@@ -45,7 +45,7 @@ def fill_holes(plan: FloatArray, triangles: Index, widest: float) -> Filled:
 
 
 def _border(triangles: Index) -> Index:
-    """Return the sides (S, 2) of triangles without a neighbour; the triangle lies to the left."""
+    """Return the border of a mesh: the sides (S, 2) that belong to one triangle only, which lies to the left."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     size = int(triangles.max(initial=0)) + 1
     forward, backward = sides[:, 0] * size + sides[:, 1], sides[:, 1] * size + sides[:, 0]
@@ -55,7 +55,10 @@ def _border(triangles: Index) -> Index:
 
 
 def _holes(plan: FloatArray, sides: Index) -> NDArray[np.object_]:
-    """Return the regions (H,) in plan that the border encloses and that have no triangle."""
+    """Return the holes of a mesh as polygons (H,) in plan: regions enclosed by border sides (S, 2), without triangles.
+
+    plan : (V, 2) m, points of the mesh
+    """
     regions = np.array(shapely.get_parts(shapely.polygonize(shapely.linestrings(plan[sides]))), dtype=object)
     if not len(regions):
         return regions
@@ -69,7 +72,10 @@ def _holes(plan: FloatArray, sides: Index) -> NDArray[np.object_]:
 
 
 def _numbers(plan: FloatArray, sides: Index, places: FloatArray) -> Index:
-    """Return the number of the border point at each place (M, 2) m."""
+    """Return the number (M,) of the border point that has exactly the coordinates of each place (M, 2) m.
+
+    plan : (V, 2) m, points of the mesh; sides : (S, 2) border sides
+    """
     border = np.unique(sides)
     number = dict(zip(map(tuple, plan[border].tolist()), border.tolist(), strict=True))
     return np.array([number[place] for place in map(tuple, places.tolist())], np.int32)

@@ -15,7 +15,7 @@ from rpf3d_core.terrain.ground_points import Cells, Ids
 def cell_triangles(plan: FloatArray, cells: Cells) -> NDArray[np.int32]:
     """Return the triangles (F, 3) between the points of neighbouring cells; all face up.
 
-    plan : (K, 2) m, the place of the point of each cell
+    plan : (K, 2) m, the point of each cell in plan
     """
     corner = _squares(cells)
     there = (corner >= 0).sum(axis=1)
@@ -34,7 +34,10 @@ def cell_triangles(plan: FloatArray, cells: Cells) -> NDArray[np.int32]:
 
 
 def _squares(cells: Cells) -> Ids:
-    """Return the points (S, 4) of all groups of four cells around a corner, counter-clockwise; -1 for no point."""
+    """Return the points (S, 4) of each four cells around a common corner, counter-clockwise; -1 for a missing point.
+
+    Four cells with fewer than three points are left out.
+    """
     stride = int(cells.column.max()) + 3
     key = cells.row * stride + cells.column
     steps = (0, 1, stride + 1, stride)
@@ -48,7 +51,10 @@ def _squares(cells: Cells) -> Ids:
 
 
 def _three(plan: FloatArray, corner: Ids) -> Ids:
-    """Return the triangle (S, 3) of each square with one missing point."""
+    """Return the triangle (S, 3) between the three points of each four cells of which one has no point.
+
+    corner : (S, 4) points of the cells, one of the four -1
+    """
     order = np.argsort(corner < 0, axis=1, kind="stable")[:, :3]
     return np.asarray(np.take_along_axis(corner, order, axis=1))
 

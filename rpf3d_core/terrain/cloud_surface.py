@@ -1,4 +1,7 @@
-"""Make the surface of the ground from a cloud of points: choose the ground, thin it, connect it, keep its gaps."""
+"""Make the surface of the ground from a cloud: choose the points of the ground, thin them and connect them.
+
+Large gaps of the cloud stay open.
+"""
 
 from typing import NamedTuple
 
@@ -12,15 +15,16 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.ground_points import default_cell, ground_class, lowest_in_cells
 
 GAP = 4.0
-"""Default of the widest hole that is closed, in cells (-)."""
+"""Default limit of the longest triangle side in a hole that is closed, in cells (-)."""
 
 
 class CloudChoice(NamedTuple):
-    """How a surface is made from a cloud.
+    """The settings with which a surface is made from a cloud.
 
-    cell : side of a cell (m), of which the lowest point is kept; None for a size from the density
+    cell : side of a cell (m); the lowest point of each cell is kept; None for a size from the spacing of the points
     widest : m, longest side of a triangle across a hole that is closed; None for GAP cells
-    classes : classes of the ground; () for the class ground of LAS, or all points if none has it
+    classes : LAS classes that are ground; () for the class ground, or for all points except noise if no point has the
+        class ground
     """
 
     cell: float | None = None
@@ -32,13 +36,13 @@ DEFAULT = CloudChoice()
 
 
 class CloudSurface(NamedTuple):
-    """The surface made from a cloud, and how it was made.
+    """The surface made from a cloud, with the figures that are reported to the user.
 
     points : (V, 3) m, points of the cloud; triangles : (F, 3), facing up
-    given : number of points of the cloud; ground : number of these points that are ground; cell : m
-    density : points per m^2, the median over cells with points; closed : number of closed holes
-    holes : (H,) m^2, areas in plan of the holes that are left
-    left : number of kept points that no triangle uses
+    given : number of points of the cloud; ground : number of these points that are ground; cell : side of a cell, m
+    density : ground points per m^2, the median over cells with points; closed : number of closed holes
+    holes : (H,) m^2, areas in plan of the holes that stay open
+    left : number of cells whose point is left out because no triangle uses it
     """
 
     points: FloatArray
@@ -52,7 +56,7 @@ class CloudSurface(NamedTuple):
     left: int
 
     def describe(self) -> list[str]:
-        """Return sentences on how the surface was made."""
+        """Return lines of text for the user: the numbers of points, triangles and holes of the surface."""
         holes = f"{len(self.holes):,} holes left"
         if len(self.holes):
             holes += f", the largest of {self.holes.max():,.1f} m2, {self.holes.sum():,.1f} m2 in all"
@@ -67,12 +71,15 @@ class CloudSurface(NamedTuple):
 def cloud_surface(
     points: FloatArray, classes: NDArray[np.uint8] | None = None, choice: CloudChoice = DEFAULT
 ) -> CloudSurface:
-    """Return the surface of the ground of a cloud of points (N, 3) m, z up, with classes (N,) if it has any.
+    """Return the surface of the ground from a cloud of points (N, 3) m, z up.
+
+    classes : (N,) LAS class of each point; None if the cloud has no classes
 
     Raises
     ------
     TerrainError
-        No point is ground, a point is not finite, or no three neighbouring cells have points.
+        Fewer than three points are ground, a point is not finite, no three neighbouring cells have points, or `choice`
+        names classes but the cloud has none.
     """
     given = len(points)
     if classes is not None:

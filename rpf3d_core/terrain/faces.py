@@ -1,4 +1,4 @@
-"""Faces: steep stretches of the ground along a line, as bench faces are."""
+"""Find faces along a line: steep parts of the ground, such as bench faces."""
 
 import math
 from typing import NamedTuple
@@ -16,7 +16,7 @@ LOWEST = 3.0
 
 
 class Face(NamedTuple):
-    """A face on a line: distances (m) of its brow and of its foot, and its height (m)."""
+    """A face on a line: distances (m) along the line of its upper edge (brow) and of its foot, and its height (m)."""
 
     brow: float
     foot: float
@@ -24,9 +24,9 @@ class Face(NamedTuple):
 
 
 def first_face(distance: FloatArray, ground: FloatArray) -> Face | None:
-    """Return the first face that falls along a line; None without a face, or if the line ends on it.
+    """Return the first face along a line on which the ground falls; None if there is none, or if the line ends on it.
 
-    distance, ground : (S,) m, rising distances; NaN for ground that is not known
+    distance : (S,) m, ascending distances along the line; ground : (S,) m, height of the ground there, NaN if unknown
 
     A face is at least LOWEST high. It may contain ledges up to FLAT long.
     """
@@ -43,9 +43,9 @@ def first_face(distance: FloatArray, ground: FloatArray) -> Face | None:
 
 
 def foot_of_face(distance: FloatArray, ground: FloatArray) -> float:
-    """Return the distance (m) of the foot of the first face along a line (`first_face`); NaN if there is no face.
+    """Return the distance (m) of the foot of the first face along a line; NaN if `first_face` finds no face.
 
-    distance, ground : (S,) m
+    distance, ground : (S,) m, as in `first_face`
     """
     face = first_face(distance, ground)
     return math.nan if face is None else face.foot

@@ -8,26 +8,27 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without
 
 ALONG_EDGE = 1e-14
-"""Sine of the angle below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
+"""Sine of the angle below which a direction on a facet counts as parallel to an edge: thirty times its rounding error.
+"""
 ALONG_GULLY = 1e-10
 """Sine of the angle below which a direction counts as parallel to the line between two facets.
 
-The direction of this line is known to 1e-16 over the sine of the angle between the facets.
+The computed direction of this line has an error of 1e-16 over the sine of the angle between the facets.
 """
 PARALLEL = 1e-5
 """Sine of the angle between two facets, below which the facets count as one plane.
 
-Above this sine, the normals give the line between the facets to better than 1e-10.
+Above this sine, the direction of the line between the facets, computed from the normals, has an error below 1e-10.
 """
 ALONGSIDE = 16.0
-"""Least length of a path along an edge, in crack widths, for a facet to carry the rock just outside the edge.
+"""Least length, in crack widths, of a path just outside an edge of a facet, for the facet to carry a rock on the path.
 
 On this length the path must stay at most a crack's width outside the facet.
 """
 FLAT = 1.0 / 64.0
-"""Sine of the angle to an edge below which a direction may lead along the edge, just outside the facet.
+"""Sine of the angle to an edge below which a rock's direction counts as almost along the edge.
 
-A rock that moves in such a direction must not fall.
+The facet may carry such a rock also just outside the edge, so that the rock does not fall there.
 """
 NEAR = 4.0
 """Distance from the plane of a facet, in tolerances, within which a rock counts as on the plane.
@@ -36,10 +37,11 @@ The distance is more than one tolerance. A rock may be one tolerance outside the
 tolerance away from the neighbouring facet. Such distances must not add up to a fall.
 """
 TIP = 2.0
-"""Distance outside a facet's box, in slacks, within which a point beyond a sharp corner may count as in the facet.
+"""Distance outside a facet's box, as a multiple of the slack, up to which `contains` may count a point as in the facet.
 
-Beyond the tip of a needle-shaped facet, a point can be near both edges and still far from the corner: by the slack over
-the sine of half the angle. Without this limit the result would depend on which facets the locator tests.
+Beyond the tip of a needle-shaped facet, a point can be within the slack of both edges and still far from the corner: at
+a distance of the slack over the sine of half the angle. Without this limit the result would depend on which facets the
+locator tests.
 """
 REACH = 1024.0
 """Distance outside a facet's box, in tolerances, within which a locator must test the facet.
@@ -51,14 +53,14 @@ corners: 768 tolerances in total.
 
 @kernel
 def corner(facets: Facets, f: int, k: int) -> Vec:
-    """Return corner k (0, 1, 2) of facet f (m), from the terrain's arrays."""
+    """Return the coordinates (m) of corner k (0, 1, 2) of facet f, from the terrain's arrays."""
     first = 12 * f + 3 * k
     return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
 
 @kernel
 def stored_normal(facets: Facets, f: int) -> Vec:
-    """Return the unit normal of facet f towards its free side, from the terrain's arrays; zero for no area."""
+    """Return the unit normal of facet f towards its free side, from the terrain's arrays; zero if f has no area."""
     first = 12 * f + 9
     return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
@@ -90,9 +92,9 @@ def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
 
 @kernel
 def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]:
-    """Return the squared length (m^2) of edge k of facet f, and the inward distance of p times the length (m^2).
+    """Return the squared length (m^2) of edge k of facet f, and the distance of p from the edge times the length (m^2).
 
-    The two numbers show on which side of the edge p lies, without a square root.
+    The distance is positive on the inner side of the edge. Both numbers need no square root.
     """
     begin = corner(facets, f, k)
     edge = subtract(corner(facets, f, (k + 1) % 3), begin)
@@ -116,9 +118,9 @@ def on_plane(facets: Facets, f: int, x: Vec) -> Vec:
 
 @kernel
 def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
-    """Return the point closest to x (m) on the line between the planes of two facets: puts a rock exactly into a gully.
+    """Return the point closest to x (m) on the line where the planes of two facets meet, to put a rock into a gully.
 
-    Return x if both planes are almost the same. x lies on the plane of the first facet.
+    x must lie on the plane of the first facet. If both planes are almost the same, the result is x.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     across = without(m, n)
@@ -133,8 +135,10 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
     """Return the distance (m) that a rock at x can move in a direction over facet f until it leaves the facet.
 
+    direction : (3,) unit
     parallel : sine of the angle to an edge below which the direction counts as parallel and does not cross the edge
-    slack : m, distance beyond an edge at which the rock leaves, if it crosses the edge at a sine below `FLAT`
+    slack : m, distance beyond an edge at which the rock leaves the facet, if it crosses the edge at an angle with a
+        sine below `FLAT`; it leaves at all other edges without this slack
     """
     leave = math.inf
     for k in range(3):
@@ -168,13 +172,12 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 
 @kernel
 def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) -> bool:
-    """True if facet f lies below the plane of another facet, as on the far side of a convex edge.
+    """True if facet f lies below the plane of the facet `other`, as on the far side of a convex edge.
 
-    A rock that passes such an edge flies off and does not hit facet f.
+    Then no corner of facet f is more than `slack` (m) above the plane, and at least one corner is more than `slack`
+    below the plane. A rock that passes such an edge flies off and does not hit facet f.
 
-    No corner of facet f is more than `slack` (m) above the plane, and at least one corner is more than `slack` below.
-
-    side : the side of the other facet that counts as above: 1 along its normal, -1 against its normal
+    side : the side of the facet `other` that counts as above: 1 along its normal, -1 against its normal
     """
     n, origin = stored_normal(facets, other), corner(facets, other, 0)
     highest, lowest = -math.inf, math.inf
@@ -186,10 +189,11 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 
 @kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """True if facet f carries a rock along a path in its plane: in the facet, or within a crack's width outside it.
+    """True if facet f carries a rock on a straight path in the facet's plane.
 
-    x : m, start of the path; way : (3,), its direction; zero counts as true. The path must stay there for more than
-        `ALONGSIDE` cracks.
+    The path must stay in the facet, or at most a crack's width outside it, for more than `ALONGSIDE` crack widths.
+
+    x : m, start of the path; way : (3,) its direction, of any length; for a zero vector the result is true
     """
     length = norm(way)
     if length == 0.0:
@@ -199,5 +203,8 @@ def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
 
 @kernel
 def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
-    """True if a straight path from x along a direction stays on facet f for more than the tolerance."""
+    """True if a straight path from x (m) along a direction (3,) stays on facet f for more than the tolerance.
+
+    parallel : as in `line_exit`
+    """
     return line_exit(facets, f, x, direction, parallel, 0.0) > facets.tolerance

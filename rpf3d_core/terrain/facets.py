@@ -22,18 +22,18 @@ RELATIVE_TOLERANCE = 2.0**-40
 """Contact tolerance as a share of the terrain's diagonal (-).
 
 A contact point is computed from coordinates up to the diagonal L with a few dozen roundings, each at most 2^-53 L. The
-tolerance 2^-40 L is 200 times larger; on a pit of 1 km it is 1 nm.
+tolerance 2^-40 L is 200 times larger than their sum; on a pit of 1 km it is 1 nm.
 """
 
 
 CRACK = 64.0
 """Width, in tolerances, up to which a gap between facets counts as a crack and is ignored.
 
-The width is 2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH covers this width,
-so the locators test all facets that may count.
+The width is 2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. The distance REACH of
+`facet_geometry` includes this width, so the locators test all facets that may count.
 """
 SURVEYED = 2.0**-57
-"""Contact tolerance as a share of the largest coordinate of the input (-), for small scenes with large coordinates.
+"""Least contact tolerance as a share of the largest coordinate of the input (-), for small scenes far from the origin.
 
 The input's coordinates are rounded by up to 2^-53 of their size before the origin is subtracted. A vertex on an
 edge (T-junction) may then lie off the edge by 2^-51. CRACK = 64 tolerances cover that. Only scenes smaller than
@@ -93,9 +93,10 @@ def facets_of(terrain: Terrain) -> Facets:
 
 
 def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, tolerance: float) -> Facets:
-    """Return the record that the engines read, from a geometry (F, 12) m of corners and unit normal, and zones (F,).
+    """Return the arrays of a terrain that the engines read, as views of the given arrays.
 
-    Nothing is copied.
+    geometry : (F, 12) the three corners (m) and the unit normal of each facet; zone : (F,) zone of each facet
+    low, high : corners of the bounding box, m; tolerance : contact tolerance, m
     """
     corners, normals = geometry[:, :9], geometry[:, 9:]
     return Facets(
@@ -111,7 +112,7 @@ def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, toler
 
 
 def tolerance_of(terrain: Terrain) -> float:
-    """Return the contact tolerance (m) of a terrain, the same as in `facets_of`, without building the arrays."""
+    """Return the contact tolerance (m) of a terrain, without building the arrays; `facets_of` uses the same value."""
     corners = terrain.vertices[np.unique(terrain.triangles)]
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     return contact_tolerance(low, high, terrain.frame.origin)
@@ -135,14 +136,17 @@ def unit_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return the normals (F, 3) m^2 of facets, with areas as lengths, from vertices (V, 3) m and triangles (F, 3)."""
+    """Return the normals (F, 3) m^2 of facets; the length of each normal is the area of its facet.
+
+    vertices : (V, 3) m; triangles : (F, 3)
+    """
     areas = np.empty((len(triangles), 3))
     _measure(*_as_the_loops_want(vertices, triangles), areas)
     return areas
 
 
 def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tuple[Vec, Vec]]:
-    """Return the corners and unit normal of each facet as rows (F, 12), and the corners of the bounding box."""
+    """Return the corners (m) and unit normal of each facet as rows (F, 12), and the corners (m) of the bounding box."""
     geometry, box = np.empty((len(triangles), 12)), np.array([[np.inf] * 3, [-np.inf] * 3])
     lay_out(*_as_the_loops_want(vertices, triangles), 0, len(triangles), geometry, box)
     (x, y, z), (u, v, w) = box.tolist()
@@ -152,7 +156,7 @@ def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tu
 def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
     """Return vertices and triangles in the layout for which loops are compiled: contiguous float64 and int32.
 
-    Nearly all arrays have this layout already.
+    Arrays that already have this layout are not copied.
     """
     return np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(triangles, dtype=np.int32)
 
@@ -180,7 +184,7 @@ def vertex(vertices: Any, v: int) -> Vec:
 
 @loop
 def _measure(vertices: Any, triangles: Any, areas: Any) -> None:
-    """Write the normal of each facet, with its area as length (m^2), into `areas`."""
+    """Write the normal of each facet, with the facet's area as its length (m^2), into `areas` (F, 3)."""
     for f in range(len(triangles)):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
                    vertex(vertices, triangles[f, 2]))  # fmt: skip
@@ -189,9 +193,9 @@ def _measure(vertices: Any, triangles: Any, areas: Any) -> None:
 
 @loop
 def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, box: Any) -> None:
-    """Write corners and unit normal (F, 12) of the facets from `begin` to `end`.
+    """Write the corners (m) and unit normals of facets `begin` to `end` - 1 into their rows of `geometry` (F, 12).
 
-    Extend the terrain's box (2, 3) to these corners too.
+    Also extend the terrain's `box` (2, 3) m, its lowest and highest corner, so that it includes these facets.
     """
     for f in range(begin, end):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -206,7 +210,10 @@ def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, 
 
 @loop
 def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> None:
-    """Write corners and unit normal (F, 12) of the facets listed in `rows`, as after a survey of a few facets."""
+    """Write the corners (m) and unit normals of the facets listed in `rows` into their rows of `geometry` (F, 12).
+
+    Only these facets have changed, as after a patch.
+    """
     for n in range(len(rows)):
         f = rows[n]
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -219,7 +226,7 @@ def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> Non
 
 @loop
 def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -> None:
-    """Extend the terrain's box (2, 3) to the corners (F, 9) of the unmarked facets from `begin` to `end`."""
+    """Extend a box (2, 3) m to the corners (F, 9) m of the facets from `begin` to `end` - 1 whose mark is 0."""
     for f in range(begin, end):
         if marks[f] == 0:
             for k in range(9):
@@ -227,9 +234,9 @@ def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -
 
 
 def plain(value: Any) -> Any:
-    """Return the same record with memoryviews in place of arrays, for the reference engine; nested records included.
+    """Return a copy of a record with memoryviews in place of arrays, for the reference engine; also in nested records.
 
-    Indexing a memoryview gives Python floats, five times as fast as NumPy.
+    Indexing a memoryview gives Python floats, five times as fast as indexing a NumPy array.
     """
     return type(value)(*(_plain_part(part) for part in value))
 

@@ -20,20 +20,20 @@ class Frame(NamedTuple):
     up: Up = "z"
 
     def directions_to_local(self, vectors: ArrayLike) -> FloatArray:
-        """Return directions (..., 3), given in the input's axes, in the local axes with z up."""
+        """Convert directions (..., 3) from the input's axes to the local axes, in which z points up."""
         v = np.asarray(vectors, dtype=float)
         return v if self.up == "z" else np.stack([v[..., 0], -v[..., 2], v[..., 1]], axis=-1)
 
     def directions_to_input(self, vectors: ArrayLike) -> FloatArray:
-        """Return directions (..., 3), given in the local axes, in the input's axes."""
+        """Convert directions (..., 3) from the local axes to the input's axes."""
         v = np.asarray(vectors, dtype=float)
         return v if self.up == "z" else np.stack([v[..., 0], v[..., 2], -v[..., 1]], axis=-1)
 
     def points_to_local(self, points: ArrayLike) -> FloatArray:
-        """Return points (..., 3) m, given in the input's coordinates, in local coordinates."""
+        """Convert points (..., 3) m from the input's coordinates to local coordinates."""
         local: FloatArray = self.directions_to_local(points) - np.array(self.origin)
         return local
 
     def points_to_input(self, points: ArrayLike) -> FloatArray:
-        """Return points (..., 3) m, given in local coordinates, in the input's coordinates."""
+        """Convert points (..., 3) m from local coordinates to the input's coordinates."""
         return self.directions_to_input(np.asarray(points, dtype=float) + np.array(self.origin))

@@ -1,4 +1,4 @@
-"""Fill the ring between a patch (a new survey of a part) and the rest of the terrain with triangles, in plan.
+"""Fill the ring in plan between a patch (a new survey of a part of the terrain) and the other ground with triangles.
 
 The points on both sides of the ring get a Delaunay triangulation. To make each given edge an edge of the triangulation,
 the diagonals that cross this edge are swapped (Sloan 1993, Computers & Structures 47:441). No point is added, so no
@@ -21,22 +21,27 @@ Edge = tuple[int, int]
 Place = tuple[float, float]
 
 AROUND = 4.0
-"""Distance of four extra points around the ring, over its width (-): all edges of the ring lie inside them."""
+"""Distance from the ring to four extra points around it, over the width of the ring (-).
+
+The four points are the corners of a rectangle that contains all edges of the ring.
+"""
 SURE = 4e-16
-"""Largest rounding error of the orientation of three points, over the sum of its two products (-).
+"""Largest rounding error of the orientation of three points, which is the difference of two products, over their sum.
 
 The bound is (3 + 16 eps) eps with eps = 2^-53 (Shewchuk 1997, Discrete Comput Geom 18:305).
 """
 TURNS = 64
-"""Largest number of diagonal swaps, per crossed diagonal, after which a given edge counts as impossible."""
+"""Number of attempts to swap diagonals, per crossed diagonal, after which a given edge counts as impossible."""
 CROSSING = "edges of the ground and of the patch cross or lie upon each other in plan, for the ground overhangs there"
 
 
 def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
-    """Return triangles (T, 3) over points (N, 2) m in plan that have all given edges (E, 2): the seam of a patch.
+    """Return a triangulation (T, 3) of points in plan that contains all given edges, to fill the ring around a patch.
 
     The triangles are counter-clockwise and cover the whole convex hull of the points; the caller selects the triangles
     of the ring. Raises TerrainError if two points coincide in plan, or two edges cross.
+
+    plan : (N, 2) m, the points; edges : (E, 2) indices into `plan`
     """
     given = {(min(a, b), max(a, b)) for a, b in edges.tolist()}
     try:
@@ -49,7 +54,10 @@ def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
 
 
 class _Mesh:
-    """A triangulation whose edges can be swapped, stored as the corner to the left of each directed edge."""
+    """A triangulation whose edges can be swapped; stores the third corner of the triangle to the left of each edge.
+
+    Each edge is stored once in each direction.
+    """
 
     def __init__(self, plan: FloatArray) -> None:
         low, high = plan.min(axis=0), plan.max(axis=0)
@@ -81,7 +89,9 @@ class _Mesh:
         return turn(self._at[a], self._at[b], self._at[c])
 
     def bring_in(self, u: int, v: int, given: set[Edge]) -> None:
-        """Swap diagonals until the points u and v are joined by an edge, as a given edge demands.
+        """Swap diagonals until an edge joins the points u and v.
+
+        Raises TerrainError if that is impossible.
 
         given : edges that must not be swapped
         """
@@ -165,7 +175,7 @@ def turn(a: Place, b: Place, c: Place) -> float:
 
 
 def rim_edges(triangles: IntArray, vertices: int) -> NDArray[np.int64]:
-    """Return the border of a mesh: the sides (E, 2) of triangles (F, 3) that no neighbour has in the other direction.
+    """Return the border of a mesh of triangles (F, 3): the sides (E, 2) that no triangle has in the opposite direction.
 
     vertices : number of vertices of the mesh
     """

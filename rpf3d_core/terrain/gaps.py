@@ -5,13 +5,13 @@ two components, or a bay of the terrain's outer edge. The cap of a gap is a tria
 around the gap, at the heights of these corners. Cap and terrain together are therefore watertight, and no ground lies
 below a cap.
 
-The border alone gives the number of times that the ground covers a place in plan. Facets that face up count 1, facets
-that face down count -1, so the sum is the winding number of the border around the place. In plan the border divides the
-hull into regions (polygons, `faces` in the code). The sum is constant in each region, and a region with a sum below 1
-is a gap. An overhang above ground counts 1 - 1 + 1.
+The border alone determines how often the ground covers a place in plan. A facet that faces up counts 1, a facet that
+faces down counts -1, and the sum over all facets at the place is the winding number of the border around the place. In
+plan the border divides the hull into regions (polygons, `faces` in the code). The sum is constant in each region, and a
+region with a sum below 1 is a gap. An overhang above ground counts 1 - 1 + 1 = 1.
 
-Walls stand around the hull, except on sides that lie on the terrain's box (`outer_walls.py`). A hole in a steep slope
-has hardly any area in plan; the cap of such a hole lies in the plane of the hole (`steep_gaps.py`).
+Vertical walls close the sides of the hull, except sides that lie on the terrain's box (`outer_walls.py`). A hole in a
+steep slope has hardly any area in plan; the cap of such a hole lies in the plane of the hole (`steep_gaps.py`).
 """
 
 from typing import NamedTuple
@@ -49,7 +49,7 @@ class Outline(NamedTuple):
     """The border of the terrain in plan: its points, and the sides between them.
 
     places : (P, 2) m; height : (P,) m, the lowest height if border corners lie above each other
-    sides : (S, 2) the two places of each side; the ground is to the left
+    sides : (S, 2) indices into `places` of both ends of each side; the ground is to the left
     ring : (P,) number of the closed ring that each place belongs to: the smallest number of a place in the ring
     lines : (S,) the sides as line objects of shapely
     """
@@ -85,9 +85,11 @@ def caps_over(border: FloatArray, crack: float) -> Caps:
 
 
 def _outline(border: FloatArray) -> Outline:
-    """Return the border of the terrain in plan, without pairs of sides along each other in opposite directions.
+    """Return the border of the terrain in plan.
 
-    Such pairs occur at a vertical wall.
+    Two border sides between the same places in opposite directions are left out; such pairs occur at a vertical wall.
+
+    border : (B, 3, 3) m, as in `caps_over`
     """
     ends = border[:, :2].reshape(-1, 3) + 0.0
     plan, number = np.unique(ends[:, 0] + 1j * ends[:, 1], return_inverse=True)
@@ -141,9 +143,8 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 def _winding(outline: Outline, points: FloatArray) -> Ids:
     """Return how many layers of terrain lie at each point (Q, 2) m in plan: the winding number (Q,) of the border.
 
-    The winding number is the number of sides that cross a ray to the east northwards, minus the number southwards.
-
-    Counter-clockwise is positive.
+    For a ray from the point to the east, the winding number is the number of border sides that cross the ray
+    northwards, minus the number of sides that cross it southwards.
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0
@@ -159,10 +160,10 @@ def _winding(outline: Outline, points: FloatArray) -> Ids:
 
 
 def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray[np.bool_]:
-    """Return (G,) true for each gap that is a bay: open to the outside, and at only one ring of the border.
+    """Return (G,) true for each gap that is a bay: open to the outside, with corners on at most one ring of the border.
 
-    A rock that flies into a bay has left the terrain. An open region at several rings lies between components of the
-    terrain: behind this region there is ground again.
+    A rock that flies into a bay has left the terrain. An open region with corners on several rings lies between
+    components of the terrain: behind this region there is ground again.
     """
     owner, corners = _edges_of(faces)
     middle = shapely.points(0.5 * (corners[:, 0] + corners[:, 1]))
@@ -180,7 +181,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
 
 
 def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
-    """Return each edge around the gaps: the gap (N,) that it belongs to, and its ends (N, 2, 2) m."""
+    """Return the edges around the gaps: the number (N,) of the gap of each edge, and both ends (N, 2, 2) m."""
     rings, of_ring = shapely.get_rings(faces, return_index=True)
     points, of_point = shapely.get_coordinates(rings, return_index=True)
     same = of_point[1:] == of_point[:-1]
@@ -189,16 +190,16 @@ def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
 
 
 def _places_at(outline: Outline, points: FloatArray) -> Ids:
-    """Return the place of the border with exactly the coordinates of each point (N, 2) m, to get its height.
+    """Return the number (N,) of the border's place that has exactly the coordinates of each point (N, 2) m; -1 if none.
 
-    The result is -1 if there is none.
+    The place gives the height of the point.
     """
     number = {place: n for n, place in enumerate(map(tuple, outline.places.tolist()))}
     return np.array([number.get(point, -1) for point in map(tuple, (points + 0.0).tolist())], dtype=np.int64)
 
 
 def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tuple[FloatArray, Ids]:
-    """Return the caps of gaps: triangles (T, 3, 3) m at the heights of the border, and each triangle's gap (T,)."""
+    """Return the caps of gaps: triangles (T, 3, 3) m at the heights of the border, and the gap number (T,) of each."""
     parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
     plan = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     place = _places_at(outline, plan)

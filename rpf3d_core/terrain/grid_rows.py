@@ -1,8 +1,8 @@
 """Make a mesh from a survey given as a grid of points, row by row; the mesh needs no welding or repair.
 
-Four neighbouring points make a square of two triangles, all cut along the same diagonal (`squares.grid_triangles`). A
-square with a missing point at a corner is a hole. Rows may run in any direction: if most of the area in plan would face
-down, all facets are turned over.
+Four neighbouring points make a square of two triangles; all squares are cut along the same diagonal, as in
+`grid_triangles.py`. A square with a missing point at a corner is a hole. Rows may run in any direction: if most of the
+area in plan would face down, all facets are turned over.
 """
 
 from collections.abc import Callable
@@ -38,11 +38,12 @@ def grid_mesh(
 ) -> Mesh:  # fmt: skip
     """Return the mesh of a survey given as a grid of points (H, W, 3) m in rows and columns.
 
-    A point with a NaN is a hole.
+    A point with a NaN coordinate is missing.
 
+    memory : allocates the arrays; share : runs functions in parallel (`jit.memory`)
     origin : of the local frame (m); None for the middle of the points
 
-    Raises TerrainError if no full square is left, or a point is infinite.
+    Raises TerrainError if no square has four points, or if a point is infinite.
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     rows, columns = points.shape[:2]
@@ -85,7 +86,10 @@ def _in_halves(share: Share, count: int, work: Callable[[int, int, int], Any]) -
 
 @loop
 def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> None:
-    """Write the number of points in each row from `begin` to `end` of the grid, and the box (2, 3) around them."""
+    """Write the number of points in each row of the grid from `begin` to `end` - 1, and the box (2, 3) m around them.
+
+    some : (H,) receives the numbers, 0 before the call; points with a NaN coordinate do not count
+    """
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for r in range(begin, end):
@@ -100,9 +104,10 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 
 @loop
 def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices: Any, number: Any) -> None:
-    """Write the points of some rows of the grid, relative to the origin, as vertices, and the number of each vertex.
+    """Write the points of the rows from `begin` to `end` - 1 as vertices relative to the origin, and number them.
 
-    The number of a hole is -1.
+    before : number of points in all earlier rows, for each row; vertices : (V, 3) m, receives the points
+    number : (H, W) receives the vertex number of each point, -1 for a missing point
     """
     x0, y0, z0 = origin
     for r in range(begin, end):
@@ -118,7 +123,10 @@ def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices
 
 @loop
 def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: Any, plan: Any) -> None:
-    """Write the number of squares with four points in each row, and twice their area in plan (positive: upward)."""
+    """Write the number of squares with four points in each row, and twice their area in plan (positive: they face up).
+
+    number : (H, W) vertex number of each point, -1 for a missing point
+    """
     for r in range(begin, end):
         for c in range(number.shape[1] - 1):
             a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
@@ -130,7 +138,11 @@ def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: An
 
 @loop
 def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles: Any) -> None:
-    """Write the two triangles of each square with four points; turned : true to make them face the other side."""
+    """Write the two triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
+
+    number : as in `_count_squares`; turned : true to make the triangles face the other side
+    first : number of squares in all earlier rows, for each row
+    """
     one, two = (2, 1) if turned else (1, 2)
     for r in range(begin, end):
         f = 2 * first[r]

@@ -20,11 +20,14 @@ NOISE = (7, 18)
 POINTS_PER_CELL = 4.0
 """Mean number of points in a cell of the default size; about 2 % of the cells of an even cloud are then empty."""
 ROUNDS = 4
-"""Number of steps in which the default cell size is found; each step corrects it for cells without points."""
+"""Number of steps in which the default cell size is found; each step corrects the size for cells without points."""
 SAMPLE = 250_000
 """Largest number of points from which the default cell size is found."""
 MOST_LINES = 10
-"""A grid has at most this many places (columns times rows) for each point; a cloud that is no grid has far more."""
+"""Largest number of different x times different y, per point, with which the points may be a grid.
+
+Points that do not form a grid have far more different coordinates.
+"""
 EVEN = 1e-3
 """Largest deviation of a grid's columns and rows from even spacing, in spacings (-)."""
 MOST_CELLS = 2**31
@@ -32,9 +35,9 @@ MOST_CELLS = 2**31
 
 
 class Cells(NamedTuple):
-    """The points that were chosen, one for each cell with points, ordered by row and column.
+    """The chosen points, one for each cell with points, ordered by row and column.
 
-    point : (K,) number of the chosen point; held : (K,) number of points in the cell
+    point : (K,) number of the chosen point; held : (K,) number of all points in the cell
     row, column : (K,) row and column of the cell; size : side of a cell (m)
     """
 
@@ -46,10 +49,11 @@ class Cells(NamedTuple):
 
 
 def ground_class(classes: NDArray[np.uint8], wanted: tuple[int, ...] = ()) -> NDArray[np.bool_]:
-    """Return which points (N,) of a cloud with classes (N,) are ground.
+    """Return (N,) true for the points of a cloud that are ground.
 
-    They are the points of the wanted classes. Without wanted classes, they are those of the class ground, or, if no
-    point is classified as ground, all points that are not noise.
+    classes : (N,) LAS class of each point
+    wanted : classes that count as ground; () for the class ground or, if no point has this class, for all points that
+        are not noise
     """
     if wanted:
         return np.asarray(np.isin(classes, wanted))
@@ -58,12 +62,14 @@ def ground_class(classes: NDArray[np.uint8], wanted: tuple[int, ...] = ()) -> ND
 
 
 def default_cell(points: FloatArray) -> float:
-    """Return the side (m) of cells for points (N, 3) m: the spacing of a grid, else for POINTS_PER_CELL points a cell.
+    """Return the default side (m) of cells for points (N, 3) m.
+
+    It is the spacing of the points if they form a grid; else the side for POINTS_PER_CELL points in a cell on average.
 
     Raises
     ------
     TerrainError
-        The points lie on one line.
+        The points lie on one line along the x or y axis.
     """
     if spacing := _grid_spacing(points):
         return spacing
@@ -79,12 +85,12 @@ def default_cell(points: FloatArray) -> float:
 
 
 def _different(values: NDArray[Any]) -> int:
-    """Return the number of different values (N,)."""
+    """Return how many different values an array (N,) has."""
     return int(np.count_nonzero(np.diff(np.sort(values)))) + 1
 
 
 def lowest_in_cells(points: FloatArray, size: float) -> Cells:
-    """Return the lowest point of each cell for points (N, 3) m; of equally low points the first.
+    """Return the lowest of the points (N, 3) m in each cell; of equally low points, the first point.
 
     size : side of a cell (m)
 
@@ -103,7 +109,7 @@ def lowest_in_cells(points: FloatArray, size: float) -> Cells:
 
 
 def _keys(points: FloatArray, size: float) -> tuple[Ids, int]:
-    """Return the number of the cell of each point (N,), row by row, and the number of columns."""
+    """Return the number (N,) of the cell of each point, counted row by row, and the number of columns."""
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     columns, rows = ((high - low) / size + 2.0).tolist()
     if not (size > 0.0 and columns < MOST_CELLS and rows < MOST_CELLS):
@@ -114,7 +120,7 @@ def _keys(points: FloatArray, size: float) -> tuple[Ids, int]:
 
 
 def _grid_spacing(points: FloatArray) -> float:
-    """Return the spacing (m) of points on a grid of squares along the axes; 0.0 if they are not on one."""
+    """Return the spacing (m) of points that form a grid of squares along the axes; 0.0 if the points are not a grid."""
     every = points[:: -(-len(points) // SAMPLE)]
     if _different(every[:, 0]) * _different(every[:, 1]) > MOST_LINES * len(points):
         return 0.0

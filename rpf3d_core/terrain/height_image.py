@@ -1,4 +1,4 @@
-"""Heights of the ground at many points, from an image of the terrain seen from above."""
+"""Find the heights of the ground at many points, with an image of the terrain seen from above."""
 
 from typing import NamedTuple
 
@@ -23,8 +23,9 @@ class HeightImage(NamedTuple):
 
 
 def height_image(terrain: Terrain, places: FloatArray, margin: float, finest: float = FINEST) -> HeightImage:
-    """Return the heights of the terrain around places (N, 2) m in plan, and up to a margin (m) beyond them.
+    """Return an image of the terrain from which `heights_at` computes heights around some places.
 
+    places : (N, 2) m in plan; margin : m, distance by which the image extends beyond the places
     finest : smallest side (m) of a pixel
     """
     low, high = places.min(axis=0) - margin, places.max(axis=0) + margin
@@ -34,9 +35,9 @@ def height_image(terrain: Terrain, places: FloatArray, margin: float, finest: fl
 
 
 def heights_at(image: HeightImage, plan: FloatArray) -> FloatArray:
-    """Return the height (...,) m of the ground at points (..., 2) m in plan; NaN outside and on holes.
+    """Return the height (...,) m of the ground at points (..., 2) m in plan; NaN outside the image and in holes.
 
-    Near the edge of a facet, the plane of the neighbour may count, up to half a pixel beyond the edge.
+    Within about half a pixel of a facet's edge, the height may be taken from the plane of the neighbouring facet.
     """
     points = plan.reshape(-1, 2)
     facet = _facets_at(image.view, points)
@@ -50,7 +51,7 @@ def heights_at(image: HeightImage, plan: FloatArray) -> FloatArray:
 
 
 def _facets_at(view: PlanView, points: FloatArray) -> NDArray[np.integer]:
-    """Return the uppermost facet (N,) at points (N, 2) m; -1 for none."""
+    """Return the facet (N,) that the view shows at points (N, 2) m in plan; -1 for no facet or outside the view."""
     rows, columns = view.facet.shape
     window = view.window
     column = np.floor((points[:, 0] - window.left) / window.width * columns).astype(np.int64)

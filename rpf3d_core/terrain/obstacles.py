@@ -13,7 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 class Obstacles:
     """The obstacles of a scene (barriers and trees), N of them, numbered over all effects.
 
-    names : such as "barriers.fence_1" or "forest"; owner : (N,) index into names of each obstacle
+    names : such as "barriers.fence_1" or "forest"; owner : (N,) for each obstacle, the index of its name in `names`
     lines : name and points (P, 3) m along the foot of each obstacle that is a line
     stems : (T, 4) m, foot (x, y, z) and diameter of each tree
 

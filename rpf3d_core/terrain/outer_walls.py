@@ -16,9 +16,9 @@ TALLER = 16.0
 def outer_walls(border: FloatArray, crack: float) -> FloatArray:
     """Return the walls around a terrain as triangles (T, 3, 3) m that face inwards.
 
-    border : (B, 3, 3) m, as `border.border_of` gives it; crack : m, within which a side lies on a side of the box
-
-    Sides of the convex hull that lie on the sides of its box get no wall.
+    border : (B, 3, 3) m, from `border.border_of`
+    crack : m, distance up to which a side of the convex hull counts as lying on a side of its box; such sides get no
+        wall
     """
     points = border[:, 0]
     hull = shapely.convex_hull(shapely.multipoints(points[:, :2]))
@@ -32,11 +32,11 @@ def outer_walls(border: FloatArray, crack: float) -> FloatArray:
 
 
 def _walls(sides: FloatArray, points: FloatArray) -> FloatArray:
-    """Return a vertical wall of two triangles for each side (N, 2, 2) m of the hull.
+    """Return the triangles (2 N, 3, 3) m of vertical walls, two for each side of the hull.
 
     The walls reach far above and below the points (P, 3) m.
 
-    The hull lies to the left of each side.
+    sides : (N, 2, 2) m, begin and end of each side; the hull lies to the left
     """
     low, high = points[:, 2].min(), points[:, 2].max()
     reach = TALLER * float(np.ptp(points, axis=0).max())

@@ -14,7 +14,7 @@ CANDIDATES_AT_ONCE = 500_000
 """Number of pairs of facet and pixel that are processed together: limits the memory to about 50 MB, and is fast."""
 
 EDGE = 1e-9
-"""Slack (-) of the test whether a pixel centre lies in a facet: a centre on an edge counts for both facets."""
+"""Slack (-) of the test whether a pixel centre lies in a facet: a centre on an edge then lies in both facets."""
 
 
 class Window(NamedTuple):
@@ -38,7 +38,7 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanView:
-    """The terrain seen from above: the facet (H, W) that each pixel shows, -1 for none.
+    """The terrain seen from above: the number of the facet (H, W) that each pixel shows, -1 for no facet.
 
     Row 0 is the bottom of the window.
     """
@@ -75,7 +75,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 
 
 def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:
-    """Return the facets (N,) that may have a part in a window: all but those with their corners beyond one side."""
+    """Return the facets (N,) that may overlap a window: all except those with three corners beyond the same side."""
     side = np.zeros(len(terrain.vertices), dtype=np.uint8)  # one bit for each side of the window (Cohen and Sutherland)
     x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]
     for bit, beyond in enumerate((x < window.left, x > window.right, y < window.bottom, y > window.top)):
@@ -87,7 +87,12 @@ def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:
 def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Yield each pixel centre that a facet covers, with the facet and its height there, in chunks."""
+    """Yield all pairs of a facet and a pixel centre that it covers, in chunks: facets, pixels and heights, each (N,).
+
+    The height is that of the facet at the pixel centre.
+
+    vertices : (V, 3) x and y in pixels, z in m; shape : rows and columns of the image
+    """
     some, first, counts = _pixel_boxes(vertices, triangles, shape)
     pairs = counts[:, 0] * counts[:, 1]
     ends = np.cumsum(pairs)
@@ -153,9 +158,10 @@ def _planes(corners: FloatArray) -> FloatArray:
 def _heights(
     planes: FloatArray, repeats: NDArray[np.int64], column: NDArray[np.int64], row: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return which of N pixel centres lie in their facet, as indices, and the heights of the facets there.
+    """Return the indices of the pixel centres that lie in their facet, and the heights of the facets there.
 
-    repeats : number of consecutive pixels of each facet
+    planes : (9, F) from `_planes`; repeats : (F,) number of pixels of each facet, which are consecutive
+    column, row : (N,) of all pixels
     """
 
     def at(pixels: NDArray[np.int64] | slice, function: int) -> FloatArray:

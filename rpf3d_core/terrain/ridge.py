@@ -51,7 +51,11 @@ def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> 
 def _sides(
     line: FloatArray, across: FloatArray, inner: float, outer: float, height: float
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield the top and both slopes of a berm along each straight part of its line: corners (4, 2), heights (4,) m."""
+    """Yield the top and both slopes of a berm along each straight part of its line: corners (4, 2), heights (4,) m.
+
+    line : (P, 2) m; across : (P, 2) vector to the left at each point of the line, such that offsets at bends fit
+    inner, outer : m, distances of the edges of the crest and of the foot from the line; height : m, of the crest
+    """
     edges = [line + offset * across for offset in (-outer, -inner, inner, outer)]
     rises = (0.0, height, height, 0.0)
     for i in range(len(line) - 1):
@@ -64,7 +68,10 @@ def _sides(
 def _end(
     end: FloatArray, onward: FloatArray, inner: float, outer: float, height: float
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Return the slopes of a berm beyond an end of its line: one ahead and one on each side."""
+    """Return the slopes of a berm beyond an end of its line, one ahead and one on each side: corners and heights (m).
+
+    end : (2,) m; onward : (2,) unit, along the line and away from the berm; inner, outer, height : as in `_sides`
+    """
     left = np.array([-onward[1], onward[0]])
     tip = end + (outer - inner) * onward
     a, b, c, d = end + inner * left, end - inner * left, tip - outer * left, tip + outer * left
@@ -75,7 +82,10 @@ def _end(
 
 
 def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
-    """Return the height (N,) m of a ridge over the ground at points (N, 2) m in plan; 0 outside the ridge."""
+    """Return the height (N,) m of a ridge above the ground at points (N, 2) m in plan; 0 outside the ridge.
+
+    slack : m, distance outside a polygon within which a point counts as inside the polygon
+    """
     height = np.zeros(len(points))
     for corners, heights in zip(ridge.corners, ridge.heights, strict=True):
         inside = np.ones(len(points), dtype=bool)
@@ -92,7 +102,10 @@ def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
 
 
 def left_of(points: FloatArray, begin: FloatArray, edge: FloatArray) -> FloatArray:
-    """Return how far points (N, 2) lie to the left of a line in plan (N,), m; `edge` is the direction of the line."""
+    """Return how far (N,) m points (N, 2) m lie to the left of a line in plan; negative to the right.
+
+    begin : (2,) m, a point of the line; edge : (2,) direction of the line, of any length
+    """
     return np.asarray(
         (edge[0] * (points[..., 1] - begin[1]) - edge[1] * (points[..., 0] - begin[0])) / np.hypot(edge[0], edge[1])
     )

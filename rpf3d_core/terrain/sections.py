@@ -53,9 +53,9 @@ def ground_at(terrain: Terrain, points: FloatArray) -> tuple[FloatArray, NDArray
 
 
 def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the height (N,) m of facets (N, 3, 3) at points (N, 2) in plan, and which points lie in their facet.
+    """Return the height (N,) m of each facet at one point in plan, and (N,) true if the point lies in the facet.
 
-    The second result is true (N,) for points that lie in their facet.
+    corners : (N, 3, 3) m, of the facets; points : (N, 2) m, one for each facet
     """
     a, u, w = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]
@@ -68,9 +68,10 @@ def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDA
 
 
 def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield facets (P,) and points (P,) whose boxes in plan overlap: the pairs that an exact test needs.
+    """Yield pairs of a facet and a point near the facet's box in plan: facets (P,) and points (P,).
 
-    Points are sorted by rows of a grid, and along each row.
+    Only these pairs need the exact test whether the point lies in the facet. The points are sorted into rows of a grid,
+    and by x in each row, so that the points near a box are found quickly.
     """
     if not len(points):
         return
@@ -91,7 +92,7 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
         last = np.clip(np.floor((top[near] - low[1]) / depth).astype(np.int64), 0, rows - 1)
         facet, within = _spread(near, last - first + 1)
         at_row = np.repeat(first, last - first + 1) + within
-        # The fraction within a row is known to 2^-52 of the largest key.
+        # The fraction within a row has a rounding error of up to 2^-52 of the largest key.
         slip = 2.0**-50 * (2.0 * rows + 1.0)
         start = np.searchsorted(key, 2.0 * at_row + np.clip((left[facet] - low[0]) / width, 0.0, 1.0) - slip)
         stop = np.searchsorted(key, 2.0 * at_row + np.clip((right[facet] - low[0]) / width, 0.0, 1.0) + slip)
@@ -100,9 +101,9 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
 
 
 def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return each value repeated by its count, and the index 0, 1, ...
+    """Return each value repeated as often as its count says, and the number 0, 1, ... of each repetition of a value.
 
-    Of each repetition, to make pairs from counts.
+    values, counts : (N,)
     """
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
@@ -110,7 +111,7 @@ def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArr
 
 
 def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section | None:
-    """Return the ground along a straight line in plan from `begin` to `end` (2,) m; None if the line meets a hole."""
+    """Return the ground along a straight line in plan from `begin` to `end` (2,) m; None if a part has no ground."""
     length = float(np.hypot(*(end - begin)))
     facets = _facets_near(terrain, begin, end)
     corners = terrain.vertices[terrain.triangles[facets]]

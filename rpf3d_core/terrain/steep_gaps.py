@@ -15,15 +15,16 @@ The plane of such a ring is steeper than 78 degrees.
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
-    """Return triangles (T, 3, 3) m that close the holes in steep faces, and the border sides around other gaps.
+    """Separate the holes in steep slopes from the border; return the other border sides, and triangles that close them.
 
-    The border sides are the first result.
+    The sides (N, 3, 3) m are those that are not around a hole in a steep slope. The triangles (T, 3, 3) m close the
+    holes in steep slopes.
 
     A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
     component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed
     here either.
 
-    border : (B, 3, 3) m, as `border.border_of` gives it; crack : width (m) up to which a hole is a crack
+    border : (B, 3, 3) m, from `border.border_of`; crack : width (m) up to which a hole is a crack
     """
     label = _ring_of(border)
     areas, looks = _sums(border, label)
@@ -52,9 +53,12 @@ def _ring_of(border: FloatArray) -> Corners:
 
 
 def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
-    """Return the area vector (R, 3) m^2 of each ring and the direction (R, 3) of its facets, which identify holes.
+    """Return the area vector (R, 3) m^2 of each ring, and the direction (R, 3) m in which the facets at the ring face.
 
-    The direction is the sum of the facets' normals times side length.
+    Both together show whether the ring is a hole. The direction is the sum, over the border sides of the ring, of the
+    facet's unit normal times the length of the side.
+
+    label : (B,) ring number of each border side
     """
     count = int(label.max()) + 1
     a, b, third = border.transpose(1, 0, 2)
@@ -69,9 +73,10 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
 
 
 def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray | None:
-    """Return triangles (T, 3, 3) m that close a hole in a steep face, inside one ring of sides (N, 2, 3) m.
+    """Return triangles (T, 3, 3) m that close a hole in a steep slope, inside one ring of sides (N, 2, 3) m.
 
     Return None if the sides are not one ring, or if the ring crosses itself in the plane perpendicular to `towards`.
+    Return no triangles if the hole is only a crack.
 
     towards : (3,), direction that the triangles face; crack : m, width up to which a hole is a crack
     """
@@ -94,7 +99,7 @@ def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray 
 
 
 def _in_order(sides: FloatArray) -> FloatArray | None:
-    """Return the corners (N, 3) m of one ring in the order of its sides (N, 2, 3); None for several rings."""
+    """Return the corners (N, 3) m of a ring of sides (N, 2, 3) m, in order; None if the sides are not one ring."""
     following = {tuple(begin): tuple(end) for begin, end in (sides + 0.0).tolist()}
     ring = [next(iter(following))]
     while len(ring) <= len(sides) and following.get(ring[-1]) not in (ring[0], None):

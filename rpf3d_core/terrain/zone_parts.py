@@ -13,14 +13,17 @@ from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.mesh.edges import Edges, shared_by_two
 
 SMALLEST = 0.02
-"""Least area of a surface, as a share (-) of its zone, that counts as a part; smaller ones join the part nearest in
-height."""
+"""Least area of a surface, as a share (-) of its zone's area, for the surface to count as a part of its own.
+
+A smaller surface joins the part that is nearest in height.
+"""
 
 
 class ZoneParts(NamedTuple):
-    """The parts of a zone, the highest first; the facets are those of the zone, in the order of the terrain.
+    """The parts of a zone, numbered from the highest part down.
 
-    part : (Z,) number of the part of each facet; heights : (P,) m, mean height of each part, local frame
+    part : (Z,) number of the part of each facet of the zone, in the order of the terrain's facets
+    heights : (P,) m, mean height of each part, local frame
     """
 
     zone: str
@@ -31,8 +34,9 @@ class ZoneParts(NamedTuple):
 def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
     """Return the parts of each zone that consists of surfaces at different heights; other zones are left out.
 
-    Surfaces are connected by edges. Surfaces whose mean heights differ by less than LOWEST from one to the next are one
-    part, because a berm that a ramp or a spill interrupts is one bench.
+    A surface is a set of facets that are connected by edges. The surfaces of a zone are sorted by mean height;
+    neighbours in this order that differ by less than LOWEST are one part, because a berm that a ramp or a spill
+    interrupts is one bench.
     """
     one, other, _ = shared_by_two(edges)
     same = terrain.zone[one] == terrain.zone[other]
@@ -65,7 +69,7 @@ def names_of_parts(parts: ZoneParts) -> list[str]:
 
 
 def with_parts(terrain: Terrain, parts: ZoneParts) -> Terrain:
-    """Return the terrain with a zone replaced by its parts, which stand in its place in the order of zones.
+    """Return the terrain with a zone replaced by its parts, at the zone's position in the order of zones.
 
     No other zone may have the name of a part.
     """

@@ -1,4 +1,4 @@
-"""Assign zones to facets by polygons in plan, as a scene file gives them."""
+"""Assign zones to facets by polygons in plan, such as those in a scene file."""
 
 from dataclasses import replace
 
@@ -14,9 +14,9 @@ Flags = NDArray[np.bool_]
 
 
 def in_plan(frame: Frame, points: FloatArray) -> FloatArray:
-    """Return the plan coordinates (..., 2) m of local points (..., 3) in the input's axes, in which zones are given.
+    """Return the plan coordinates (..., 2) m, in the input's coordinates, of points (..., 3) m in the local frame.
 
-    They are x y, or x z if y points up in the input.
+    They are x and y, or x and z if y points up in the input. Polygons of zones have the same coordinates.
     """
     there = frame.points_to_input(points)
     return there[..., :2] if frame.up == "z" else there[..., ::2]
@@ -29,12 +29,18 @@ def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
 
 
 def centroids_in_plan(terrain: Terrain) -> FloatArray:
-    """Return the plan coordinates (F, 2) m of the facets' centroids in the input's axes, which decide the zones."""
+    """Return the plan coordinates (F, 2) m of the facets' centroids, in the input's coordinates, as in `in_plan`.
+
+    A facet is in a zone if its centroid is in the zone's polygon.
+    """
     return in_plan(terrain.frame, terrain.vertices[terrain.triangles].mean(axis=1))
 
 
 def with_zone(terrain: Terrain, zone: str, facets: Flags) -> Terrain:
-    """Return the terrain with the flagged facets (F,) moved to a zone; a new zone is added to the terrain."""
+    """Return the terrain with some facets moved to a zone; if the terrain does not have the zone yet, it is added.
+
+    facets : (F,) true for the facets to move
+    """
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     numbers: IntArray = np.where(facets, np.int32(zones.index(zone)), terrain.zone).astype(np.int32)
     return replace(terrain, zone=numbers, zones=zones)

@@ -1,1 +1,1 @@
-"""A parametric slope of bench faces and berms: a catch-bench design that needs no mesh."""
+"""A parametric slope of bench faces and berms, for studies of catch benches without a mesh file."""

@@ -34,7 +34,8 @@ MEANINGS = {
 }
 """Meaning of each parameter, for the reference of scene keys and the JSON Schema; lengths in m, angles in degrees."""
 ROUGH_SPACING = 1.0
-"""Side (m) of the cells of a rough slope whose scene gives no spacing; the shortest waves have 3 m."""
+"""Side (m) of the cells of a rough slope whose scene gives no spacing; the shortest waves of the relief are 3 m long.
+"""
 MOST_TRIANGLES = 5_000_000
 """Largest number of triangles of a slope."""
 
@@ -44,10 +45,10 @@ class Benches:
     """The parameters of a slope of benches; lengths in m, angles in degrees, as in the scene file.
 
     height, face_angle_deg : of each face, 90 for vertical faces; number : of faces
-    berm : width of the level berms between faces; 0 makes one face of all
-    width : along the faces; crest, floor : of the level ground above and below
+    berm : width of the level berms between faces; 0 for no berms
+    width : of the slope, along the faces; crest, floor : widths of the level ground above and below the faces
     roughness : standard deviation of the small-scale relief, normal to the surface; seed : of this relief, >= 0
-    spacing : side of the mesh's cells; 0 for ROUGH_SPACING on rough ground, else for no cells
+    spacing : side of the mesh's cells; 0 for ROUGH_SPACING on rough ground, else for one rectangle per face and berm
 
     Raises `TerrainError` for values out of range. The defaults are the dimensions of `config/scenes/bench_15m.yaml`.
     """
@@ -93,6 +94,6 @@ class Benches:
         return 2 * self.cells(self.width) * sum(map(self.cells, self.lengths))
 
     def cells(self, length: float) -> int:
-        """Return into how many cells a part of the slope with a length (m) is cut."""
+        """Return the number of cells into which a length (m) of the slope is divided."""
         side = self.spacing or (ROUGH_SPACING if self.roughness else math.inf)
         return max(1, round(length / side))

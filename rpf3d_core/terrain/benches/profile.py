@@ -12,9 +12,9 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.pit.relief import SMOOTH_SHARE
 
 CREST, FACE, BERM, FLOOR = "crest", "face_", "berm_", "floor"
-"""Zones of a slope; the number of a face or berm follows, from 1 at the top."""
+"""Names of the zones of a slope; for a face or berm, the number is appended, from 1 at the top."""
 UPRIGHT = (0.0, 1.0)
-"""Direction in which relief moves the points of level ground."""
+"""Direction (x, z) in which relief moves the points of level ground."""
 FADE = 3.0
 """Distance (m) from the edges over which relief grows to its full height: the shortest wave of the relief.
 
@@ -24,9 +24,11 @@ directions, and a fine mesh would cross itself there.
 
 
 class Part(NamedTuple):
-    """A plane part of the profile: its zone, its vector (x, z) m down the slope, and the direction of its relief.
+    """A straight part of the profile, such as a face or a berm.
 
-    rough : the relief's share of the full relief (-)
+    zone : name; way : (x, z) m, vector from the upper end of the part to its lower end
+    normal : (x, z) unit, direction in which relief moves the points of the part
+    rough : share of the full relief that the part has (-)
     """
 
     zone: str
@@ -38,9 +40,10 @@ class Part(NamedTuple):
 class Profile(NamedTuple):
     """The P points of a profile, from the crest down, and the P - 1 strips between them.
 
-    points : (P, 2) x and z, m; normal : (P, 2) unit vector in which relief moves a point; rough : (P,) its share (-)
-    zone : (P - 1,) index into zones; zones : names from the top
-    edges : for each part the number of its first point
+    points : (P, 2) x and z, m; normal : (P, 2) unit, direction in which relief moves a point
+    rough : (P,) share of the full relief at each point (-)
+    zone : (P - 1,) index into `zones` of each strip; zones : names from the top
+    edges : for each part, the number of its first point
     """
 
     points: FloatArray
@@ -64,11 +67,10 @@ def parts_of(benches: Benches) -> Iterator[Part]:
 
 
 def profile_of(benches: Benches) -> Profile:
-    """Return the profile of a slope.
+    """Return the profile of a slope, with points as dense as the cells of its mesh.
 
-    Its upper edge is at x = 0, its floor at z = 0, and x points away from the faces.
-
-    Relief moves no edge, so each berm has the width that was asked for, and each part is a height field over its plane.
+    The upper edge is at x = 0, the floor at z = 0, and x points away from the faces. Relief moves no edge, so each berm
+    has the given width, and each part is a height field over its plane.
     """
     parts = list(parts_of(benches))
     counts = [benches.cells(length) for length in benches.lengths]
@@ -88,5 +90,8 @@ def profile_of(benches: Benches) -> Profile:
 
 
 def _faded(share: FloatArray, length: float) -> FloatArray:
-    """Return the shares (N,) of the full relief at shares (N,) of the length (m) of a part: 0 at both edges."""
+    """Return the share (N,) of the full relief at some places of a part: 0 at its edges, 1 at FADE or more from them.
+
+    share : (N,) places along the part, as shares of its length; length : m
+    """
     return np.clip(length * np.minimum(share, 1.0 - share) / FADE, 0.0, 1.0)

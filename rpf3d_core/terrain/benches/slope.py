@@ -9,9 +9,9 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.pit.relief import OCTAVES, drawn_waves, height_of_waves
 
 MIDDLE = 0.5
-"""Share (-) of a brow, in its middle, from which a source along the brow releases rocks.
+"""Share (-) of the upper edge of a face that a source along this edge uses: the middle part of the edge.
 
-The rest is left on both sides, so that rocks that fly aside still land on the slope.
+The rest remains free on both sides, so that rocks that fly sideways still land on the slope.
 """
 
 
@@ -31,9 +31,11 @@ def benches_terrain(benches: Benches) -> Terrain:
 
 
 def brow_of(benches: Benches, face: int) -> FloatArray:
-    """Return the points (P, 3) m of the middle of a face's upper edge; face : its number, from 1 at the top.
+    """Return points (P, 3) m along the middle part of a face's upper edge (brow), for a source of rocks.
 
     All points are on edges of the mesh.
+
+    face : number of the face, from 1 at the top
     """
     profile = profile_of(benches)
     half = 0.5 * MIDDLE * benches.width
@@ -45,13 +47,16 @@ def brow_of(benches: Benches, face: int) -> FloatArray:
 
 
 def _columns(benches: Benches) -> FloatArray:
-    """Return the places (C,) m of the columns of points along the slope."""
+    """Return the y coordinates (C,) m of the columns of points; y runs along the faces, 0 is the middle."""
     half = 0.5 * benches.width
     return np.linspace(-half, half, benches.cells(benches.width) + 1)
 
 
 def _row(benches: Benches, profile: Profile, row: int, columns: FloatArray) -> FloatArray:
-    """Return the points (C, 3) m of one row along the slope, relief included."""
+    """Return the points (C, 3) m of one row along the faces, relief included.
+
+    row : number of the profile's point at which the row lies; columns : (C,) m, y coordinates
+    """
     (x, z), (nx, nz) = profile.points[row], profile.normal[row]
     points = np.stack([np.full_like(columns, x), columns, np.full_like(columns, z)], axis=1)
     if benches.roughness:
@@ -63,7 +68,10 @@ def _row(benches: Benches, profile: Profile, row: int, columns: FloatArray) -> F
 
 
 def _triangles(rows: int, columns: int) -> IntArray:
-    """Return the triangles (F, 3) between the points of all rows, counter-clockwise seen from the free side."""
+    """Return the triangles (F, 3) between all points, counter-clockwise seen from the free side.
+
+    rows, columns : numbers of rows and columns of points; points are numbered row by row
+    """
     row, column = np.meshgrid(np.arange(rows - 1), np.arange(columns - 1), indexing="ij")
     near = (row * columns + column).ravel()
     far = near + columns

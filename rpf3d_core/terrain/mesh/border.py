@@ -18,7 +18,7 @@ Corners = NDArray[np.integer[Any]]
 
 
 def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh) -> FloatArray:
-    """Return the border sides (B, 3, 3) m of a mesh, where gaps begin: begin, end and third corner of their facet.
+    """Return the border sides (B, 3, 3) m of a mesh: begin and end of each side, and the third corner of its facet.
 
     Sides of opposite directions along one edge cancel out in pairs; the remaining sides are the border. So an edge
     between two facets is not on the border, also if both facets have a duplicate. Facets with two corners on one vertex
@@ -28,6 +28,7 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
     ----------
     vertices : (V, 3) m
     triangles : (F, 3), with consistent winding
+    memory : allocates an array that is needed only during the call (`jit.memory`)
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     balance = memory("border_balance", len(vertices), np.int64)
@@ -40,12 +41,15 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
 
 
 def net_sides(gone: Corners, came: Corners) -> Corners:
-    """Return the change (N, 3) of a border if a patch removes triangles (G, 3) and adds triangles (C, 3).
+    """Return the change of a border when a patch removes and adds triangles: sides (N, 3) that `border_after` adds.
 
-    gone, came : corners of the removed and of the added triangles
+    Each side is given by three vertices: begin, end and third corner.
+
+    gone : (G, 3) corners of the removed triangles; came : (C, 3) corners of the added triangles
 
     A side that leaves the border, because it gets a neighbour, is included in the opposite direction; `border_after`
-    then cancels both. A side left open by a removed triangle has the third corner of this triangle.
+    then cancels both. If a removed triangle leaves a side of its neighbour open, the third corner is the third corner
+    of the removed triangle.
     """
     triangles = np.concatenate([gone[:, [0, 2, 1]], came]).astype(np.int64)
     sides = np.concatenate([triangles[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
@@ -55,7 +59,7 @@ def net_sides(gone: Corners, came: Corners) -> Corners:
 def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
     """Return the border (B, 3, 3) m of a terrain after a patch: the old sides and the change, opposite sides cancelled.
 
-    gained : (N, 3, 3) m, from `net_sides`
+    border : (B0, 3, 3) m, before the patch; gained : (N, 3, 3) m, corners of the sides from `net_sides`
 
     Vertices are identified by their coordinates, so unchanged vertices must have exactly the same coordinates.
     """
@@ -102,9 +106,11 @@ def _marks(vertices: int) -> NDArray[np.int64]:
 def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
     """Write a balance for each vertex, which shows quickly that a vertex is not on the border: the balance is then 0.
 
-    The balance is the sum of the marks of the vertices where outgoing sides end, minus the marks where incoming sides
-    start. If every side at a vertex has an opposite side, the balance is 0. So a vertex with another balance is on the
-    border.
+    The balance of a vertex is the sum of the marks at the ends of the sides that start at the vertex, minus the sum of
+    the marks at the starts of the sides that end at the vertex. If every side at the vertex has an opposite side, the
+    balance is 0. So a vertex with another balance is on the border.
+
+    marks : (V,) a pseudo-random number for each vertex (`_marks`)
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -116,9 +122,11 @@ def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
 
 @loop
 def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
-    """Write the sides that may be on the border, between two vertices with a balance other than 0; return their number.
+    """Write the sides that may be on the border: those between two vertices with a balance other than 0.
 
-    sides : (N, 3), receives begin, end and third corner of the first N sides
+    Return the number of these sides.
+
+    sides : (N, 3), receives begin, end and third corner of the first N of them; N may be 0, to count them only
     """
     count = 0
     for f in range(len(triangles)):

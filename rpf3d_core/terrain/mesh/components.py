@@ -32,10 +32,14 @@ def components(count: int, a: Index, b: Index) -> Index:
 
 @loop
 def _join(above: Any, a: Any, b: Any) -> None:
-    """Find the components of a graph: attach the larger root of each pair to the smaller, then every node to its root.
+    """Find the components of a graph: write the smallest node of each node's component into `above` (N,).
 
-    Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A node is always
-    attached to a smaller node. So the last loop, in ascending order, finds each parent already attached to its root.
+    For each pair of connected nodes, the larger of the two roots is attached to the smaller root; then every node is
+    attached to its root. Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A
+    node is always attached to a smaller node. So the last loop, in ascending order, finds each parent already attached
+    to its root.
+
+    above : (N,) node to which each node is attached, before the call the node itself; a, b : (P,) connected nodes
     """
     for p in range(len(a)):
         i, j = a[p], b[p]

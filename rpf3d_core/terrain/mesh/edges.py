@@ -20,7 +20,7 @@ class Edges(NamedTuple):
     facet : (U,) the facet of each use
     down : (U,) true if the side of the facet goes from vertex `high` to vertex `low`
 
-    A facet with two corners on one vertex has no uses: its neighbours meet as if the facet did not exist.
+    A facet with two corners on one vertex has no uses: its two neighbours share an edge as if the facet did not exist.
     """
 
     low: Index
@@ -61,7 +61,10 @@ def shared_by_two(edges: Edges) -> tuple[Index, Index, Flags]:
 
 
 def facets_on_borders(edges: Edges) -> Index:
-    """Return the facets (B,) at edges without exactly two facets: a mesh part with such an edge is not closed."""
+    """Return the facets (B,) at edges of one facet or of more than two: a component with such an edge is not closed.
+
+    A facet with several such edges occurs several times.
+    """
     return np.asarray(edges.facet[np.repeat(edges.uses != 2, edges.uses)])
 
 
@@ -97,11 +100,10 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
 
 @loop
 def _cut_into_edges(keys: Any, side: Any, reach: int, facets: int, edges: Edges) -> int:
-    """Write the edges of a mesh, and the sides of facets at each edge, from the sorted keys of the sides.
+    """Write the edges of a mesh and their uses into `edges`, from the sorted keys of the sides; return the edge count.
 
-    keys, side : (3 F,), the sorted keys and their sides. Returns the number of edges.
-
-    edges : with room for an edge per use
+    keys : (3 F,) sorted keys of the sides of facets (`_write_side_keys`); side : (3 F,) the side of each key
+    facets : number of facets; edges : arrays with space for one edge per use
     """
     count = 0
     for use in range(len(edges.facet)):

@@ -1,4 +1,4 @@
-"""The fault report of a mesh, which the user reads before a run: its contents, faults and repairs."""
+"""The fault report of a mesh, which the user reads before a run: contents, faults and repairs of the mesh."""
 
 import re
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class FaultReport:
     files : names of the mesh files
     triangles, vertices, edges : counts, after welding
     area, area_by_zone : area of all facets, and of the facets of each zone
-    pieces : number of components, which have no edge in common
+    pieces : number of components; facets of different components have no edge in common
     boundary_edges : number of edges of one facet
     holes : number of closed rings of boundary edges, without one outer ring for each component (rings that touch at a
         vertex count as one ring)
@@ -35,7 +35,7 @@ class FaultReport:
     low, high : corners of the bounding box in the input's own coordinates
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of an edge
-    remarks : sentences on what reading the files lost or assumed
+    remarks : sentences on data that the reading of the files left out or assumed
     """
 
     files: tuple[str, ...]
@@ -133,9 +133,9 @@ def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
 
 
 def _pieces(piece: Index, edges: Edges) -> Index:
-    """Return the component (F,) of each facet, connected by all shared edges: the report counts these.
+    """Return the component (F,) of each facet, if facets are connected by every shared edge; the report counts these.
 
-    piece : (F,) component of each facet, connected only by edges of exactly two facets
+    piece : (F,) component of each facet, if facets are connected only by edges of exactly two facets
     """
     crowded = np.repeat(edges.uses > 2, edges.uses)
     if not crowded.any():
@@ -176,7 +176,10 @@ def _marks(vertices: int) -> NDArray[np.uint64]:
 
 
 def _steepest(areas: FloatArray, area: FloatArray, flat: Flags) -> float:
-    """Return the largest angle (degrees) of a facet from the horizontal."""
+    """Return the largest angle (degrees) of a facet from the horizontal; above 90 for an overhang.
+
+    areas : (F, 3) m^2, as in `Winding`; area : (F,) m^2; flat : (F,) true for facets without area, which do not count
+    """
     cosine = np.divide(areas[:, 2], area, out=np.ones_like(area), where=~flat)
     return float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))
 

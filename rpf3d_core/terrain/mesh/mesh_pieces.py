@@ -42,7 +42,10 @@ def turn_wrong_pieces(
 
 @loop
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
-    """Write the facet of each directed edge that starts at a vertex from `begin` to `end` - 1, in the order of `to`."""
+    """Write the facet of each directed edge that starts at a vertex from `begin` to `end` - 1, in the order of `to`.
+
+    cursor : for each vertex, the next free index in `of`; of : receives the facets
+    """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -80,7 +83,11 @@ def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
 
 @loop
 def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Write the area in plan (m^2) and three times the volume (m^3) of each component, which show where it faces."""
+    """Write the area in plan (m^2) and three times the volume (m^3) of each component into `sums` (F, 2).
+
+    Their signs show to which side the component faces. The row of a component is its smallest facet. `border` becomes
+    true for the smallest facet of each open component.
+    """
     for f in range(len(above)):
         sums[f, 0], sums[f, 1] = 0.0, 0.0
     for f in range(len(above)):

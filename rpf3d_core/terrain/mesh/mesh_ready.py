@@ -1,6 +1,6 @@
 """Test whether a received mesh needs repair, and repair it only then: most surveys are already welded and consistent.
 
-If welding would join two vertices, both lie on borders, because the facets there do not meet. So only border vertices
+If welding would join two vertices, both lie on borders, because the facets there share no edge. So only border vertices
 are compared with each other. (A facet shorter than the tolerance and surrounded by other facets stays unchanged,
 although `weld` would collapse the facet.) The winding is consistent if no side occurs twice in the same direction; to
 test this, the sides are listed by the vertex at which they start.
@@ -24,7 +24,7 @@ from rpf3d_core.terrain.survey import mesh_terrain
 from rpf3d_core.vectors import dot, subtract
 
 UP, DOWN, MIXED = 1, -1, 0
-"""Direction of the facets of a mesh: all face up, all face down, or neither."""
+"""Direction of the facets of a mesh: no facet faces down, all facets face down, or neither."""
 FACING = "z must point up, and the corners of a facet must run counter-clockwise as seen from above"
 FLAT = "the terrain is none: no facet has an area, for the corners of each lie on one line"
 
@@ -33,12 +33,10 @@ def ready_mesh(
     vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float, memory: Memory = fresh,
     share: Share = one_by_one, must_face_up: bool = False,
 ) -> Mesh:  # fmt: skip
-    """Return a mesh of a survey, vertices (V, 3) m and triangles (F, 3), that is fit for a simulation.
+    """Return a mesh that a simulation can use, from the vertices (V, 3) m and triangles (F, 3) of a survey.
 
-    The mesh is repaired if necessary.
-
-    `survey.mesh_terrain` makes the repairs. Raises TerrainError in the same cases as `mesh_terrain`, and if a triangle
-    refers to a vertex that does not exist.
+    If the mesh needs repairs, `survey.mesh_terrain` makes them. Raises TerrainError in the same cases as
+    `mesh_terrain`, and if a triangle refers to a vertex that does not exist.
 
     zone, weld_tolerance : as in `mesh_terrain`; memory : allocates the arrays; share : runs the work in parallel
     must_face_up : True to refuse a mesh of which more facets face down than up, instead of turning the facets over
@@ -73,9 +71,9 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
 
 
 def _looks(mesh: Mesh, share: Share, must_face_up: bool) -> int:
-    """Return UP or DOWN if all facets face up or down, else MIXED, to see which facets must be turned over.
+    """Return UP if no facet faces down, DOWN if all facets face down, else MIXED; facets without area do not count.
 
-    Raises TerrainError if no facet has an area, or if most face down although they must face up.
+    Raises TerrainError if no facet has an area, or if `must_face_up` is true and more facets face down than up.
     """
     seen = share([lambda a=a, b=b: _look(mesh.vertices, mesh.triangles, a, b) for a, b in halves(len(mesh.triangles))])  # type: ignore[misc]
     up, down, level = (sum(counts) for counts in zip(*seen, strict=True))
@@ -87,7 +85,10 @@ def _looks(mesh: Mesh, share: Share, must_face_up: bool) -> int:
 
 
 def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray]:
-    """Return the sides of all facets, sorted by start: those of vertex v end at to[starts[v] : starts[v + 1]]."""
+    """Return the sides of all facets, sorted by the vertex at which they start: `starts` (V + 1,) and `to`.
+
+    to[starts[v] : starts[v + 1]] are the end vertices of the sides that start at vertex v.
+    """
     count = len(mesh.vertices)
     starts, to = memory("out_starts", count + 1, np.int32), memory("out_to", 3 * len(mesh.triangles), np.int32)
     starts[:] = 0
@@ -103,7 +104,10 @@ def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray
 def _is_sound(
     mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
 ) -> bool:  # fmt: skip
-    """True if the mesh needs no repair: all windings agree, and no two border vertices are within the tolerance (m)."""
+    """True if the mesh needs no repair: all windings agree, and no two border vertices are within the tolerance (m).
+
+    starts, to : the sides of the facets, from `_sides`
+    """
     border = memory("border", len(mesh.vertices), np.bool_)
     border[:] = False
     parts = halves(len(mesh.vertices))
@@ -124,7 +128,10 @@ def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: f
 
 @loop
 def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
-    """Write the bounding box (2, 3) of some vertices; NaN if a vertex has a NaN."""
+    """Write the bounding box (2, 3) of the vertices from `begin` to `end` - 1 into `box`.
+
+    The box has a NaN if a vertex has a NaN coordinate.
+    """
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for v in range(begin, end):
@@ -138,14 +145,14 @@ def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
 
 @loop
 def _move(vertices: Any, begin: int, end: int, x: float, y: float, z: float, local: Any) -> None:
-    """Write the coordinates of some vertices relative to the origin into `local`."""
+    """Write the coordinates of the vertices from `begin` to `end` - 1, relative to the origin x, y, z, into `local`."""
     for v in range(begin, end):
         local[v, 0], local[v, 1], local[v, 2] = vertices[v, 0] - x, vertices[v, 1] - y, vertices[v, 2] - z
 
 
 @loop
 def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int, int]:
-    """Return the numbers of upward, downward and vertical facets from `begin` to `end`.
+    """Return the numbers of upward, downward and vertical facets among the facets from `begin` to `end` - 1.
 
     Facets without area do not count.
     """
@@ -174,9 +181,9 @@ def _turn(triangles: Any) -> None:
 
 @loop
 def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
-    """Count the sides of facets that start at each vertex, to list the sides by vertex; vertex v is counted at v + 1.
+    """Add the number of sides of facets that start at vertex v to starts[v + 1], for the vertices `begin` to `end` - 1.
 
-    begin, end : range of the vertices
+    The numbers are needed to list the sides by vertex.
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -188,9 +195,10 @@ def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
 
 @loop
 def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> None:
-    """Write the sides of facets by their first vertex, as the list of their end vertices.
+    """Write the end vertices of the sides of facets into `to`, sorted by the vertex at which the sides start.
 
-    begin, end : range of the first vertices
+    begin, end : only sides that start at vertices `begin` to `end` - 1
+    cursor : for each vertex, the next free index in `to`
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -203,7 +211,7 @@ def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> Non
 
 @loop
 def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> bool:
-    """True if the windings agree at all sides that start at vertices `begin` to `end`; mark border vertices.
+    """True if the windings agree at all sides that start at vertices `begin` to `end` - 1; mark border vertices.
 
     The windings agree if no side occurs twice in the same direction. A side without an opposite side lies on a border:
     both of its vertices are marked in `border`.

@@ -1,4 +1,4 @@
-"""Sort integers together with their original positions, as the search for edges and the welding need it."""
+"""Sort integers together with their original positions, for the search for edges and for welding."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ LARGEST_BITS = 63
 
 
 def bits_left(count: int) -> int:
-    """Return the number of bits that each of `count` keys may have for the fast way of `sort_keys`."""
+    """Return the largest number of bits that each of `count` keys may have, for `sort_keys` to use its fast method."""
     return LARGEST_BITS - count.bit_length()
 
 

@@ -1,8 +1,8 @@
 """Find pieces of a terrain that may pass through each other, such as a slope and a muck pile in a file of its own.
 
-Facets with a vertex in common belong to one piece. A rock that slides over one piece must look for the others if they
-overlap (`detection.terrain_pieces`). That costs a search for each ground segment, so it is left out for all other
-terrains.
+Facets with a vertex in common belong to one piece. If pieces overlap, a rock that slides over one piece may meet
+another piece. So each ground segment needs a search (`detection.terrain_pieces`), which is left out for terrains
+without overlaps.
 """
 
 from typing import Any
@@ -17,14 +17,14 @@ from rpf3d_core.terrain.mesh.edges import edges_of
 
 
 def pieces_of(terrain: Terrain) -> IntArray:
-    """Return the piece (F,) of each facet: the smallest vertex number in it."""
+    """Return the piece (F,) of each facet, as the smallest vertex number in the piece."""
     a, b, c = terrain.triangles.T
     owner = components(len(terrain.vertices), np.concatenate([a, b]), np.concatenate([b, c]))
     return np.asarray(owner[a])
 
 
 def rims_of(terrain: Terrain) -> NDArray[np.uint8]:
-    """Return the edges of each facet (F,) at the rim of a piece: bit k for the edge from corner k to the next corner.
+    """Return (F,) which edges of each facet are at the rim of a piece; bit k is the edge from corner k to the next one.
 
     An edge is at the rim if no other facet has the same edge.
     """
@@ -40,8 +40,9 @@ def rims_of(terrain: Terrain) -> NDArray[np.uint8]:
 def may_cross(terrain: Terrain, piece: IntArray) -> bool:
     """True if the bounding boxes of two pieces overlap: the pieces may pass through each other.
 
-    Boxes that only touch at their sides, as those of tiles, do not overlap. Boxes that touch from above do: a rock may
-    slide over a level piece under the other piece. Pieces whose boxes overlap may also pass one above the other.
+    Boxes that only touch at vertical sides, such as the boxes of tiles, do not overlap. Boxes that touch at top and
+    bottom do overlap: a rock on a level piece may slide under the piece above. The result may be True for pieces that
+    lie one above the other without contact.
 
     piece : (F,) from `pieces_of`
     """
@@ -59,7 +60,7 @@ def may_cross(terrain: Terrain, piece: IntArray) -> bool:
 
 @loop
 def _any_overlap(low: Any, high: Any) -> bool:
-    """True if two of the boxes with corners (P, 3) and (P, 3) m, sorted by their lowest x, overlap."""
+    """True if any two of P boxes overlap; low, high : (P, 3) m, corners of the boxes, sorted by lowest x."""
     for i in range(len(low)):
         for j in range(i + 1, len(low)):
             if low[j, 0] >= high[i, 0]:

@@ -25,7 +25,7 @@ points have equal places along the direction.
 """
 
 ROUNDING = 8 * np.finfo(float).eps
-"""Relative rounding of a distance along OBLIQUE: three products and two sums, doubled for a difference of two."""
+"""Relative rounding of a difference of two distances along OBLIQUE: of three products and two sums, doubled."""
 
 
 SMALLER_THAN_ONE = 1.0 - 2.0**-40
@@ -43,7 +43,7 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
     points : (N, 3) float
         Finite, m, in a local frame, so that float64 resolves the tolerance. Fastest in column order.
     tolerance : float
-        m, >= 0; with 0 only equal points become one.
+        m, >= 0; with 0, only equal points become one vertex.
 
     Returns
     -------
@@ -100,9 +100,10 @@ def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
 
 @loop
 def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
-    """Number the runs of equal points in the sorted order, so that equal points are compared once; return their number.
+    """Number the runs of equal points in the sorted order, so that equal points are compared once; count the runs.
 
-    Writes the first point of each run into `first`, and the run of each sorted point into `run`.
+    Write the first point of each run into `first`, and the run of each sorted point into `run`. Return the number of
+    runs.
     """
     count = 0
     for place in range(len(order)):
@@ -132,9 +133,10 @@ def _first_of_near(places: FloatArray, along: FloatArray, first: Index, toleranc
 
 
 def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window: float) -> tuple[Index, Index]:
-    """Return all pairs of points (a < b) that are at most the tolerance apart and are therefore welded.
+    """Return all pairs of points (P,), (P,) that are at most the tolerance (m) apart and are therefore welded.
 
-    window : largest distance along OBLIQUE (m)
+    places : (M, 3) m, points sorted along OBLIQUE; the pairs are indices into `places`
+    along : (M,) m, distances along OBLIQUE; window : m, largest difference of these distances in a pair
     """
     found_a, found_b = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
     for step in range(1, len(places)):

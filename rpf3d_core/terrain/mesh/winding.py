@@ -56,13 +56,15 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
 
 
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
-    """Return the component of each facet, the facets (F,) to turn over so that neighbours agree, and a count.
+    """Return the component (F,) of each facet, (F,) true for facets to turn, and the number of one-sided components.
 
-    The count is the number of one-sided components.
+    After these facets are turned over, the windings of neighbours agree, except in one-sided components.
 
-    After the turns, neighbours agree. Each facet f has two nodes: f for the unchanged facet, f + F for the facet turned
-    over. The nodes of two neighbours are joined if they agree. So each component has two copies, which are separate
+    Method: each facet f has two nodes, f for the unchanged facet and f + F for the facet turned over. The nodes of two
+    neighbours are joined if their windings agree. So each component has two copies in the graph, which are separate
     unless the component is one-sided.
+
+    count : number of facets F
     """
     f, g, agree = shared_by_two(edges)
     if agree.all():

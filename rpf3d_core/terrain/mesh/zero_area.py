@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 NO_AREA = 1e-12
-"""A facet has no area if twice its area is below this factor times its longest side squared (-).
+"""A facet has no area if twice its area is at most this factor times its longest side squared (-).
 
-Corners on one line stay below this limit, computed with a rounding of 1e-16 and coordinates up to 1e4 times the
-sides. The narrowest facet of a survey is wider by many powers of ten.
+Three corners on one line stay below this limit in spite of rounding (1e-16), for coordinates up to 1e4 times the sides.
+The narrowest facet of a survey is many powers of ten wider.
 """
 NO_AREA_AT_ALL = "no facet has an area, for the corners of each lie on one line; a terrain needs at least one that has"
 

@@ -18,7 +18,7 @@ IndexArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 SECTION = 1.0e6
-"""Difference of the points' keys between two sections of a profile (wall, ramp, wall, ...).
+"""Difference of the sorting keys between neighbouring sections of a profile (wall, ramp, wall, ...).
 
 The difference is far above any row number or offset.
 """
@@ -48,13 +48,15 @@ class Spacing(NamedTuple):
 
 
 class Columns(NamedTuple):
-    """The points of a pit in N columns (profiles from the floor outwards), P points, sorted by column, then outwards.
+    """The P points of a pit in N columns (profiles from the floor outwards), sorted by column, then outwards.
 
-    column : (P,) ; offset : (P,) m ; height : (P,) m above the floor
-    key_ahead, key_behind : (P,) place of the point among the points of its own and the next, or the previous, column
+    column : (P,) number of the column ; offset : (P,) m, from the floor outline ; height : (P,) m above the floor
+    key_ahead : (P,) sorting key of the point for the triangles between its column and the next column
+    key_behind : (P,) sorting key of the point for the triangles between its column and the previous column
     row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp that the point is on, else -1
-    at_foot, at_top : (P,) true if the point is on the ramp's first, or last, line across
-    rows : of the wall ; wall : (W, N) offset of every row in every column, m, dropped points included ; around : N
+    at_foot, at_top : (P,) true if the point is on the first, or the last, line across the ramp
+    rows : of the wall ; wall : (W, N) m, offset of every row in every column, also of points that are left out
+    around : number of columns N
     """
 
     column: IndexArray
@@ -89,9 +91,10 @@ class RampTurn(NamedTuple):
 
 
 class Points(NamedTuple):
-    """One group of points, such as the wall or the floor, as arrays (rows, N), to be joined to columns.
+    """One group of points, such as the wall or the floor, to be joined to columns; all arrays are (M, N).
 
-    For the fields see `Columns`.
+    offset, height, row, ramp : as in `Columns`, with M points in each of N columns
+    key : sorting key of the point within its column; valid : false for points that are left out
     """
 
     offset: FloatArray
@@ -114,7 +117,11 @@ def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
 
 
 def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
-    """Return where one turn of the ramp crosses the columns: its height and the offsets of its edges in each column."""
+    """Return where one turn of the ramp crosses the columns: its height and the offsets of its edges in each column.
+
+    count : number of columns; turn : number of the turn, from 0
+    last : number of columns from the foot of the ramp to its top, over all turns
+    """
     step = np.arange(count) + turn * count
     height = design.ramp_height(np.minimum(step, last) * (design.turns / last))
     coordinate = design.bench_coordinate(height)
@@ -132,9 +139,11 @@ def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
 
 
 def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatArray, spacing: Spacing) -> Points:
-    """Return the points of bench faces and benches in all columns, moved outwards where the ramp lies below.
+    """Return the points of bench faces and benches in all columns, moved outwards where the ramp lies below them.
 
     Points that the ramp replaces are marked as not valid.
+
+    crossings : the turns of the ramp; p : (N,) place of each column, as fraction of a turn around the pit
     """
     shape = (len(rows.kind), len(p))
     below = np.zeros(shape)
@@ -156,8 +165,10 @@ def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatA
 def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
     """Return the distance (W, N), m, by which rows of a bench face move where the ramp cuts it, so that berms taper.
 
-    The berm below the ramp tapers towards the ramp, and the berm above tapers away from it. If a share f of the face
-    lies below the ramp, the berm at the toe of the face is f w wide and the berm at its crest (1 - f) w.
+    If a share f of the face lies below the ramp, the berm at the toe of the face is f w wide and the berm at its crest
+    (1 - f) w, where w is the bench width. Along the climbing ramp, the lower berm widens and the upper berm narrows.
+
+    width : (N,) m, bench width in each column
     """
     kind = rows.kind[:, None]
     cut = crossing.exists & (rows.face[:, None] == crossing.face) & (kind != BENCH)
@@ -228,7 +239,10 @@ def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spaci
 
 
 def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
-    """Return points that are neither on the wall nor on the ramp: points of the floor and of the natural ground."""
+    """Return a group of points (M, N) that are neither on the wall nor on the ramp, such as the floor.
+
+    offset, height : (M, N) m; key : (M, N) sorting keys
+    """
     nowhere = np.full(offset.shape, -1)
     return Points(
         offset=offset, height=height, key=key, row=nowhere, ramp=nowhere, valid=np.ones(offset.shape, dtype=bool)
@@ -236,7 +250,10 @@ def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
 
 
 def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
-    """Return the valid points of all groups (floor, wall, ramp, ground) in one `Columns`, sorted by column and key."""
+    """Return the valid points of all groups (floor, wall, ramp, ground) in one `Columns`, sorted by column and key.
+
+    blocks : the groups; the second must be the wall; last : as in `crossing_of`, -1 for a pit without a ramp
+    """
     count = blocks[0].offset.shape[1]
     valid = np.concatenate([block.valid for block in blocks])
     column = np.broadcast_to(np.arange(count), valid.shape)[valid]
@@ -267,9 +284,11 @@ def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
 def key_at_top(
     column: IndexArray, offset: FloatArray, key: FloatArray, at_top: Mask, rows: int, last: int
 ) -> FloatArray:
-    """Return the sorting keys of points for the triangles to the next column, corrected at the top of the ramp.
+    """Return the sorting keys (P,) of points for the triangles to the next column, corrected at the top of the ramp.
 
     The last line across the ramp counts there as natural ground, with the crest at its inner edge.
+
+    rows : number of rows of the wall; last : column of the last line across the ramp, -1 without a ramp
     """
     if not at_top.any():
         return key
@@ -282,7 +301,7 @@ def key_at_top(
 
 
 def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot: Mask) -> FloatArray:
-    """Return the sorting keys of points for the triangles to the previous column, corrected at the foot of the ramp.
+    """Return the sorting keys (P,) of points for the triangles to the previous column, corrected at the ramp's foot.
 
     The first line across the ramp counts there as floor, with the toe at its outer edge.
     """

@@ -26,9 +26,9 @@ WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
 INNER_SHARE = 0.14
 """Width of the outer ring of the floor that is meshed together with the walls, over the floor's radius (-)."""
 LEAST_STRETCH = 0.25
-"""Least length of a line at an offset from the outline, over the outline's length (-).
+"""Least length of any part of a line at an offset from the outline, over the length of this part on the outline (-).
 
-Below it the plan folds over itself.
+With a smaller ratio, the plan counts as folded over itself.
 """
 MOST_TURNS = 12
 FACES_BETWEEN_TURNS = 2.5
@@ -42,7 +42,8 @@ class Design:
     pit : its parameters; cot : run over rise of the faces (-)
     angle : (SAMPLES + 1,) polar angle of the floor outline at p = 0 ... 1, rad
     width : (SAMPLES + 1,) bench width at the same places, m
-    climb : (L,) heights of the ramp above the floor, m, at evenly spaced p from 0 to `turns`; turns : of the ramp
+    climb : (L,) heights of the ramp above the floor, m, at evenly spaced p from 0 to `turns`
+    turns : number of turns of the ramp around the pit; -1 for a pit without a ramp
     strip : width of the ramp measured along the outline's normal, m
     inner, outer : offsets of the first and the last line of the walls' mesh, m
     """
@@ -109,11 +110,9 @@ class Design:
         return sampled(p % 1.0, 1.0, self.angle)
 
     def push(self, p: FloatArray | float, ramps_below: FloatArray | float) -> FloatArray:
-        """Return the distance, m, by which the ramp moves the wall outwards, because it needs room below the wall.
+        """Return the distance (m) by which the wall is moved outwards, because the ramp needs room below the wall.
 
-        p : fraction of a turn around the pit
-
-        ramps_below : number of turns of the ramp below the place
+        p : fraction of a turn around the pit; ramps_below : number of turns of the ramp below the place
         """
         if self.pit.ramp_width == 0.0:
             return np.zeros(np.broadcast(p, ramps_below).shape)
@@ -129,7 +128,7 @@ class Design:
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
-        """Return the height as a number of benches: i at the top of bench face i, linear in between."""
+        """Return heights (m above the floor) as numbers of bench faces: i at the top of face i, linear in between."""
         benches: FloatArray = np.interp(height, self.pit.levels, np.arange(len(self.pit.levels), dtype=float))
         return benches
 
@@ -139,7 +138,6 @@ class Design:
         """Return the horizontal distance (offset, m) of the wall from the floor outline, at a place around the pit.
 
         p : fraction of a turn around the pit; height : m above the floor
-
         berms : number of bench widths below the place; ramps_below : number of turns of the ramp below the place
 
         At the ramp's inner edge `berms` is the bench coordinate minus one: at level i the inner edge is the crest of
@@ -150,9 +148,9 @@ class Design:
 
 
 def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
-    """Return interpolated values of a function at places from 0 to `end`, from its values at evenly spaced places.
+    """Return the values of a function at some places, by linear interpolation of its samples.
 
-    samples : the values at the evenly spaced places
+    place : places from 0 to `end`; samples : values of the function at evenly spaced places from 0 to `end`
     """
     values: FloatArray = np.interp(place, np.linspace(0.0, end, len(samples)), samples)
     return values
@@ -175,11 +173,12 @@ def design_of(pit: Pit) -> Design:
 
 
 def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the floor outline of the pit at polar angles in rad: x, y (m) and its direction, speed and curvature.
+    """Return points of the pit's floor outline at polar angles (rad), with normal, speed and curvature.
 
-    Results: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
+    Results: x, y (m), outward unit normal nx, ny, speed along the outline (m/rad), curvature (1/m).
 
-    An ellipse of the given elongation with a few waves; closed forms of a polar curve r(angle).
+    The outline is an ellipse of the given elongation with a few waves, a polar curve r(angle). All results are exact
+    formulas.
     """
     r, r1, r2 = radius(pit, angle)
     cos, sin = np.cos(angle), np.sin(angle)
@@ -203,11 +202,11 @@ def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def evenly_round(pit: Pit, offset: float) -> FloatArray:
-    """Return polar angles (SAMPLES + 1,) around the pit, from the foot of the ramp, at equal distances on a line.
+    """Return polar angles (SAMPLES + 1,) rad around the pit, from the foot of the ramp, at equal distances on a line.
 
-    The line lies at a constant offset from the floor outline; the columns of the mesh start at such angles.
+    The line lies at a constant offset from the floor outline. These angles are the places p = 0 ... 1 of the design.
 
-    offset : of the line, m
+    offset : of the line from the floor outline, m
     """
     start = math.radians(pit.ramp_foot_deg)
     angle = start + np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1)
@@ -234,17 +233,21 @@ def obliqueness(pit: Pit, cot: float) -> float:
     """Return the ramp width along the outline's normal over the true ramp width (-), to place the ramp in a profile.
 
     The ratio is above 1, because the ramp moves outwards while it climbs.
+
+    cot : run over rise of the faces (-)
     """
     drift = pit.ramp_grade * (cot + 0.5 * sum(pit.bench_widths) * (len(pit.levels) - 1) / pit.levels[-1])
     return math.sqrt(1.0 + drift**2)
 
 
 def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip: float) -> tuple[FloatArray, float]:
-    """Return the heights of the ramp (L,), m, at even steps around the pit from the foot to the crest, and its turns.
+    """Return the heights (L,) m of the ramp at even steps around the pit, and the number of its turns around the pit.
 
-    The second result is the number of turns around the pit.
+    The ramp climbs from its foot on the floor to the crest. The rise per step is the grade times the distance along the
+    ramp's middle line (explicit Euler, steps of about 1 m).
 
-    The rise per step is the grade times the distance along the ramp's middle line (explicit Euler, steps of about 1 m).
+    cot : run over rise of the faces (-); angle, width : as in `Design`; strip : width of the ramp along the outline's
+        normal, m
     """
     _, _, _, _, speed, curvature = outline(pit, angle)
     along = speed * np.gradient(angle)

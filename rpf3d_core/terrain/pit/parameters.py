@@ -62,7 +62,7 @@ class Pit:
     The plan is the same for every seed and every number of triangles, so that the sources of a scene stay in place. The
     seed changes roughness, spills and the relief of the natural ground.
 
-    triangles : number wanted, 2,000 to 5,000,000; the mesh is within 3 % of it, within 5 % below 5,000
+    triangles : wanted number, 2,000 to 5,000,000; the mesh has this number within 3 %, within 5 % if below 5,000
     seed : of roughness, spills and relief, >= 0
     floor_radius : mean radius of the pit floor
     elongation : length over width of the floor, 1 to 2; long_axis_deg : of the floor, counter-clockwise from east
@@ -123,6 +123,6 @@ class Pit:
 
     @cached_property
     def levels(self) -> FloatArray:
-        """Heights (n + 1,) m above the floor: of the floor itself, of each bench, and of the crest, from the lowest."""
+        """Heights (n + 1,) m above the floor for n bench faces: of the floor (0), of each bench, and of the crest."""
         heights = [self.ore_bench_height] * self.ore_benches + [self.waste_bench_height] * self.waste_benches
         return np.concatenate([[0.0], np.cumsum(heights)])

@@ -33,7 +33,7 @@ LONGEST_SPILL = 3.0
 HIGHEST_SPILL = 0.8
 """Largest height of a spill over the height of the bench face behind the spill (-)."""
 SLACK = 1.3
-"""Number of columns searched for a spill's points over the number needed if columns were evenly spaced (-)."""
+"""Number of columns that are searched for a spill's points, over the number needed for evenly spaced columns (-)."""
 RAISED = 0.1
 """Least height (m) by which a spill raises a point that counts as a point of the spill."""
 TRIES = 40
@@ -41,7 +41,7 @@ TRIES = 40
 
 
 class Waves(NamedTuple):
-    """A sum of K plane waves that makes relief: wave vector (K, 3) rad/m, phase (K,) rad, amplitude (K,)."""
+    """A sum of K plane waves that makes relief: wave vector (K, 3) rad/m, phase (K,) rad, amplitude (K,) (-)."""
 
     vector: FloatArray
     phase: FloatArray
@@ -49,7 +49,10 @@ class Waves(NamedTuple):
 
 
 def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: bool) -> Waves:
-    """Return waves of random direction (in plan or in space) for relief; their sum has a standard deviation of 1."""
+    """Return waves of random direction for relief; their sum has a standard deviation of 1.
+
+    lengths : wavelengths, m; plan : true for horizontal directions only
+    """
     vectors, amplitudes = [], []
     for length in lengths:
         direction = random.normal(size=(WAVES, 3))
@@ -81,8 +84,9 @@ def roughness(design: Design, points: FloatArray) -> FloatArray:
 def steepness(design: Design, columns: Columns) -> FloatArray:
     """Return the factor (P,) that turns roughness normal to the surface into a displacement along z, for all points.
 
-    On bench faces the factor is above 1; at the edges of bench faces the mean slope counts. Points move along z and not
-    along the normal, so that every facet's normal points upwards for any roughness.
+    On bench faces the factor is above 1; at the edges of bench faces it follows from the mean slope. On the floor and
+    the ramp it is SMOOTH_SHARE. Points move along z and not along the normal, so that every facet's normal points
+    upwards for any roughness.
     """
     steep = math.radians(design.pit.face_angle_deg)
     of_kind = np.ones(max(TOE, FACE, CREST, BENCH) + 1)
@@ -143,9 +147,7 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 def near_ramp(design: Design, p: float, level: int) -> bool:
     """True if the ramp passes within 1.3 bench heights of a bench, so that a spill has no room on the bench there.
 
-    p : fraction of a turn around the pit
-
-    level : number of the bench, counted from the floor
+    p : fraction of a turn around the pit; level : number of the bench, counted from the floor
     """
     turns = np.arange(p, max(design.turns, 0.0), 1.0)
     coordinate = design.bench_coordinate(design.ramp_height(turns))
@@ -153,7 +155,7 @@ def near_ramp(design: Design, p: float, level: int) -> bool:
 
 
 def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray[np.bool_]:
-    """Raise the points (P, 3) under the spills, in place; return true (P,) for points that lie on a spill."""
+    """Raise the points (P, 3) m under the spills, in place; return (P,) true for points that lie on a spill."""
     raised = np.zeros(len(points), dtype=bool)
     first = np.searchsorted(columns.column, np.arange(columns.around + 1))
     for spill in drawn_spills(design):
@@ -165,7 +167,7 @@ def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray
 
 
 def cone(design: Design, columns: Columns, spill: Spill, points: FloatArray) -> FloatArray:
-    """Return the height (P,), m, of a spill above its bench at points (P, 3)."""
+    """Return the height (P,) m of a spill's cone above its bench at points (P, 3) m; negative outside the cone."""
     apex_x, apex_y = on_toe_line(design, columns, spill, spill.p)
     x, y = points[:, 0] - apex_x, points[:, 1] - apex_y
     nx, ny = design.outward(np.array([spill.p]))
@@ -187,7 +189,10 @@ def toe_row(columns: Columns, spill: Spill) -> int:
 
 
 def points_near(design: Design, columns: Columns, first: NDArray[np.int64], spill: Spill) -> NDArray[np.int64]:
-    """Return the indices of points that a spill can reach: on its bench and the face above, in the columns near it."""
+    """Return the numbers of the points that a spill can cover: on its bench and the face above, in nearby columns.
+
+    first : (N + 1,) number of the first point of each column
+    """
     middle = round(spill.p * columns.around)
     here, beside = (
         on_toe_line(design, columns, spill, column % columns.around / columns.around) for column in (middle, middle + 1)

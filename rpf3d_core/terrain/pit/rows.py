@@ -48,7 +48,10 @@ def rows_of(design: Design, edge: float) -> Rows:
 def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
     """Return the rows of points of one bench face: toe, inner rows and crest.
 
-    Without berms only the lowest bench face has a toe row.
+    A row is (kind, face, height, berms, coordinate), as in `Rows`. In a pit without catch benches, only the lowest face
+    has a toe row.
+
+    edge : m, wanted distance between rows; face : number of the face, 1 is the lowest
     """
     low, high = design.pit.levels[face - 1], design.pit.levels[face]
     parts = max(1, round((high - low) * np.hypot(1.0, design.cot) / edge))
@@ -60,7 +63,10 @@ def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, fl
 
 
 def bench_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
-    """Return the rows of points on the bench above a face, without the bench's crest and the next toe."""
+    """Return the inner rows of points on the bench above a face; the crest and the next toe belong to faces.
+
+    A row, `edge` and `face` are as in `face_rows`.
+    """
     parts = max(1, int(np.ceil(float(design.width.mean()) / edge - 0.25)))
     height = design.pit.levels[face]
     return [(BENCH, face, height, face - 1.0 + part / parts, float(face)) for part in range(1, parts)]

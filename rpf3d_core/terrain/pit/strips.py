@@ -14,10 +14,10 @@ IndexArray = NDArray[np.int64]
 
 
 class StripLines(NamedTuple):
-    """The lines of points on one side of all strips, one line per strip.
+    """The lines of points on one side (left or right) of all strips, one line per strip; A entries in all.
 
     strip : (A,) number of the strip, ascending; key : (A,) place along the line, ascending within a strip
-    point : (A,) index of the point
+    point : (A,) number of the point in the mesh
     """
 
     strip: IndexArray
@@ -26,18 +26,19 @@ class StripLines(NamedTuple):
 
 
 def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, IndexArray]:
-    """Return triangles that fill the strips between neighbouring lines of points, a right and a left line each.
+    """Return triangles (T, 3) that fill strips between a right and a left line of points, and the entry (T,) of each.
 
-    Each point except the first of a line makes one triangle: with the previous point on its line and with the point
-    last passed on the other line. Points of equal key are passed together, so an edge joins them. The two lines of a
-    strip begin at the same key.
+    The triangles are counter-clockwise seen from above. The points of both lines are visited in the order of their
+    keys. Each point except the first of a line makes one triangle: with the previous point on its line and with the
+    point last visited on the other line. Points of equal key are visited together, so an edge joins them. Both lines of
+    a strip must begin at the same key.
 
-    Returns triangles (T, 3), counter-clockwise seen from above, and the entry (T,) whose point made the triangle: an
-    index into the right lines or, minus the number of right entries, into the left lines.
+    The entry is that of the point that made the triangle: an index into `right`, or the number of entries of `right`
+    plus an index into `left`.
     """
     strip, key = np.concatenate([right.strip, left.strip]), np.concatenate([right.key, left.key])
     span = 2.0 * float(np.abs(key).max()) + 1.0
-    # A stable sort passes right before left where keys are equal, and only merges two sorted runs.
+    # A stable sort visits right points before left points of equal key, and is fast: it merges two sorted runs.
     order = np.argsort(strip * span + key, kind="stable")
     on_right = order < len(right.point)
     last_right = np.cumsum(on_right) - 1
@@ -53,7 +54,10 @@ def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, In
 
 
 def starts(strip: IndexArray) -> NDArray[np.bool_]:
-    """Return true for entries that are the first of their strip, which make no triangle."""
+    """Return (A,) true for each entry that is the first of its strip; such an entry makes no triangle.
+
+    strip : (A,) number of the strip of each entry, ascending
+    """
     first = np.ones(len(strip), dtype=bool)
     first[1:] = strip[1:] != strip[:-1]
     return first

@@ -35,7 +35,7 @@ def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[Floa
 
 
 def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the points (P, 3) m of the columns with all relief, z above the floor, and true (P,) for spills."""
+    """Return the points (P, 3) m of the columns with all relief, z above the floor, and (P,) true on spills."""
     x, y = design.plan(columns.column / columns.around, columns.offset)
     points = np.stack([x, y, columns.height], axis=1)
     spilled = pile_spills(design, columns, points)
@@ -56,7 +56,11 @@ def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexA
 
 
 def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
-    """Return the zone of the profile segment that ends at each point, towards the next and the previous column."""
+    """Return the zone (P,) of the profile segment that ends at each point, in two versions.
+
+    The first is for the triangles to the next column, the second for the triangles to the previous column. They differ
+    only at the ramp's ends: the last line across the ramp borders on natural ground, the first line on the floor.
+    """
     rise, run = np.diff(columns.height, prepend=0.0), np.diff(columns.offset, prepend=0.0)
     lower = design.bench_coordinate(columns.height - np.maximum(rise, 0.0))
     flat = np.array([flat_zone(design, level) for level in range(len(design.pit.levels))])
@@ -87,9 +91,10 @@ def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int
 
 
 def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IndexArray]:
-    """Return the points and triangles that fill the middle of the floor, inside the mesh of the walls.
+    """Return the points (N, 3) m and triangles (T, 3) that fill the middle of the floor, inside the mesh of the walls.
 
-    They form rings that shrink to the middle, with fewer and fewer points.
+    The points form rings that shrink towards the middle, with fewer and fewer points. Their numbers follow those of the
+    points of the columns.
     """
     ring = np.searchsorted(columns.column, np.arange(columns.around))
     p = np.arange(columns.around) / columns.around
@@ -112,7 +117,10 @@ def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
 
 
 def ring_triangles(outer: IndexArray, outer_key: FloatArray, inner: IndexArray, inner_key: FloatArray) -> IndexArray:
-    """Return the triangles between two rings of the floor; an inner ring of one point closes the floor."""
+    """Return the triangles (T, 3) between two rings of the floor; an inner ring of one point closes the floor.
+
+    outer, inner : numbers of the points of each ring; outer_key, inner_key : fraction of a turn (-) of each point
+    """
     right = StripLines(
         strip=np.zeros(len(outer) + 1, dtype=np.int64), key=np.append(outer_key, 1.0), point=np.append(outer, outer[0])
     )

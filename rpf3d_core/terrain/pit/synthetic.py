@@ -1,4 +1,4 @@
-"""A synthetic open pit after the thesis' Arturo mine: `Pit` holds the parameters, `pit_terrain` makes the terrain.
+"""A synthetic open pit, like the Arturo mine of the thesis: `Pit` has the parameters, `pit_terrain` makes the terrain.
 
 The pit looks like the drawing of a mine planner: level benches and steep faces around a floor, a haul ramp that climbs
 counter-clockwise from the floor to the crest and widens the pit where it passes, berms that taper into the ramp.
@@ -23,9 +23,10 @@ FEWEST_COLUMNS = 12
 
 
 def pit_terrain(pit: Pit) -> Terrain:
-    """Return the pit as a watertight mesh of `pit.triangles` within 3 % (below 5,000: 5 %).
+    """Return the pit as a watertight mesh.
 
-    The same pit gives the same bits. Zones: `bench_1` (the first below the crest) and so on down, `face`, `ramp`,
+    The number of triangles is `pit.triangles` within 3 %; within 5 % if this is below 5,000. The same pit always gives
+    exactly the same mesh. Zones: `bench_1` (the first below the crest) and so on down, `face`, `ramp`,
     `floor`, `spill`, `ground` (outside the crest). x is east, y is north, the middle of the floor is at x = y = 0;
     vertices are local, z = 0 at the crest, and `frame.origin` is (0, 0, crest altitude). Every facet's normal points up
     (n_z > 0), so no point of the plan lies under two facets. Raises `TerrainError` if the plan would fold over itself,
@@ -39,7 +40,10 @@ def pit_terrain(pit: Pit) -> Terrain:
 
 
 def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
-    """Return the number of columns of points for a mesh of about `triangles` triangles: two for each point."""
+    """Return the number of columns of points for a mesh of about `triangles` triangles.
+
+    A mesh has about two triangles for each point. Raises `TerrainError` if the triangles are too few for the benches.
+    """
     trial = columns_of(design, spacing, TRIAL_COLUMNS)
     of_a_column = 2.0 * (len(trial.column) / TRIAL_COLUMNS - 1.0)
     count = triangles / of_a_column
@@ -54,7 +58,8 @@ def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
 def floor_triangles(design: Design, spacing: Spacing, columns: int) -> int:
     """Return the number of triangles that fill the middle of the floor, to plan the number of columns.
 
-    A ring of a points around a ring of b points makes a + b triangles; the innermost ring of a points makes a.
+    There are a + b triangles between a ring of a points and the next ring of b points, and a triangles between the
+    innermost ring of a points and the middle.
     """
     sizes = [columns, *floor_ring_sizes(design, spacing, columns)]
     return sum(sizes[:-1]) + sum(sizes[1:-1])
