@@ -15,7 +15,7 @@ from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, pr
 from rpf3d_core.simulation.record import IMPACT_COLUMNS, POSE
 
 REFERENCE_ROCKS = 200
-"""Largest number of rocks for which `auto` selects the reference engine: it ends before the other is compiled."""
+"""Largest number of rocks for which `auto` selects the reference engine: the other one must compile first."""
 REFERENCE_SPHERES = 40
 """Largest number of rocks for which `auto` selects the reference engine, if rocks touch the ground as spheres.
 
@@ -81,7 +81,7 @@ def spread_over(rocks: int, some: int) -> IntArray:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """Return the deposits, impacts and paths of some batches, which hold the rocks in the order of the releases."""
+    """Return the deposits, impacts and paths of some batches, whose rocks are in the order of the releases."""
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s

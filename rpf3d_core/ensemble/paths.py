@@ -200,7 +200,7 @@ def _durations(paths: Paths) -> FloatArray:
 
 
 def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return the row (P,) of the event that ends each path segment; the last event of all paths is its own end."""
+    """Return the row (P,) of the event that ends each path segment; for the last row of the table, that row itself."""
     return np.minimum(pieces + 1, len(paths.row) - 1)
 
 

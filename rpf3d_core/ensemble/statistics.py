@@ -32,10 +32,9 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
 
 
 def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the 95 % confidence intervals of several shares: their ends (N,), (N,); counts (N,) out of `total` >= 1.
+    """Return the lower (N,) and upper (N,) ends of the 95 % confidence intervals of shares count / total.
 
-    total : of all shares, or (N,) of each
-
+    count : (N,); total : >= 1, one number for all shares or (N,)
     A count may be an effective number: the number of rocks whose unweighted share is as certain as a weighted share.
     Counts may therefore have fractions. Source: as `wilson_interval`.
     """
