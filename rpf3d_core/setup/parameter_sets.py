@@ -12,7 +12,7 @@ from rpf3d_core.setup.prepared import scene_drawn_materials, scene_materials, sc
 from rpf3d_core.terrain.facets import Terrain
 
 OF_THE_GROUND = ("materials", "stop_speed")
-"""First keys of the key paths that change materials only; the others, and `slip_friction`, change models."""
+"""First keys of key paths that change materials only; other paths, and paths with `slip_friction`, change models."""
 
 
 class Ready(Protocol):
@@ -47,7 +47,8 @@ def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None 
     """Return the flight of one parameter set, without reading the terrain or compiling again.
 
     values : values by key path, as from `ParameterSets.at`
-    drawn : True for materials in the form that draws, None for the form that the prepared scene has
+    drawn : True for materials in the form with random coefficients, even if all are fixed; False for the form that the
+        values need; None for the form of the prepared scene
 
     Raises
     ------

@@ -55,7 +55,7 @@ def forest_of(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
     ------
     InputError
         A file is damaged, a tree of the file stands off the terrain or its foot off the ground, the polygons lie off
-        the terrain, or too many trees would be drawn; names the key.
+        the terrain, or too many trees would be drawn; the message names the key.
     """
     stand = _drawn(spec, scene, terrain) if spec.file is None else _written(spec, scene, terrain)
     z, facet = ground_at(terrain, stand.plan)
@@ -156,7 +156,10 @@ def _some(stand: _Stand, chosen: NDArray[np.bool_]) -> _Stand:
 
 
 def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
-    """Return the corners (2,), (2,) m of the box in plan in which trees are drawn, local frame."""
+    """Return the corners (2,), (2,) m, local frame, of the box in plan in which trees are drawn.
+
+    within : polygons in which trees are drawn; None for the whole terrain
+    """
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     if within is None:
         return low, high

@@ -21,7 +21,7 @@ def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
     Raises
     ------
     SceneError
-        A name fits no zone of the terrain, or friction decreases as a rock slips; names the key.
+        A name fits no zone of the terrain, or friction decreases as a rock slips; the message names the key.
     """
     for name in spec.zones:
         if not any(zone == name or fnmatchcase(zone, name) for zone in terrain.zones):
