@@ -1,4 +1,4 @@
-"""Screening by Morris: how much a result changes on average when one unknown moves by two thirds of its range.
+"""Screening by Morris: how much a result changes on average if one unknown changes by two thirds of its range.
 
 Sources
 -------
@@ -30,7 +30,8 @@ class Effects(NamedTuple):
     """Effects of U unknowns on Y results.
 
     size : (U, Y) mu* STEP, the mean absolute change of the result when the unknown moves by STEP of its range
-    low, high : (U, Y) its 95 % interval; spread : (U, Y) standard deviation of the changes: curvature, interactions
+    low, high : (U, Y) ends of the 95 % interval of `size`
+    spread : (U, Y) standard deviation of the changes, which shows curvature and interactions
     """
 
     size: FloatArray
