@@ -1,4 +1,4 @@
-"""Fly parameter sets over one prepared terrain, and return what each set says about the observations."""
+"""Fly parameter sets over one prepared terrain, and return the densities of the observations under each set."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -61,7 +61,7 @@ Densities are averaged over neighbouring sets, so more sets of few rocks determi
 LEAST_ROCKS, MOST_ROCKS = 128, 4096
 """Bounds of the number of rocks of a parameter set, where the scene does not give it."""
 MASS_KERNEL = 0.3
-"""Standard deviation of the logarithm of the mass within which blocks stand for each other (-)."""
+"""Standard deviation (-) of the logarithm of mass by which the weight of a rock for an observed block falls."""
 DEALT = 2**34
 """Part of the key of the random numbers that deal release points to observed blocks, to which the round is added."""
 JOULE_PER_KJ = 1000.0
@@ -84,7 +84,7 @@ class Slope:
 
     names : key paths of the unknowns; rocks : number of rocks of each set
     error : m, measuring error of an end point; misfits : (M,) m, possible errors of the model
-    alike : (N, R) how far each rock stands for each observed block, or None
+    alike : (N, R) weight of each rock for each observed block; None if all rocks count alike
     """
 
     prepared: Prepared
@@ -146,10 +146,10 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 
 
 def releases_of_round(slope: Slope, number: int) -> Releases:
-    """Return the releases that all sets of a round share; each round has rocks of its own, evenly over all sources.
+    """Return the releases that all sets of a round share; each round has other rocks, evenly spread over all sources.
 
-    A known mass or shape of the observed blocks replaces the scene's, block after block. The blocks are dealt to the
-    releases anew each round.
+    If the masses or shapes of the observed blocks are known, they replace those of the scene, block after block. Each
+    round assigns the blocks to the releases in another random order.
     """
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
@@ -195,7 +195,7 @@ def observed_of(slope: Slope) -> Observed:
 
 
 def anywhere_density(slope: Slope) -> float:
-    """Return the density (1/m2) of a stop anywhere on the terrain: 1 over the box of the terrain, along and across."""
+    """Return the density (1/m2) of a stop anywhere on the terrain: 1 over the area of its box, along and across."""
     places = slope.directions.places(slope.prepared.terrain.vertices)
     return float(1.0 / np.prod(np.maximum(np.ptp(places, axis=0), 1e-9)))
 

@@ -66,7 +66,7 @@ def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
 
 
 def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Return how far each set (column) stands for each set (row), (S, S) with rows of sum 1.
+    """Return the weight of each set (column) in the average around each set (row): (S, S), each row with the sum 1.
 
     z : (S, U); covariance : (U, U) of the posterior in z
     """
@@ -106,7 +106,7 @@ def log_likelihoods(weighed: Weighed, kept: NDArray[np.bool_] | None = None) -> 
 
 
 def over_misfits(log_likelihood: FloatArray) -> FloatArray:
-    """Return the log-likelihoods (..., S) with the mean likelihood over the misfits, from those (..., S, M)."""
+    """Return the logarithms (..., S) of likelihoods averaged over M misfits, from log-likelihoods (..., S, M)."""
     return np.asarray(np.logaddexp.reduce(log_likelihood, axis=-1) - np.log(log_likelihood.shape[-1]))
 
 
@@ -122,7 +122,7 @@ def posterior_weights(log_ratio: FloatArray, log_likelihood: FloatArray) -> Floa
 def noise_of(log_likelihood: FloatArray, weights: FloatArray) -> float:
     """Return the standard deviation (-) of a set's log-likelihood that is due to the finite number of rocks.
 
-    What all sets have in common does not count, because it does not change a weight.
+    Noise that all sets have in common does not count, because it does not change a weight.
 
     log_likelihood : (D, S) from `over_misfits`; weights : (S,)
     """

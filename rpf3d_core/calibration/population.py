@@ -26,7 +26,7 @@ FROM_PRIOR = 0.1
 WIDENING = 1.5
 """Factor on the standard deviation of the kernels of a mixture, against the rule for density estimates."""
 LEAST_KEPT = 25.0
-"""Effective number of sets that carry weight when a proposal is made; the likelihood is flattened until they do."""
+"""Least effective number of sets behind a proposal; the likelihood is flattened until this number is reached."""
 
 
 class Mixture(NamedTuple):

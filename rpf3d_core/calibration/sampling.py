@@ -1,4 +1,4 @@
-"""The rounds of a calibration: which parameter sets to fly next, and what all flown sets together say.
+"""The rounds of a calibration: which parameter sets to fly next, and the posterior from all flown sets.
 
 Everything here is a function of the flown sets, so a calibration that was interrupted continues with the same bits.
 """
@@ -65,7 +65,10 @@ class Observed(NamedTuple):
 
 
 class Proposed(NamedTuple):
-    """The proposals of all rounds up to the next one, and the power of the likelihood at which the last was made."""
+    """The proposals of all rounds up to the next one, and the power of the likelihood at which the last was made.
+
+    covariance : (U, U) of the flown sets in z, with the weights of the last proposal
+    """
 
     mixtures: tuple[Mixture, ...]
     power: float
@@ -73,7 +76,7 @@ class Proposed(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """What all flown sets say: z (S, U), weights (S,), effective samples, and noise of the log-likelihood.
+    """The posterior from all flown sets: z (S, U), weights (S,), effective samples, and noise of the log-likelihood.
 
     misfits : (M,) probabilities of the misfits; log_ratio : (S,) log prior minus log proposal
     weighed : densities with their noise
@@ -105,7 +108,7 @@ def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
 
 
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
-    """Return the proposals with one more, made from all rounds flown so far."""
+    """Return the proposals with the proposal of the next round added, which is made from all rounds flown so far."""
     z, log_ratio = _together(rounds, proposed.mixtures)
     densities = _densities(rounds, observed)
     both = weighed(densities, nearness(z, proposed.covariance), group_shares(len(rounds), seed, 0))
@@ -116,7 +119,7 @@ def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, s
 
 
 def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Posterior:
-    """Return what all flown sets say together; the last round may be incomplete."""
+    """Return the posterior from all flown sets; the last round may be incomplete."""
     z, log_ratio = _together(rounds, proposed.mixtures)
     both = weighed(_densities(rounds, observed), nearness(z, proposed.covariance), group_shares(len(rounds), seed))
     logs = log_likelihoods(both)
@@ -129,7 +132,7 @@ def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed
 
 
 def is_enough(posterior: Posterior, power: float) -> bool:
-    """Return whether a calibration may end before its last round."""
+    """Return True if a calibration may end before its last round."""
     return power == 1.0 and posterior.effective >= ENOUGH and posterior.noise <= MOST_NOISE
 
 

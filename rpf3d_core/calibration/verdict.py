@@ -1,4 +1,4 @@
-"""What the findings of a calibration mean: warnings, the refusal, and the verdict in one paragraph."""
+"""The conclusions from the findings of a calibration: warnings, the refusal, and the verdict in one paragraph."""
 
 from itertools import combinations
 
@@ -19,7 +19,7 @@ MANY_LEFT = 0.02
 NOISY = 1.5
 """Noise of the log-likelihood (-) above which more rocks for each set help more than more sets."""
 SURELY = 2.0
-"""Standard errors by which a score must be better than a curve's to be called better."""
+"""Number of standard errors by which a score must exceed the score of a curve to count as better."""
 LITTLE = 0.1
 """Shrinkage (-) below which the data says nothing about a parameter."""
 BAND = 0.15
@@ -34,7 +34,7 @@ MORE = (
 
 
 def is_refused(found: Findings) -> bool:
-    """Return whether the effective samples are too few for a result."""
+    """Return True if the effective samples are too few for a result."""
     return found.effective < FLOOR
 
 
@@ -94,7 +94,7 @@ def _of_predictions(found: Findings) -> list[str]:
 
 
 def gain_of(found: Findings) -> tuple[float, float]:
-    """Return how much better the calibration scores than the curve, per block, and its standard error; 0 without."""
+    """Return the mean gain of the score per block over the curve's score, and its standard error; 0 without scores."""
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
     each = found.held_out.each - found.curve.each
@@ -111,7 +111,7 @@ def advice_of(found: Findings) -> list[str]:
 
 
 def _first_help(found: Findings) -> str:
-    """Return what helps most: more rocks of a set, which need a new folder, or more time while rounds are left."""
+    """Return the advice that helps most: more rocks for each set, or more time while rounds are left."""
     if found.noise > NOISY:
         return f"the noise of the log-likelihood is {found.noise:.1f}: raise `calibration.rocks` above {found.rocks}"
     if found.all_rounds:
