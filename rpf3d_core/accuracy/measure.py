@@ -150,7 +150,7 @@ def _geometric(prepared: Prepared, sampled: list[Sampled], tell: Tell) -> list[P
 
 
 def _parametric(prepared: Prepared, tell: Tell) -> list[Priced]:
-    """Return the line of a scene's unknowns; none without unknowns."""
+    """Return the line of the price list for the unknowns of a scene; an empty list for a scene without unknowns."""
     tell("parametric: the parameter sets of the unknowns")
     found = over_sets(prepared)
     return [] if found is None else [priced_unknowns(found)]
