@@ -85,7 +85,7 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
 
 
 def rocks_of(scene: Scene, prepared: Prepared) -> int:
-    """Return the number of rocks that a run of the scene flies, for its statistical error."""
+    """Return the number of rocks that a run of the scene flies; with `rocks: auto`, in its first round."""
     numbers = rounds_of(with_choices(scene, None, None, None), places_of(prepared))[0].last
     return sum(numbers)
 

@@ -51,7 +51,10 @@ def _of_counts(field: Field) -> Iterator[str]:
 
 
 def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
-    """Yield sentences on values at gates, which lack an error of the model, and on gates without fitting rocks."""
+    """Yield sentences on values at gates, and on gates where no simulated rock fits the observations.
+
+    Values at gates have no error of the model, so intervals are too narrow where the model is poor.
+    """
     gates = sorted({one.gate for one in slope.field.values})
     if gates:
         yield (f"the values observed at {', '.join(gates)} carry their measuring error but no error of the model: "

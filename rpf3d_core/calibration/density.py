@@ -1,10 +1,9 @@
 """Densities of simulated results at observed values: kernel estimates for one parameter set, by groups of releases.
 
 Each field observation has a column: the density of the simulated results at the observed value. Rocks that did not
-deposit
-count among all rocks, so each of them lowers the density: a rock that left the terrain is wrong, not missing. The rocks
-of a parameter set are divided into groups of releases, and the density of each group is kept, so that the noise due to
-the finite number of rocks can be measured (`likelihood`).
+deposit count among all rocks, so each of them lowers the density: a rock that left the terrain is wrong, not missing.
+The rocks of a parameter set are divided into groups of releases, and the density of each group is kept, so that the
+noise due to the finite number of rocks can be measured (`likelihood`).
 
 No model is exact, so an observed stop is taken as a simulated stop plus an error. The error has the field's measuring
 error and the model's own, the misfit, whose size is unknown: densities are computed for several misfits, between which

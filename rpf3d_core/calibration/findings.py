@@ -35,7 +35,7 @@ FINE = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """One parameter: its prior as the scene has it, and mean, 90 % interval and shrinkage of the posterior.
+    """One parameter: its prior as the scene states it, and mean, 90 % interval and shrinkage of the posterior.
 
     shrinkage : 1 minus the ratio of the posterior's to the prior's standard deviation (-): 0 if nothing was learnt
     edge : share (-) of the posterior in the outermost twentieth of the prior's range, at its lower and upper end

@@ -61,7 +61,7 @@ Densities are averaged over neighbouring sets, so more sets of few rocks determi
 LEAST_ROCKS, MOST_ROCKS = 128, 4096
 """Bounds of the number of rocks of a parameter set, where the scene does not give it."""
 MASS_KERNEL = 0.3
-"""Standard deviation (-) of the logarithm of mass by which the weight of a rock for an observed block falls."""
+"""Width (-) of the kernel in the logarithm of mass: a rock counts less for an observed block of another mass."""
 DEALT = 2**34
 """Part of the key of the random numbers that deal release points to observed blocks, to which the round is added."""
 JOULE_PER_KJ = 1000.0
@@ -182,7 +182,7 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 
 
 def observed_of(slope: Slope) -> Observed:
-    """Return counts and background densities of all observations, in the order of `Flown.densities`."""
+    """Return how often each observation was made, and its density if it came from anywhere, in the order of `Flown`."""
     field = slope.field
     counts, anywhere = [np.ones(len(field.stops))], [np.full(len(field.stops), anywhere_density(slope))]
     for one in field.values:
@@ -273,7 +273,10 @@ def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> 
 
 
 def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:
-    """Return the densities (GROUPS, N) of values observed at a gate."""
+    """Return the densities (GROUPS, N) of values observed at a gate.
+
+    gate : passages of the R rocks; mass : (R,) kg; mixed : (R,) order of the rocks in the groups
+    """
     energy = 0.5 * mass * gate.speed**2 / JOULE_PER_KJ
     simulated = {"speed": gate.speed, "height": gate.height, "energy": energy}[one.kind]
     return value_densities(simulated[mixed], one.observed, one.error)

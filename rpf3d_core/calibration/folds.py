@@ -132,7 +132,7 @@ def _deposited(stops: Stops, standing: FloatArray, chosen: FloatArray) -> FloatA
 
 
 def _weighted_mean(values: FloatArray, of_rocks: FloatArray) -> FloatArray:
-    """Return the mean (N, D) of values (N, R, D) over rocks of weights (N, R) or (1, R); 0 where all weigh nothing."""
+    """Return the mean (N, D) of values (N, R, D) over rocks of weights (N, R) or (1, R); 0 where all weights are 0."""
     shares = of_rocks / np.maximum(of_rocks.sum(axis=1, keepdims=True), 1e-300)
     return np.asarray((values * shares[:, :, None]).sum(axis=1))
 

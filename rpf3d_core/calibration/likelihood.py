@@ -1,9 +1,9 @@
 """The likelihood of all parameter sets from their densities, its noise, and the weights that include the noise.
 
-The density of a set is averaged over the sets near it in z, with a kernel that is narrow against the posterior. The
-remaining noise is measured by drawing the groups of releases again with replacement. All sets of a round fly the same
-releases, so their groups are drawn together; each round has releases of its own. The weights are the mean over these
-draws, so intervals include the noise.
+The density of a set is averaged over the sets near it in z, the space of `normal_space`, with a kernel that is narrow
+against the posterior. The remaining noise is measured by drawing the groups of releases again with replacement. All
+sets of a round fly the same releases, so their groups are drawn together; each round has releases of its own. The
+weights are the mean over these draws, so intervals include the noise.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class Densities(NamedTuple):
     """Densities of C observations under S parameter sets and M misfits, by group of releases.
 
     values : (S, GROUPS, M, C); rounds : (S,) number of the round of each set; counts : (C,) how often each was observed
-    anywhere : (C,) density of an observation from anywhere in the range, in the unit of its density; 0 for shares
+    anywhere : (C,) density of an observation from anywhere in the range, in the unit of its density; 0 to leave it out
     """
 
     values: FloatArray
@@ -68,7 +68,7 @@ def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
 def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return the weight of each set (column) in the average around each set (row): (S, S), each row with the sum 1.
 
-    z : (S, U); covariance : (U, U) of the posterior in z
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); covariance : (U, U) of the posterior in z
     """
     scaled = np.linalg.solve(np.linalg.cholesky(covariance) * NEAR, z.T).T
     squares = (scaled**2).sum(1)[:, None] + (scaled**2).sum(1)[None, :] - 2.0 * scaled @ scaled.T

@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 FROM_PRIOR = 0.1
 """Share (-) of later rounds that is drawn from the prior, so that no weight can grow without bound."""
 WIDENING = 1.5
-"""Factor on the standard deviation of the kernels of a mixture, against the rule for density estimates."""
+"""Factor on the standard deviation of the kernels of a mixture, relative to the rule for density estimates."""
 LEAST_KEPT = 25.0
 """Least effective number of sets behind a proposal; the likelihood is flattened until this number is reached."""
 
@@ -47,7 +47,7 @@ def prior_mixture(unknowns: int) -> Mixture:
 
 
 def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
-    """Return the S = count parameter sets of a round, drawn from its proposal: z (S, U) (-).
+    """Return S = count parameter sets of a round, drawn from its proposal: z (S, U) (-), as in `normal_space`.
 
     The numbers depend on the seed and on the number of the round only; the first round is quasi-random.
     """

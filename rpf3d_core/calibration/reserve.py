@@ -36,7 +36,7 @@ class Reserve(NamedTuple):
         return min(MARGIN * (self.scores_s * grown + self.files_s), most)
 
     def should_measure(self, now: float) -> bool:
-        """Return True if the time of the work after the flights should be measured at the `time.monotonic()` `now`."""
+        """Return True if it is time to measure the work after the flights; now : `time.monotonic()`."""
         large = LARGEST * self.budget > WORTH_S
         return large and not self.sets and now - self.began > MEASURED_AT * self.budget
 

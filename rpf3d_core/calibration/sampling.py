@@ -47,7 +47,10 @@ MOST_NOISE = 1.0
 
 
 class Round(NamedTuple):
-    """The flown parameter sets of one round: z (S, U) and their densities (S, GROUPS, M, C)."""
+    """The flown parameter sets of one round.
+
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); densities : (S, GROUPS, M, C) of the observations
+    """
 
     z: FloatArray
     densities: FloatArray
@@ -76,7 +79,9 @@ class Proposed(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """The posterior from all flown sets: z (S, U), weights (S,), effective samples, and noise of the log-likelihood.
+    """The posterior from all flown sets, with effective samples, and noise of the log-likelihood.
+
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,)
 
     misfits : (M,) probabilities of the misfits; log_ratio : (S,) log prior minus log proposal
     weighed : densities with their noise
@@ -102,7 +107,7 @@ def first_proposal(unknowns: int) -> Proposed:
 
 
 def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
-    """Return the sets z (S, U) of a round, counted from 0."""
+    """Return the parameter sets of a round, counted from 0, as standard normal numbers z (S, U)."""
     mixture = proposed.mixtures[number]
     return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
 

@@ -30,7 +30,7 @@ VERSION = 2
 
 
 class Kept(NamedTuple):
-    """The flown parameter sets of one round: z (S, U) and the results of each set."""
+    """The flown parameter sets of one round: z (S, U), as in `normal_space`, and the results of each set."""
 
     z: FloatArray
     flown: list[Flown]

@@ -227,11 +227,9 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:
-    """Pass a flown batch to the callback `watch` and collect the rocks that broke.
+    """Pass a flown batch to the callback `watch`, collect the rocks that broke, return copies of the records to keep.
 
-    Return copies of the records to keep.
-
-    Copies are needed because the next rocks overwrite the record. The path of a rock that failed may hold invalid
+    Copies are needed because the next rocks overwrite the record. The path of a rock that failed may contain invalid
     numbers, which cannot be drawn, so it is not kept.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():

@@ -82,6 +82,7 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int, smallest: in
     """Yield the batches of one group, smaller and smaller as fewer rocks remain, so that all threads end together.
 
     rows : (N,) rows of the group; left : number of rocks of the run that have not flown yet, including this group
+
     Sources
     -------
     Polychronopoulos & Kuck 1987, IEEE Trans. Comput. C-36:1425-1439: guided self-scheduling.

@@ -1,6 +1,6 @@
 """The result of flying an ensemble, as tables: one row per rock, one row per impact, one row per event of a path.
 
-All positions are in the terrain's local frame; `io` converts them to the input's coordinates.
+All positions are in the terrain's local frame; `Frame.points_to_input` converts them to the input's coordinates.
 """
 
 from dataclasses import dataclass, field, fields
@@ -14,12 +14,12 @@ IntArray = NDArray[np.int64]
 
 
 def no_pieces() -> IntArray:
-    """Return an empty array (0,) that stands for fragment numbers of zero: no rock is a fragment."""
+    """Return an empty array (0,), the default for fragment numbers: it means that no rock is a fragment."""
     return np.empty(0, dtype=np.int64)
 
 
 def no_spins() -> FloatArray:
-    """Return an empty array (0,) that stands for spins or energies of rocks that do not spin."""
+    """Return an empty array (0,), the default for spins and their energies: it means that the rocks do not spin."""
     return np.empty(0)
 
 

@@ -19,7 +19,7 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
 
     Sources
     -------
-    Wilson 1927, J. Am. Stat. Assoc. 22:209-212. Unlike the normal approximation it is right at 0 and at 1.
+    Wilson 1927, J. Am. Stat. Assoc. 22:209-212. Unlike the normal approximation, the interval is valid at 0 and at 1.
 
     Examples
     --------

@@ -185,7 +185,7 @@ def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
 
 
 def _files(scene: Scene) -> list[dict[str, Any]] | None:
-    """Return the keys and values of the terrain files; without `unit` where it is not given.
+    """Return the keys and values of the terrain files, for the digest; without `unit` where it is not given.
 
     The zone is None where the layers of the file are the zones.
     """
@@ -198,14 +198,14 @@ def _files(scene: Scene) -> list[dict[str, Any]] | None:
 
 
 def _rock(rock: dict[str, Any], bodies: bool) -> dict[str, Any]:
-    """Return the keys and values of `rock`, with its shape for rocks with a shape only."""
+    """Return the keys and values of `rock`, for the digest; `shape` is included for rocks with a shape only."""
     return (
         {**rock, "shape": _given(rock["shape"], ("sphere",))} if bodies else _given({**rock, "shape": None}, ("shape",))
     )
 
 
 def _with_sphere(scene: Scene, rebound: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys and values of `rebound` with the contact model of spheres among them, just before `own`."""
+    """Return the keys and values of `rebound`, for the digest, with the contact model of spheres just before `own`."""
     sphere = scene.impact_model.model_spec.model_dump() if scene.rock.is_sphere else None
     models = rebound if sphere is None else dict.fromkeys(rebound)
     return {key: models[key] for key in models if key != "own"} | {COULOMB_SPHERE: sphere, "own": models["own"]}

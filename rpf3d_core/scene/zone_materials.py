@@ -72,7 +72,7 @@ def _asks_friction(scene: Scene) -> bool:
 def used_coefficients(scene: Scene, material: Material) -> tuple[str, ...]:
     """Return the keys of the coefficients of a material that the models of the scene use.
 
-    A rolling friction or resistance that the material leaves out is 0, and used.
+    A rolling friction or resistance that the material leaves out is 0, and is included.
     """
     if material.is_of_a_body:
         return ("restitution", "friction" if material.slip_friction is None else "slip_friction", "rolling_resistance")

@@ -1,4 +1,4 @@
-"""Fly parameter sets of a scene, all with the same rocks, and return the results that a sensitivity compares."""
+"""Fly parameter sets of a scene, all with the same rocks, and return the results for a sensitivity analysis."""
 
 import os
 from collections.abc import Callable, Sequence

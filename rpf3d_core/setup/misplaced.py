@@ -164,7 +164,7 @@ def _is_near_the_origin(ground: Box) -> bool:
 
 
 def _unit_of(box: Box, ground: Box) -> str | None:
-    """Return the unit in which a box would lie on the ground; None if there is none."""
+    """Return the unit, such as "in feet", in which the coordinates of a box lie on the ground; None if no unit fits."""
     return next((unit for scale, unit in SCALES.items() if _overlaps((box[0] * scale, box[1] * scale), ground)), None)
 
 

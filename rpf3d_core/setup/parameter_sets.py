@@ -16,7 +16,7 @@ OF_THE_GROUND = ("materials", "stop_speed")
 
 
 class Ready(Protocol):
-    """What the flight of a parameter set needs of a prepared scene (`setup.prepared.Prepared` has it)."""
+    """The parts of a prepared scene that the flight of a parameter set needs (`setup.prepared.Prepared` has them)."""
 
     @property
     def scene(self) -> Scene:

@@ -123,7 +123,7 @@ def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
 def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
     """Return the key paths of the coefficients of the ground that have one value in all parameter sets of a scene.
 
-    zones : of the terrain; materials without a zone are left out
+    zones : names of the zones of the terrain; materials without a zone are left out
 
     Raises
     ------

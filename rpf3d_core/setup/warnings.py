@@ -93,7 +93,7 @@ def _sizes(scene: Scene) -> Iterator[str]:
 
 
 def _swapped(name: str, material: Material) -> Iterator[str]:
-    """Yield a warning if R_n of a material is far above R_t for every rock; entries of the library are as published."""
+    """Yield a warning if R_n of a material is far above R_t for every rock, unless the material is from the library."""
     if material.library is not None:
         return
     normal = distribution_of(material.normal_restitution).low

@@ -46,7 +46,7 @@ def value_text(value: Any) -> str:
 
 
 def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> list[Cell]:
-    """Return the cells of a sweep: the full grid of all values, the last key fastest.
+    """Return the cells of a sweep: the full grid of all values; the value of the last key changes fastest.
 
     The scene of a cell is that of a scene file with the values of the cell.
 

@@ -109,7 +109,10 @@ def _curves(
     what: tuple[str, Place],
     scale: float,
 ) -> list[Curve]:
-    """Return the curves of a figure over the values of the first key: one for each combination of the other values."""
+    """Return the curves of a figure over the values of the first key: one for each combination of the other values.
+
+    what : result, and kind and name of its place; scale : factor from the figure to the axis
+    """
     found, keys = dict[str, list[tuple[object, CellRecord]]](), _short([one.key for one in varied])[1:]
     for cell, record in zip(cells, records, strict=True):
         first, *others = cell.values.values()

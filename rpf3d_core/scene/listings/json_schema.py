@@ -99,7 +99,7 @@ def _at_most_one(keys: Iterable[str]) -> list[Schema]:
 
 
 def _add_choices(definitions: Schema) -> None:
-    """Add the choices of exactly one key and of at most one size, and the keys that go together."""
+    """Add which keys exclude each other (exactly one, or at most one, is given), and which keys need another key."""
     for name, keys in ONE_OF.items():
         definitions[name]["oneOf"] = [_given(key) for key in keys]
     definitions["RockSpec"]["oneOf"] = _at_most_one(SIZES)
