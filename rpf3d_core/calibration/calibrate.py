@@ -64,7 +64,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     check_folder(folder, chosen)
     slope = slope_of(_many(chosen))
     prepared_s = time.monotonic() - began
-    import_writers()  # here, so that the time left is known when it is needed
+    import_writers()  # now, so that it takes no time after the flights
     state = open_state(folder, chosen)
     priors = [prior.distribution for prior in spec.unknowns.values()]
 

@@ -154,7 +154,7 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
     block = np.arange(slope.rocks) % max(len(field.stops), 1)
-    if field.masses is not None or field.shapes is not None:  # in order, each block would fall from a few points only
+    if field.masses is not None or field.shapes is not None:  # else each block falls from a few points only
         key = [prepared.scene.seed, DEALT + number]
         releases = taken(releases, np.random.Generator(np.random.Philox(key=key)).permutation(slope.rocks))
     if field.masses is not None:

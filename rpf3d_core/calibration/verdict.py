@@ -21,7 +21,7 @@ NOISY = 1.5
 SURELY = 2.0
 """Number of standard errors by which a score must exceed the score of a curve to count as better."""
 LITTLE = 0.1
-"""Shrinkage (-) below which the data says nothing about a parameter."""
+"""Shrinkage (-) below which the data does not determine a parameter."""
 BAND = 0.15
 """Shortfall (-) of the coverage of 90 % intervals from which a calibration warns."""
 VALID = "valid for this model, this slope, these blocks"
@@ -30,7 +30,7 @@ MORE = (
     "speeds, heights or energies at a gate, because end points alone leave combinations of parameters open",
     "masses and shapes of the observed blocks",
 )
-"""What would be needed to say more, as parts of a sentence."""
+"""Observations that would allow further conclusions, as parts of a sentence."""
 
 
 def is_refused(found: Findings) -> bool:
@@ -45,7 +45,7 @@ def warnings_of(found: Findings) -> list[str]:
 
 
 def _combinations(found: Findings) -> list[str]:
-    """Return a sentence for each pair of parameters of which only a combination is determined."""
+    """Return a sentence for each pair of parameters if the data determines only a combination of both."""
     pairs = combinations(range(len(found.estimates)), 2)
     names = [estimate.name for estimate in found.estimates]
     return [
@@ -57,7 +57,7 @@ def _combinations(found: Findings) -> list[str]:
 
 
 def _of_parameters(found: Findings) -> list[str]:
-    """Return a sentence for each parameter at an edge of its prior, and for each that the data says nothing about."""
+    """Return a sentence for each parameter at an edge of its prior, and for each parameter that is not determined."""
     sentences = []
     for estimate in found.estimates:
         for share, end in zip(estimate.edge, ("min", "max"), strict=True):

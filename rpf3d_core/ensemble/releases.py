@@ -117,7 +117,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Return the releases of each source for some of its rock numbers, which may go beyond `Source.rocks`.
+    """Return the releases of each source for some of its rock numbers, which may exceed `Source.rocks`.
 
     ranges : for each source, a range of rock numbers, or the numbers themselves (N,)
 

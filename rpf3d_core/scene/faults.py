@@ -210,7 +210,7 @@ def _descriptions(path: KeyPath, root: Root) -> Iterator[str | None]:
 
 
 def _annotation(path: KeyPath, root: Root) -> Any:
-    """Return the type that the model of the file gives to the value at a key path."""
+    """Return the type of the value at a key path, from the pydantic model of the file."""
     annotation: Any = root or Scene
     for step in path:
         annotation = _inside(_bare(annotation), step)

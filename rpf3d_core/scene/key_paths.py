@@ -211,7 +211,7 @@ def _given(part: BaseModel) -> list[str]:
     """Return the keys that a section of a scene has from its file."""
     names = [name for name in type(part).model_fields if name in part.model_fields_set]
     if isinstance(part, Material) and part.is_of_a_body:
-        return [name for name in names if name not in POINT_KEYS]  # the reader fills them in
+        return [name for name in names if name not in POINT_KEYS]  # read_scene fills these keys in
     return names
 
 

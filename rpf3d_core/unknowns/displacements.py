@@ -19,9 +19,9 @@ IN_PLAN = 2
 def displacements(sets: ParameterSets, misfit: float, seed: int) -> FloatArray:
     """Return the displacement in plan (S, 2) m of each of S parameter sets, evenly spread over a normal distribution.
 
-    The displacements depend only on the seed and the numbers of sets and parameters. In the sequence of evenly spread
-    points, the dimensions of the displacement follow the dimensions of the parameters, so both are spread evenly
-    together.
+    The displacement of a set depends only on the seed, the number of the set, and the number of parameters. In the
+    sequence of evenly spread points, the dimensions of the displacement follow those of the parameters, so both are
+    spread evenly together.
 
     misfit : m, standard deviation of a displacement in each direction
     """

@@ -33,7 +33,7 @@ def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
             raise SceneError(f"{scene.path}: `effects.scarring.mu_max` {found}")
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     drag = columns.pop("form_drag") + columns.pop("soil_drag")
-    if scene.rock.is_body:  # its contacts have the friction of their own
+    if scene.rock.is_body:  # contacts of bodies have their own friction
         columns |= {name: np.zeros(len(rows)) for name in spec.REPLACED_FOR_BODIES}
     return Scarring(drag=drag, **columns)
 
