@@ -80,7 +80,7 @@ def reached_section(extent: Extent, section: Section, misfits: FloatArray) -> Fl
 def stopped_in_section(
     along: FloatArray, deposited: NDArray[np.bool_], section: Section, misfits: FloatArray
 ) -> FloatArray:
-    """Return the probability (M, R) that each rock stopped in a section.
+    """Return the probability (M, R) that each rock stopped in a section, for each misfit (M,) m.
 
     along : (R,) m, where rocks stopped; deposited : (R,) False for rocks that left the terrain or did not stop
     """
@@ -91,7 +91,10 @@ def stopped_in_section(
 
 
 def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
-    """Return the probability (M, R) that each rock stopped in an area: the share of its displaced copies."""
+    """Return the probability (M, R) that each rock stopped in an area: the share of its displaced copies.
+
+    outlines : closed outlines (P, 2) m of the area, local frame; misfits : (M,) m
+    """
     deposited, stops = deposited_in(batch), batch.finals[:, 1:3]
     return np.stack([_share(lambda by: contained(stops + by, outlines), sd) * deposited for sd in misfits.tolist()])
 
@@ -100,7 +103,7 @@ def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) 
     """Return the probability (M, R) that each rock crossed an area or stopped in it: the share of displaced paths.
 
     As in `passed`, the error belongs to the end of a path, and not to its beginning, which is known: it grows along the
-    path.
+    path. outlines, misfits : as in `stopped_in_area`
     """
     area, paths = _area_of(outlines), _paths_of(batch)
 

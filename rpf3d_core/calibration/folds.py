@@ -43,7 +43,7 @@ def folds_of(count: int, seed: int) -> IntArray:
 def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, counts: IntArray) -> FloatArray:
     """Return the weights (F, S, M) of the sets and misfits for each fold, from the observations outside this fold.
 
-    folds : (N,) fold of each of the first N observations
+    log_ratio : (S,) from `population.log_importance`; folds : (N,) fold of each of the first N observations
     counts : (K,) numbers of the observations that are counts of rocks; no fold uses them, because they may be of the
         same rocks as the stops that are kept out
     """

@@ -1,8 +1,8 @@
 """Population Monte Carlo: propose parameter sets near the good ones, and weigh all sets of all rounds together.
 
 The first round is spread over the prior. Each further round draws from a mixture of kernels at the sets flown so far,
-with a share of draws from the prior. The weight of a set is prior times likelihood over the density with which all
-rounds together propose it, so no flown set is lost.
+with a share of draws from the prior. The weight of a set is prior times likelihood divided by the density with which
+all rounds together propose it, so no flown set is lost.
 
 Sources
 -------

@@ -152,7 +152,11 @@ def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
 def _teller(
     control: Control, before: int, number: int, posterior: Posterior | None, until: float
 ) -> Callable[[int], None]:
-    """Return the function that reports the progress of a round, given the number of its flown sets."""
+    """Return the function that reports the progress of a round, given the number of its flown sets.
+
+    before : number of sets of earlier rounds; number : number of the round; posterior : None if it is not known yet
+    until : `time.monotonic()` at which the flights must end
+    """
     began = time.monotonic()
     effective = None if posterior is None else posterior.effective
 

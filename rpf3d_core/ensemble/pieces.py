@@ -130,7 +130,8 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
     """Return the last fragment number (N,) used so far in the family of each of N rocks.
 
-    The new fragments are added to `numbered`.
+    source, rock : (N,) numbers of the rocks, which name the families; counts : (N,) numbers of their new fragments
+    numbered : last fragment number used in each family; the new fragments are added to it
     """
     last = []
     for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):

@@ -48,7 +48,7 @@ def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
     """Return the rows of the releases around which further vertical lines are searched.
 
     These releases lie at least LEAST_HEIGHT above the upper side of a facet. Without overhangs the result is empty,
-    because no facet below a rock shows its back.
+    because no facet below a rock shows its back. found : (R, 3) from `Engine.ground_below`
     """
     if (np.asarray(engine.facets.normals)[:, 2] >= 0.0).all():
         return np.empty(0, dtype=np.int64)

@@ -149,7 +149,10 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
 
 
 def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -> str:
-    """Return both intervals of a figure in brackets, or the sampling interval, marked as such if there are unknowns."""
+    """Return both intervals of a figure in brackets, or the sampling interval, marked as such if there are unknowns.
+
+    text : function that returns the ends of an interval as text
+    """
     sampling = text((figure.sampling_low, figure.sampling_high))
     if figure.interval == PREDICTIVE:
         return f" ({text((figure.low, figure.high))}; {sampling})"
