@@ -26,7 +26,7 @@ from rpf3d_core.setup.choices import with_choices
 BUDGET_S = 900.0
 """Default time (s) of a whole calibration, from reading the scene to writing the results."""
 LEAST_BUDGET_S = 10.0
-"""Smallest budget (s) that may be enough: points on a small terrain, with compiled code in the cache, need about it."""
+"""Smallest budget (s) that may be enough: points on a small terrain, with compiled code in the cache, need as much."""
 END_S = 4.0
 """Time (s) of scores, pictures and files of a small calibration, to suggest a budget that is enough."""
 
@@ -86,7 +86,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
 
 
 def deadline_after(budget: float | None) -> float:
-    """Return the `time.monotonic()` at which a budget (s) that starts now is over.
+    """Return the `time.monotonic()` at which a budget (s) that starts now is over; None for BUDGET_S.
 
     Raises
     ------

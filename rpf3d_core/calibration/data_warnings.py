@@ -65,7 +65,7 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
 
 
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
-    """Return name and distance (m) of the gates whose observations have no density in any set.
+    """Return name and distance (m) of the gates whose observations have a density of 0 under every set.
 
     Counts of passed rocks are compared without an error of the model: the error would let rocks pass that stopped
     before the gate.

@@ -29,7 +29,7 @@ class Score(NamedTuple):
 
     @property
     def mean(self) -> float:
-        """The mean over the observations."""
+        """The mean of the log scores of all observations."""
         return float(self.each.mean())
 
 

@@ -82,7 +82,6 @@ class Posterior(NamedTuple):
     """The posterior from all flown sets, with effective samples, and noise of the log-likelihood.
 
     z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,)
-
     misfits : (M,) probabilities of the misfits; log_ratio : (S,) log prior minus log proposal
     weighed : densities with their noise
     """
@@ -97,7 +96,7 @@ class Posterior(NamedTuple):
 
 
 def sets_of_round(number: int, unknowns: int) -> int:
-    """Return the number of parameter sets of a round, counted from 0."""
+    """Return the number of parameter sets of round `number`, from 0, for a number of unknowns."""
     return FIRST_SETS * unknowns if number == 0 else FURTHER_SETS
 
 
@@ -107,7 +106,7 @@ def first_proposal(unknowns: int) -> Proposed:
 
 
 def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
-    """Return the parameter sets of a round, counted from 0, as standard normal numbers z (S, U)."""
+    """Return the parameter sets of round `number`, from 0, as standard normal numbers z (S, U)."""
     mixture = proposed.mixtures[number]
     return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
 

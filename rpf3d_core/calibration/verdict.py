@@ -8,14 +8,14 @@ from rpf3d_core.calibration.findings import Estimate, Findings
 from rpf3d_core.calibration.sampling import FLOOR, MOST_ROUNDS
 
 STRONG = 0.8
-"""Correlation (-) from which only a combination of two parameters is determined."""
+"""Correlation (-) of two parameters at which, or above which, only a combination of them is determined."""
 AT_EDGE = 0.2
-"""Share (-) of a posterior in the outermost twentieth of the prior's range from which the prior decides.
+"""Smallest share (-) of a posterior in the outermost twentieth of its prior's range to warn that the prior decides.
 
-A uniform posterior has 0.05 there.
+A uniform posterior has a share of 0.05 there.
 """
 MANY_LEFT = 0.02
-"""Share (-) of rocks that left the terrain from which a calibration warns."""
+"""Smallest share (-) of simulated rocks that left the terrain, or did not stop, for which a calibration warns."""
 NOISY = 1.5
 """Noise of the log-likelihood (-) above which more rocks for each set help more than more sets."""
 SURELY = 2.0
@@ -23,7 +23,7 @@ SURELY = 2.0
 LITTLE = 0.1
 """Shrinkage (-) below which the data does not determine a parameter."""
 BAND = 0.15
-"""Shortfall (-) of the coverage of 90 % intervals from which a calibration warns."""
+"""Shortfall (-) of the coverage of 90 % intervals, compared with 0.9, above which a calibration warns."""
 VALID = "valid for this model, this slope, these blocks"
 MORE = (
     "end points of a second slope, kept out of the fit",

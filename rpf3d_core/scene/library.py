@@ -17,7 +17,7 @@ from rpf3d_core.scene.values import refuse
 LIMITED = "coulomb_limited"
 """Name of the default rebound model, which uses the friction angle."""
 LIBRARY = "library"
-"""Key of a material that names an entry of the library."""
+"""Key of a material that names an entry of the library of ground materials."""
 
 
 def with_libraries(values: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -24,7 +24,7 @@ class Range(NamedTuple):
 
 
 class LibraryMaterial(NamedTuple):
-    """An entry of the library.
+    """An entry of the library of ground materials.
 
     ground : the kind of ground in words; kind : POINTS or BODIES
     ranges : by key of a material; a plain number is a known value, not an unknown
@@ -200,4 +200,4 @@ ENTRIES: Mapping[str, LibraryMaterial] = {
     "ramms_extra_hard": _ramms("extra hard", 0.80, 2.0),
     "ramms_snow": _ramms("snow", 0.10, 0.35),
 }  # fmt: skip
-"""The entries of the library, by name."""
+"""The entries of the library of ground materials, by name."""

@@ -20,7 +20,7 @@ SCALES = {
 }  # fmt: skip
 """Units that are tried, by their length in metres."""
 SURVEY = 10_000.0
-"""Size of a coordinate (m) from which coordinates are in a national or UTM system, not in a local grid."""
+"""Coordinate (m) above which coordinates are in a national or UTM system, not in a local grid."""
 MOST_RELIEF, MOST_WIDTH = 4_000.0, 100_000.0
 """Largest plausible height difference and width (m) of a terrain for rockfall.
 
@@ -29,7 +29,7 @@ The deepest open pit is 1,200 m deep; the highest mountain faces have 4,000 m.
 EASTINGS, LEAST_NORTHING = (100_000.0, 900_000.0), 1_000_000.0
 """Range of UTM eastings (m), and a northing (m) that no easting reaches."""
 NEARLY_ALL = 0.95
-"""Share (-) of facets turned over from which the terrain may be mirrored."""
+"""Smallest share (-) of facets that were turned over for which the terrain may be mirrored."""
 WGS84 = "EPSG:4326"
 
 Box = tuple[FloatArray, FloatArray]

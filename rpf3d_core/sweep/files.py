@@ -24,7 +24,7 @@ from rpf3d_core.sweep.tables import (
 from rpf3d_core.sweep.varied import Varied
 
 NEARLY_ALL = 0.9
-"""Retained share (-) from which the picture shows instead how many rocks reached the place, such as a floor."""
+"""Retained share (-) at which the picture shows the share that reached the place instead, such as a pit floor."""
 TABLE, PICTURE = "sweep.csv", "sweep.png"
 MOST_PLACES = 6
 """Largest number of places in the picture: the places in which the largest shares of all rocks stopped."""

@@ -42,7 +42,7 @@ def _in_base(points: int, base: int, dimension: int, seed: int) -> FloatArray:
 
 
 def _primes(count: int) -> list[int]:
-    """Return the first prime numbers."""
+    """Return the first `count` prime numbers."""
     primes, number = list[int](), 2
     while len(primes) < count:
         if all(number % prime for prime in primes):
