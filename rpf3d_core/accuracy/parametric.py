@@ -19,11 +19,11 @@ from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.setup.unknowns import sets_of_scene
 
 SETS = 32
-"""Largest number of parameter sets that are flown."""
+"""Largest number of parameter sets that are flown to measure the parametric error."""
 ROCKS = 1000
 """Largest number of rocks of a lot, a group of rocks that fly together; each set flies two lots of different rocks."""
 BUDGET = 12.0
-"""Time budget for all sets: seconds of one core."""
+"""Time budget to measure the parametric error with all sets: seconds of one core."""
 
 
 class OverSets(NamedTuple):

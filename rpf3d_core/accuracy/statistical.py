@@ -12,9 +12,9 @@ from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 from rpf3d_core.setup.prepared import Prepared
 
 FEWEST = 125
-"""Number of rocks of the smallest group that is flown."""
+"""Number of rocks of the smallest group that is flown to measure the statistical error."""
 MOST = 32_000
-"""Largest number of rocks of a group that is flown."""
+"""Largest number of rocks of a group that is flown to measure the statistical error."""
 QUANTILE = 0.95
 
 

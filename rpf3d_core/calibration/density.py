@@ -53,7 +53,7 @@ def misfits_of(observed: FloatArray) -> FloatArray:
 
 
 class Stops(NamedTuple):
-    """Where the R rocks of a parameter set stopped.
+    """The places where the R rocks of a parameter set stopped.
 
     place : (R, 2) m, along and across the direction of comparison; deposited : (R,) False for rocks that left the
     terrain or did not stop

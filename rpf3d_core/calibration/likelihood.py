@@ -25,7 +25,7 @@ NEAR = 0.3
 It widens the posterior by less than NEAR^2 / 2 = 5 %.
 """
 REDRAWS = 16
-"""Number of times that the groups of releases are drawn again."""
+"""Number of times that the groups of releases are drawn again, to measure the noise of the likelihood."""
 
 
 class Densities(NamedTuple):

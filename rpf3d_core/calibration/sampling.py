@@ -33,15 +33,15 @@ from rpf3d_core.calibration.population import (
 FloatArray = NDArray[np.float64]
 
 FIRST_SETS = 60
-"""Parameter sets of the first round for each unknown."""
+"""Number of parameter sets of the first round for each unknown."""
 FURTHER_SETS = 100
-"""Parameter sets of each further round."""
+"""Number of parameter sets of each further round."""
 MOST_ROUNDS = 20
 """Largest number of rounds: more would repeat what is known."""
 ENOUGH = 300.0
-"""Effective samples (-) after which a calibration ends."""
+"""Effective number of samples (-) that is enough to end a calibration."""
 FLOOR = 50.0
-"""Effective samples (-) below which the data, the rocks or the time do not determine the parameters."""
+"""Effective number of samples (-) below which a calibration is refused: the parameters are not determined."""
 MOST_NOISE = 1.0
 """Noise of the log-likelihood (-) up to which a calibration may end before its last round."""
 

@@ -34,7 +34,7 @@ EDGE = 1e-6
 
 
 class Stopped(Exception):
-    """The user stopped the analysis before all parameter sets had flown."""
+    """Raised if the user stops the analysis before all parameter sets have flown."""
 
 
 @dataclass(frozen=True)

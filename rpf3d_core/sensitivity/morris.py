@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 LEVELS = 4
-"""Levels of the grid in each unknown."""
+"""Number of levels of each unknown in the grid of the trajectories."""
 STEP = LEVELS / (2.0 * (LEVELS - 1.0))
 """Step (-) of an unknown's quantile: two thirds of the range, with which all levels are equally likely."""
 REDRAWS = 1000

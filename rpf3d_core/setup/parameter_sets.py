@@ -20,15 +20,15 @@ class Ready(Protocol):
 
     @property
     def scene(self) -> Scene:
-        """The scene, whose values the set replaces."""
+        """The scene of which a parameter set replaces values."""
 
     @property
     def terrain(self) -> Terrain:
-        """The terrain, with its zones."""
+        """The terrain over which the parameter sets fly, with its zones."""
 
     @property
     def flight(self) -> Flight:
-        """The flight with the scene's own values."""
+        """The flight with the values of the scene, without a parameter set."""
 
 
 def check_names(scene: Scene, names: tuple[str, ...]) -> None:

@@ -23,7 +23,7 @@ UNKNOWN: Ends = (None, None)
 
 
 class Figure(NamedTuple):
-    """One result of a cell.
+    """One result of a cell of a sweep, with its 95 % intervals.
 
     result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, for its share
     kind, place : kind and name of the place, "" for the whole run

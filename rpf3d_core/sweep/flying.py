@@ -31,7 +31,7 @@ CELLS = "cells"
 
 
 class CellRecord(NamedTuple):
-    """The results of the run of a cell.
+    """The results of the run of one cell of a sweep.
 
     digest : of scene and files; versions : of the packages that affect a result; rocks : number of rocks that flew
     sets : number of parameter sets that flew, None without unknowns

@@ -44,7 +44,7 @@ SAMPLING_ONLY = "sampling only"
 """Words before a sampling interval if a cell has unknowns, because the interval does not cover the unknowns."""
 
 Place = tuple[str, str]
-"""Kind and name of a place."""
+"""Kind and name of a place: a zone, an area of interest or a barrier."""
 
 
 def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[list[Any]]:

@@ -21,7 +21,7 @@ from rpf3d_core.ensemble.statistics import wilson_intervals
 FloatArray = NDArray[np.float64]
 
 LEVEL = 0.95
-"""Probability (-) of the intervals."""
+"""Probability (-) with which a predictive interval contains the result."""
 
 FEWEST = 5.0
 """Smallest mean number of rocks per set that count, and that do not count, for which the noise is subtracted."""
@@ -32,7 +32,7 @@ ENOUGH = 39
 
 
 class Interval(NamedTuple):
-    """N intervals; NaN where there is no value.
+    """The ends of N intervals; NaN where an interval is unknown.
 
     low, high : (N,) lower and upper ends, in the unit of the quantity
     """

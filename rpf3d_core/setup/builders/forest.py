@@ -149,7 +149,7 @@ def _drawn(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 
 def _some(stand: _Stand, chosen: NDArray[np.bool_]) -> _Stand:
-    """Return the trees that a mask (T,) chooses."""
+    """Return the trees for which `chosen` (T,) is True."""
     return _Stand(
         plan=stand.plan[chosen], diameter=stand.diameter[chosen], height=stand.height[chosen], kind=stand.kind[chosen]
     )
