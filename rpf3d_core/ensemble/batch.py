@@ -21,7 +21,7 @@ class Written:
 
     rows : (N,) row of each rock in the releases
     impacts : (I, 9), facets : (I,), pieces : (S, 10) path segments, modes : (S,), all as in `simulation.record.Record`;
-        if rocks spin, impacts and pieces have two more columns
+        if rocks spin, impacts and pieces have two more columns; rocks with a shape add 3 to impacts and 8 to pieces
     first : (N + 1, 2) the first row of each rock in impacts and in pieces
     """
 
@@ -37,8 +37,9 @@ class Written:
 class Batch(Written):
     """N flown rocks: their records, their results at the end of the flight, and the rocks that broke.
 
-    finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin
-    counts : (N, 4) columns `COUNT_COLUMNS`
+    finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin; (N, 15) with
+        `BODY_FINALS` if they have a shape
+    counts : (N, 4) columns `COUNT_COLUMNS`; (N, 5) with `BODY_COUNTS` if rocks have a shape
     broken : the rocks of the batch that broke; `NONE_BROKEN` if they have not been gathered
     """
 
@@ -86,7 +87,7 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """Return a batch of N rocks from their records and their final results: finals (N, 8) and counts (N, 4)."""
+    """Return a batch of N rocks from their records and their final results, as in `Batch`."""
     return Batch(**vars(written), finals=finals, counts=counts)
 
 

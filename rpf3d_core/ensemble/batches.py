@@ -114,7 +114,7 @@ class Keep:
 class Crew:
     """Data that all threads share while they fly R rocks: inputs, and arrays for the results.
 
-    finals : (R, 8), or (R, 10) if rocks spin; counts : (R, 4); the threads fill in both
+    finals, counts : results of the R rocks, with the columns of `Batch`; the threads fill in both
     broken : list to which the threads add one entry for each batch in which rocks broke
     """
 
@@ -188,7 +188,7 @@ def _flown_by(
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
     """Return the rocks of all parts as one batch, sorted by row; the rocks may have flown in any order.
 
-    finals : (R, 8), counts : (R, 4), results of all R rocks of the run, of which only some may have flown
+    finals, counts : results of all R rocks of the run, as in `Crew`, of which only some may have flown
     """
     if not parts:
         return NOTHING

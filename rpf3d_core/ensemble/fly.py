@@ -89,7 +89,7 @@ def flights_of(
 
 
 def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Deposits:
-    """Return the deposits from the engine's results: finals (R, 8), or (R, 10) if rocks spin, and counts (R, 4)."""
+    """Return the deposits of R rocks from the engine's results: finals and counts, with the columns of `Batch`."""
     speed, energies = finals[:, 5], dict(zip(SPIN_FINALS, finals[:, len(FINAL_COLUMNS) :].T, strict=False))
     pose = len(FINAL_COLUMNS) + len(SPIN_FINALS)
     shapes: dict[str, Any] = {}
