@@ -11,7 +11,7 @@ from rpf3d_core.scene.reading import read_scene, scene_digest
 
 
 def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """Measure the price list of a scene, write it into a folder and return it.
+    """Measure the price list of a scene, write it into a folder and return it; tell : receives progress texts.
 
     Raises
     ------

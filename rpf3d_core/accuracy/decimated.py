@@ -19,7 +19,7 @@ def decimated(terrain: Terrain, share: float) -> Terrain:
 
     Each new triangle gets the zone of the nearest original facet.
 
-    share : number of triangles after the decimation over the number before (-), approximate
+    share : number of triangles after the decimation divided by the number before (-), approximate
 
     Sources
     -------

@@ -85,7 +85,7 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
 
 
 def rocks_of(scene: Scene, prepared: Prepared) -> int:
-    """Return the number of rocks that a run of the scene flies, for its statistical error."""
+    """Return the number of rocks that a run of the scene flies; with `rocks: auto`, in its first round."""
     numbers = rounds_of(with_choices(scene, None, None, None), places_of(prepared))[0].last
     return sum(numbers)
 
@@ -150,7 +150,7 @@ def _geometric(prepared: Prepared, sampled: list[Sampled], tell: Tell) -> list[P
 
 
 def _parametric(prepared: Prepared, tell: Tell) -> list[Priced]:
-    """Return the line of a scene's unknowns; none without unknowns."""
+    """Return the line of the price list for the unknowns of a scene; an empty list for a scene without unknowns."""
     tell("parametric: the parameter sets of the unknowns")
     found = over_sets(prepared)
     return [] if found is None else [priced_unknowns(found)]

@@ -36,7 +36,8 @@ TIMED_ROCKS = 10
 class Steps(NamedTuple):
     """A setting of the thesis' fixed-step method, as in `method.stepping` of a scene.
 
-    dt : time step, s; threshold : contact distance, m; squared : as in `detection.stepped.stepped`
+    dt : time step, s; threshold : contact distance, m
+    squared : True if the squared distance is compared with `threshold`, as in the thesis' code
     """
 
     dt: float
@@ -104,7 +105,7 @@ def stepped_answers(
 
     exact : result of all releases with exact events
     """
-    # VTK's own locator over the same terrain: only this measurement needs it, to time the thesis' way.
+    # VTK's own locator over the same terrain: only this measurement needs it, to time the method of the thesis.
     by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))
     same, step_vtk, step_compiled = {len(exact.rows): exact}, GUESSED_STEP, GUESSED_STEP
     for setting in settings:

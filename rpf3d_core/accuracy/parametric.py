@@ -1,4 +1,4 @@
-"""Measure the parametric error: how far the map is off because no one knows the values of the ground.
+"""Measure the parametric error: how far the map may be off because the values of the ground are unknown.
 
 Each parameter set of a scene's unknowns is a ground that may be the true one. The error is the distance between the
 maps of two such grounds.
@@ -19,18 +19,19 @@ from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.setup.unknowns import sets_of_scene
 
 SETS = 32
-"""Largest number of parameter sets that are flown."""
+"""Largest number of parameter sets that are flown to measure the parametric error."""
 ROCKS = 1000
-"""Largest number of rocks of a lot; each set flies two lots."""
+"""Largest number of rocks of a lot, a group of rocks that fly together; each set flies two lots of different rocks."""
 BUDGET = 12.0
-"""Time budget for all sets: seconds of one core."""
+"""Time budget to measure the parametric error with all sets: seconds of one core."""
 
 
 class OverSets(NamedTuple):
     """The parametric error of a scene, from S parameter sets with two lots of `rocks` rocks each.
 
     of_map : root of the mean square distance (-) between the maps of two sets, beyond chance
-    distance : the same, chance included; of_shares : largest difference (-) of a share between two sets
+    distance : root of the mean square distance (-), chance included
+    of_shares : largest difference (-) of a share between two sets
     seconds_per_1000 : s of one core for 1,000 rocks
     """
 
@@ -43,7 +44,7 @@ class OverSets(NamedTuple):
 
 
 def over_sets(prepared: Prepared) -> OverSets | None:
-    """Return the parametric error of a scene; None if it has no unknowns, so that the error is not known either."""
+    """Return the parametric error of a scene; None if it has no unknowns, because the error is then unknown."""
     if not prepared.scene.has_unknowns:
         return None
     sets = sets_of_scene(prepared.scene)
@@ -59,14 +60,14 @@ def over_sets(prepared: Prepared) -> OverSets | None:
 
 
 def _flown(prepared: Prepared, values: dict[str, float], rocks: int, lot: int) -> FlownSample:
-    """Return a lot of rocks flown with one parameter set."""
+    """Fly one lot of rocks with one parameter set; lot : number of the lot, which selects the rocks."""
     return fly(replace(prepared, flight=flight_of_set(prepared, values)), some_rocks(prepared, rocks, lot))
 
 
 def compared(pairs: Sequence[tuple[FlownSample, FlownSample]]) -> OverSets:
     """Return the parametric error from two lots of rocks of each parameter set.
 
-    A lot of one set and a lot of another set differ by chance as two lots of one set do, and by the sets.
+    Two lots of one set differ by chance. Lots of two sets differ by chance in the same way, and by the sets.
     """
     crossed = [(pairs[i][0], pairs[j][1]) for i in range(len(pairs)) for j in range(len(pairs)) if i != j]
     distance = _root_mean_square([map_distance(a.reached, b.reached) for a, b in crossed])

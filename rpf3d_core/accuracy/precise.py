@@ -173,7 +173,7 @@ def impacts_in_digits(
 
 
 class Landed(NamedTuple):
-    """A rock on a facet just before the rebound, with the velocity that it arrives with; n : a normal of the facet."""
+    """A rock on a facet just before the rebound; struck : with the velocity of arrival; n : a normal of the facet."""
 
     struck: Struck
     n: Point

@@ -12,9 +12,9 @@ from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 from rpf3d_core.setup.prepared import Prepared
 
 FEWEST = 125
-"""Number of rocks of the smallest group that is flown."""
+"""Number of rocks of the smallest group that is flown to measure the statistical error."""
 MOST = 32_000
-"""Largest number of rocks of a group that is flown."""
+"""Largest number of rocks of a group that is flown to measure the statistical error."""
 QUANTILE = 0.95
 
 
@@ -24,7 +24,7 @@ class Sampled(NamedTuple):
     of_map : estimated distance (-) between the map of these rocks and the map of infinitely many rocks
     apart : distance (-) between the maps of two different groups of this number of rocks
     half_width : half-width of the widest 95 % interval of a share (-)
-    energy : half-width of the 95 % interval of the p95 of energy, over this p95 (-); None if unknown
+    energy : half-width of the 95 % interval of the p95 of energy, divided by this p95 (-); None if unknown
     seconds : of one core, to fly the rocks and to count them into maps
     """
 
@@ -116,7 +116,7 @@ def distance_from_truth(some: Reached, everything: Reached) -> float:
 
 
 def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
-    """Return how uncertain a quantile is: half the width of its 95 % interval over its value (-).
+    """Return how uncertain a quantile is: half the width of its 95 % interval divided by its value (-).
 
     The ends of the interval are two of the sorted values: the number of values below the true quantile has a binomial
     distribution, approximated by a normal distribution. Return None if the interval reaches beyond the smallest or

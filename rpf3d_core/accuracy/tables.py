@@ -29,7 +29,7 @@ SPEND = {
     "parametric": "a calibration (`rpf3d calibrate`) or narrower ranges bring most; neither rocks nor a finer survey "
     "replace it",
 }
-"""What to spend on next, by the name of the largest error."""
+"""Advice on how to reduce the largest error, by the name of the error."""
 NOTE = (
     "map error: share of all visits to cells that one map has elsewhere than the other (0 to 1); chance: the same "
     "between maps of as many, but other, rocks; lengths are medians; seconds are those of one core, ~ where a step was "
@@ -134,7 +134,7 @@ def findings(prices: PriceList, target: float) -> list[str]:
 
 
 def _unbought(prices: PriceList, target: float) -> list[str]:
-    """Return what no number of rocks can buy, as a sentence; nothing if the parametric error is within the target."""
+    """Return a sentence if the parametric error is unknown, or above the target with any number of rocks."""
     if not prices.parametric:
         return ["parametric error: not known, because the scene gives every value of the ground as known; give ranges "
                 "with `library` or `prior`, for it is often the largest"]  # fmt: skip
@@ -155,7 +155,7 @@ def _largest(prices: PriceList) -> str:
 
 
 def _left_out(prices: PriceList) -> list[str]:
-    """Return what the price list of rocks with a shape lacks, as a sentence; nothing for points and spheres."""
+    """Return a sentence on what the price list of rocks with a shape lacks; an empty list for points and spheres."""
     if prices.method["method"] != "contact":
         return []
     return [

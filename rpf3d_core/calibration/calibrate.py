@@ -1,4 +1,4 @@
-"""Calibrate the unknowns of a scene on its observations, within a time; `rpf3d calibrate` does the same."""
+"""Calibrate the unknowns of a scene on its observations, within a given time; `rpf3d calibrate` uses this module."""
 
 import math
 import time
@@ -26,16 +26,19 @@ from rpf3d_core.setup.choices import with_choices
 BUDGET_S = 900.0
 """Default time (s) of a whole calibration, from reading the scene to writing the results."""
 LEAST_BUDGET_S = 10.0
-"""Least time (s) that can do: points on a small terrain, with compiled code in the cache, need about as much."""
+"""Smallest budget (s) that may be enough: points on a small terrain, with compiled code in the cache, need as much."""
 END_S = 4.0
-"""Time (s) of scores, pictures and files of a small calibration, to name a budget that would do."""
+"""Time (s) of scores, pictures and files of a small calibration, to suggest a budget that is enough."""
 
 SOME_ROUNDS = 3
-"""Rounds whose time a message states: fewer hardly determine anything."""
+"""Number of rounds whose time the message on a short budget states: fewer rounds hardly determine anything."""
 
 
 class Calibrated(NamedTuple):
-    """A finished calibration: what it found, or None if it was interrupted; sets : flown sets, which are kept."""
+    """A calibration that has ended.
+
+    found : its findings, None if it was interrupted; sets : number of flown parameter sets, which are kept on disk
+    """
 
     found: Findings | None
     sets: int
@@ -61,7 +64,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     check_folder(folder, chosen)
     slope = slope_of(_many(chosen))
     prepared_s = time.monotonic() - began
-    import_writers()  # here, so that the time left is known when it is needed
+    import_writers()  # now, so that it takes no time after the flights
     state = open_state(folder, chosen)
     priors = [prior.distribution for prior in spec.unknowns.values()]
 
@@ -83,7 +86,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
 
 
 def deadline_after(budget: float | None) -> float:
-    """Return the `time.monotonic()` at which a budget (s) that starts now is over.
+    """Return the `time.monotonic()` at which a budget (s) that starts now is over; None for BUDGET_S.
 
     Raises
     ------
@@ -96,9 +99,9 @@ def deadline_after(budget: float | None) -> float:
 
 
 def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, control: Control) -> str:
-    """Return what took the time of a budget that ended before the first flight, and a budget in which rounds fly.
+    """Return a message on a budget that ended before the first flight: what took the time, and which budget is enough.
 
-    prepared_s : s, time of reading and compiling. One parameter set flies to measure its time.
+    prepared_s : s, time of reading and compiling. One parameter set flies, to measure the time of SOME_ROUNDS rounds.
     """
     prepared, began = slope.prepared, time.monotonic()
     middle = [float(quantiles(prior, np.array([0.5]))[0]) for prior in priors]
@@ -119,7 +122,7 @@ def _many(scene: Scene) -> Scene:
 
 
 def _book(slope: Slope, spec: CalibrationSpec) -> Flown | None:
-    """Return the flight of the book's values; None if the scene names none.
+    """Return the flown parameter set with the book's values; None if the scene names no book values.
 
     Unknowns that the book does not name keep the value of the scene.
     """

@@ -38,7 +38,7 @@ def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, s
 def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: float | None) -> None:
     """Write posterior.parquet and calibrated.yaml into a folder; files are named relative to this folder.
 
-    misfit : m, by how much observed stops differ from the model's beyond its own spread; None if unknown
+    misfit : m, difference of observed and simulated stops that the simulated spread does not explain; None if unknown
     """
     write_parameter_sets(out / SAMPLE, sample)
     written = read_yaml(scene.path).values
@@ -68,7 +68,10 @@ def _files_of(value: Any) -> Iterator[Path]:
 
 
 def _moved(value: Any, before: Path, out: Path, files: set[Path]) -> Any:
-    """Return values of a scene file in the folder `before`, with names of files as they are from the folder `out`."""
+    """Return values of a scene file with file names relative to the folder `out` instead of the folder `before`.
+
+    files : absolute paths of the files that the scene names
+    """
     if isinstance(value, Mapping):
         return {key: _moved(inner, before, out, files) for key, inner in value.items()}
     if isinstance(value, list | tuple):

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Cell(NamedTuple):
-    """The content of a column for one end point; place : where it stands, for messages."""
+    """The content of a column for one end point; place : where the cell is in the file, for messages."""
 
     place: str
     content: Any
@@ -68,7 +68,10 @@ def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
 
 
 def _place_without_names(path: Path, rows: list[Row], column: int | str, key: str) -> int:
-    """Return the place of a column from 0, in a file without a header; of three columns, two are coordinates."""
+    """Return the index of a column, from 0, in a file without a header; `column` counts from 1.
+
+    The first two columns are coordinates; so is the third column if there are more than three.
+    """
     if isinstance(column, str):
         raise InputError(f"{path}: `calibration.{key}` is {column!r}, but the file has no header; give the number "
                          "of the column")  # fmt: skip
@@ -78,7 +81,7 @@ def _place_without_names(path: Path, rows: list[Row], column: int | str, key: st
 
 
 def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
-    """Return the place of a column from 0, in a file with a header."""
+    """Return the index of a column, from 0, in a file with a header; `column` is a name, or a number from 1."""
     names = [cell.lower() for cell in header.cells]
     if isinstance(column, str) and names.count(column.lower()) != 1:
         found = "names it twice" if column.lower() in names else f"has {', '.join(header.cells)}"

@@ -1,4 +1,4 @@
-"""Warn of what the observations of a calibration say less surely than it seems."""
+"""Warnings about observations of a calibration that determine less than it seems."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ NAMED = 5
 
 
 def data_warnings(slope: Slope, flown: list[Flown]) -> tuple[str, ...]:
-    """Return sentences on what the observations say less surely than it seems.
+    """Return sentences on observations that determine less than it seems.
 
     flown : all flown parameter sets
     """
@@ -24,7 +24,7 @@ def data_warnings(slope: Slope, flown: list[Flown]) -> tuple[str, ...]:
 
 
 def _of_number(stops: int) -> Iterator[str]:
-    """Yield a sentence if the number of observed stops is too small for the misfit, or for sure intervals."""
+    """Yield a sentence if the number of observed stops is too small for the misfit, or for reliable intervals."""
     if stops < LEAST_STOPS:
         yield (f"the error of the model (misfit) is unknown, because it needs {LEAST_STOPS} end points or more and the "
                f"scene has {stops}: the model counts as exact, so all intervals are too narrow")  # fmt: skip
@@ -63,7 +63,10 @@ def _of_counts(field: Field) -> Iterator[str]:
 
 
 def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
-    """Yield sentences on values at gates: they have no error of the model, and a gate that no rock passed."""
+    """Yield sentences on values at gates, and on gates where no simulated rock fits the observations.
+
+    Values at gates have no error of the model, so intervals are too narrow where the model is poor.
+    """
     gates = sorted({one.gate for one in slope.field.values})
     if gates:
         yield (f"the values observed at {', '.join(gates)} carry their measuring error but no error of the model: "
@@ -74,16 +77,17 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
 
 
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
-    """Return name and distance (m) of the gates at which the observations have no density in any set.
+    """Return name and distance (m) of the gates whose observations have a density of 0 under every set.
 
-    Counts of passed rocks are compared without an error of the model, which would let rocks pass that stopped before.
+    Counts of passed rocks are compared without an error of the model: the error would let rocks pass that stopped
+    before the gate.
     """
     most = np.max([one.densities[:, 0].max(axis=0) for one in flown], axis=0)
     return {(name, at) for name, at, column in _gate_columns(slope.field) if not most[column].any()}
 
 
 def _gate_columns(field: Field) -> Iterator[tuple[str, float, slice]]:
-    """Yield name and distance (m) of each gate, with the columns of its observations that only passing rocks fill."""
+    """Yield name and distance (m) of each gate, with the columns of `Flown.densities` that only passing rocks fill."""
     column = len(field.stops)
     for values in field.values:
         yield values.gate, values.at, slice(column, column + len(values.observed))

@@ -1,9 +1,9 @@
 """Densities of simulated results at observed values: kernel estimates for one parameter set, by groups of releases.
 
-A field observation is a column: the density of the simulated results at the observed value. Rocks that did not deposit
-count among all rocks, so each of them lowers the density: a rock that left the terrain is wrong, not missing. The rocks
-of a parameter set are divided into groups of releases, and the density of each group is kept, so that the noise due to
-the finite number of rocks can be measured (`likelihood`).
+Each field observation has a column: the density of the simulated results at the observed value. Rocks that did not
+deposit count among all rocks, so each of them lowers the density: a rock that left the terrain is wrong, not missing.
+The rocks of a parameter set are divided into groups of releases, and the density of each group is kept, so that the
+noise due to the finite number of rocks can be measured (`likelihood`).
 
 No model is exact, so an observed stop is taken as a simulated stop plus an error. The error has the field's measuring
 error and the model's own, the misfit, whose size is unknown: densities are computed for several misfits, between which
@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 GROUPS = 16
 """Number of groups of releases; rock number j belongs to group j modulo GROUPS."""
 NARROWING = 0.7
-"""Factor on the standard deviation of the kernel, against the rule for one density estimate.
+"""Factor on the standard deviation of the kernel, relative to the rule for a single density estimate.
 
 Densities of neighbouring parameter sets are averaged afterwards, which removes noise, so kernels may be narrower.
 """
@@ -33,9 +33,9 @@ NORMAL_QUARTILES = 1.349
 MISFITS = (0.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0)
 """Misfits that are possible, as multiples of the spread of the observed stops; all are equally likely beforehand."""
 LEAST_STOPS = 3
-"""Smallest number of observed stops that say anything about the misfit."""
+"""Smallest number of observed stops from which the misfit can be estimated."""
 LEAST_RATIO = 0.25
-"""Smallest ratio (-) of the two standard deviations of observed stops from which the spread is computed."""
+"""Smallest ratio (-) of the standard deviations of observed stops, along and across, to compute their spread."""
 
 
 def misfits_of(observed: FloatArray) -> FloatArray:
@@ -53,7 +53,7 @@ def misfits_of(observed: FloatArray) -> FloatArray:
 
 
 class Stops(NamedTuple):
-    """Where the R rocks of a parameter set stopped.
+    """The places where the R rocks of a parameter set stopped.
 
     place : (R, 2) m, along and across the direction of comparison; deposited : (R,) False for rocks that left the
     terrain or did not stop
@@ -106,7 +106,7 @@ def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike
     The mean over the groups is the density of all rocks.
 
     errors : (M,) m, standard deviations of measuring error and misfit together
-    alike : (N, R) how far each rock stands for each observed block, >= 0; None if every rock stands for every block
+    alike : (N, R) weight of each rock for each observed block, >= 0; None if all rocks count alike for all blocks
     """
     weights = np.ones((1, len(stops.place))) if alike is None else alike
     share = grouped(weights).mean(axis=0)
@@ -124,7 +124,7 @@ def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike
 def value_densities(values: FloatArray, observed: FloatArray, error: float) -> FloatArray:
     """Return the density (GROUPS, N) of simulated values (R,) at observed values (N,), such as speeds at a gate.
 
-    values : NaN for a rock without the value, such as one that did not reach the gate; these rocks do not count
+    values : NaN for a rock without the value, such as a rock that did not reach the gate; these rocks do not count
     """
     known = ~np.isnan(values)
     if not known.any():
@@ -136,9 +136,10 @@ def value_densities(values: FloatArray, observed: FloatArray, error: float) -> F
 
 
 def share_densities(probabilities: FloatArray) -> FloatArray:
-    """Return the shares (GROUPS, M, 2) (-) of rocks that did what was counted, and of others, scaled as densities are.
+    """Return the shares (GROUPS, M, 2) (-) of rocks that did what was counted, and of rocks that did not.
 
-    probabilities : (M, R) that each rock did it, such as reaching an area, for each misfit
+    The mean over the groups is the share of all rocks.
+    probabilities : (M, R) probability that each rock did it, such as reaching an area, for each misfit
     """
     misfits, rocks = probabilities.shape
     both = np.stack([probabilities, 1.0 - probabilities], axis=1).reshape(2 * misfits, rocks)

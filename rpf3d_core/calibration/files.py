@@ -19,7 +19,7 @@ from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
 
 ESTIMATED = ("mean", "low", "high", "shrinkage")
-"""Keys of a parameter that a refused calibration does not know."""
+"""Keys of a parameter in calibration.json that are null if the calibration is refused."""
 
 
 def content_of(found: Findings) -> dict[str, Any]:
@@ -50,13 +50,13 @@ def content_of(found: Findings) -> dict[str, Any]:
 
 
 def import_writers() -> None:
-    """Import what writes the result, which takes about a second, before it is needed."""
+    """Import the modules that write the result before they are needed, because the import takes about a second."""
     import rpf3d_core.results.plots.calibration
     import rpf3d_core.unknowns.sample_files  # noqa: F401
 
 
 def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, result: Result, found: Findings) -> None:
-    """Write all files of a calibration into its folder: of a refused one only calibration.json and report.md."""
+    """Write all files of a calibration into its folder; for a refused one, only calibration.json and report.md."""
     for name in RESULTS:
         (out / name).unlink(missing_ok=True)
     if not is_refused(found):
@@ -71,7 +71,10 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
 
 
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
-    """Write the three pictures; the pictures of stops are left out if no stops were observed."""
+    """Write the three pictures; the pictures of stops are left out if no stops were observed.
+
+    values : values of the unknowns of all sets (S, U), and of the sample of the posterior
+    """
     # Imported here, because the import of matplotlib takes most of a second.
     from rpf3d_core.results.plots.calibration import Predicted, write_coverage, write_pairs, write_predicted
 

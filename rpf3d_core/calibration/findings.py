@@ -1,4 +1,4 @@
-"""What a calibration found: parameters with intervals, correlations, scores, coverage, and the verdict in words."""
+"""The findings of a calibration: parameters with intervals, correlations, scores and coverage, from its flown sets."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -35,7 +35,7 @@ FINE = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """One parameter: its prior as the scene has it, and mean, 90 % interval and shrinkage of the posterior.
+    """One parameter: its prior as the scene states it, and mean, 90 % interval and shrinkage of the posterior.
 
     shrinkage : 1 minus the ratio of the posterior's to the prior's standard deviation (-): 0 if nothing was learnt
     edge : share (-) of the posterior in the outermost twentieth of the prior's range, at its lower and upper end
@@ -54,9 +54,12 @@ class Estimate:
 class Findings:
     """All findings of a calibration.
 
-    correlation : (U, U); scores are None where nothing could be kept out, or no book values are named
-    rank : (N, 2) probabilities of the observed stops under predictions that have not seen them, with the measuring
-    error alone, as a run shows its stops; whole_rank : (N, 2) with the misfit as well; None without stops
+    correlation : (U, U); effective, noise : as in `sampling.Posterior`
+    held_out, prior, book, curve : scores of the observations; None if none could be kept out, or if there are no book
+        values or no end points to predict
+    rank : (N, 2) predicted probability of a stop nearer than each observed stop, along and across; each prediction is
+        made without the stop, and with the measuring error alone, as a run shows its stops; None without stops
+    whole_rank : (N, 2) the same with the misfit included
     misfit : m, mean error of the model over the posterior; None if there were too few end points to know it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
     of_data : warnings of the observations, as sentences; left_out : sentences on sources of which no rock flew
@@ -84,7 +87,7 @@ class Findings:
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
 
-        `with_misfit` has the shares for intervals that hold the misfit of the model as well.
+        `with_misfit` has the shares for intervals that include the misfit of the model.
         """
         if self.rank is None or self.whole_rank is None:
             return None
@@ -99,7 +102,7 @@ def _shares_inside(rank: FloatArray) -> dict[str, dict[str, float]]:
 
 
 def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown | None, seed: int) -> Findings:
-    """Return what the flown sets of a calibration say.
+    """Return the findings of a calibration from its flown sets.
 
     book : the flight of the book's values, or None
     """
@@ -131,7 +134,7 @@ def _columns(slope: Slope) -> int:
 def _counts_beside(slope: Slope) -> IntArray:
     """Return the numbers (K,) of the observations that are counts of rocks, if end points are kept out; else none."""
     first = len(slope.field.stops) + sum(len(one.observed) for one in slope.field.values)
-    counts = 2 * len(slope.field.counted) if len(slope.field.stops) else 0  # those that did it, and the others
+    counts = 2 * len(slope.field.counted) if len(slope.field.stops) else 0  # rocks that did it, and rocks that did not
     return np.arange(first, first + counts)
 
 

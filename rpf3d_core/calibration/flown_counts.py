@@ -1,8 +1,7 @@
-"""How many simulated rocks did what was counted in the field, with the error of the model.
+"""The probability that each simulated rock did what was counted in the field, with the error of the model.
 
-A simulated stop or passage stands for observed ones at a distance: it has the error of the model (the misfit), as
-stops have that are compared one by one. So a rock near the end of a section did what was counted with a probability.
-Without an error the probability is 0 or 1.
+A simulated stop or passage has the error of the model (the misfit), like stops that are compared one by one. So a rock
+near the end of a section did what was counted only with a probability. Without an error, the probability is 0 or 1.
 """
 
 from collections.abc import Callable
@@ -40,12 +39,12 @@ class Extent(NamedTuple):
 
 
 def deposited_in(batch: Batch) -> NDArray[np.bool_]:
-    """Return which of R rocks stopped on the terrain, (R,)."""
+    """Return flags (R,): True for a rock that stopped on the terrain or was caught."""
     return np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
 
 
 def extent_of(batch: Batch, directions: Directions) -> Extent:
-    """Return how far along the slope the recorded path of each rock goes; ends of segments are compared."""
+    """Return how far along the slope the recorded path of each rock goes; only ends of path segments are compared."""
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     distance = directions.places(batch.pieces[:, 1:4])[:, 0]
     begin, least, most = (directions.places(batch.finals[:, 1:4])[:, 0] for _ in range(3))
@@ -60,7 +59,7 @@ def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
     """Return the probability (M, R) that each rock passed a gate, for each misfit (M,) m.
 
     at : m, distance of the gate. The error of the model belongs to the farthest point of a path, and not to its
-    beginning, which is known. So a rock that begins beyond the gate passes it only if its own path does.
+    beginning, which is known. So a rock that begins beyond the gate passes it only if its simulated path crosses it.
     """
     before = extent.begin < at
     return np.stack([np.where(before, _beyond(extent.most - at, sd), extent.least < at) for sd in misfits.tolist()])
@@ -81,7 +80,7 @@ def reached_section(extent: Extent, section: Section, misfits: FloatArray) -> Fl
 def stopped_in_section(
     along: FloatArray, deposited: NDArray[np.bool_], section: Section, misfits: FloatArray
 ) -> FloatArray:
-    """Return the probability (M, R) that each rock stopped in a section.
+    """Return the probability (M, R) that each rock stopped in a section, for each misfit (M,) m.
 
     along : (R,) m, where rocks stopped; deposited : (R,) False for rocks that left the terrain or did not stop
     """
@@ -92,7 +91,10 @@ def stopped_in_section(
 
 
 def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
-    """Return the probability (M, R) that each rock stopped in an area: the share of its displaced copies."""
+    """Return the probability (M, R) that each rock stopped in an area: the share of its displaced copies.
+
+    outlines : closed outlines (P, 2) m of the area, local frame; misfits : (M,) m
+    """
     deposited, stops = deposited_in(batch), batch.finals[:, 1:3]
     return np.stack([_share(lambda by: contained(stops + by, outlines), sd) * deposited for sd in misfits.tolist()])
 
@@ -101,7 +103,7 @@ def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) 
     """Return the probability (M, R) that each rock crossed an area or stopped in it: the share of displaced paths.
 
     As in `passed`, the error belongs to the end of a path, and not to its beginning, which is known: it grows along the
-    path.
+    path. outlines, misfits : as in `stopped_in_area`
     """
     area, paths = _area_of(outlines), _paths_of(batch)
 
@@ -125,7 +127,7 @@ class _Paths(NamedTuple):
 
 
 def _paths_of(batch: Batch) -> _Paths:
-    """Return the recorded paths of all rocks; the end of each rock comes twice, for rocks without a recorded event."""
+    """Return the recorded paths of all rocks; each path has its end twice, for rocks without a recorded event."""
     ends = np.arange(len(batch.rows))
     rows = np.concatenate([np.repeat(ends, np.diff(batch.first[:, 1])), ends, ends])
     order = np.argsort(rows, kind="stable")
@@ -152,7 +154,7 @@ def unit_displacements() -> FloatArray:
 
 
 def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> FloatArray:
-    """Return the share (R,) of displaced copies for which a rock is flagged; without an error the rock itself counts.
+    """Return the share (R,) of displaced copies for which a rock is flagged; for sd = 0 (m), the rock itself.
 
     flags_at : returns flags (R,) from a displacement in plan (2,) m
     """

@@ -1,4 +1,4 @@
-"""What recorded paths show of a calibration's data: values where rocks passed a gate, and which places they reached."""
+"""Values at a gate, and places reached, from the recorded paths of rocks, to compare them with observations."""
 
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ class Passages(NamedTuple):
 
     @property
     def passed(self) -> NDArray[np.bool_]:
-        """Which rocks passed, (R,)."""
+        """Flags (R,): True for a rock that passed."""
         return ~np.isnan(self.speed)
 
 
@@ -52,7 +52,7 @@ def passages(batch: Batch, directions: Directions, at: float, engine: Engine) ->
 
 
 def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first and last row of each segment, from the rock of each recorded event (S,)."""
+    """Return the rows of the first and of the last event of each path segment; rows : (S,) rock of each event."""
     first = np.flatnonzero(rows[1:] == rows[:-1])
     return first, first + 1
 
@@ -60,7 +60,11 @@ def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.in
 def _at_plane(
     batch: Batch, begin: NDArray[np.int64], end: NDArray[np.int64], along: FloatArray, distance: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return position (K, 3) m and velocity (K, 3) m/s of K rocks where a segment crosses the plane."""
+    """Return position (K, 3) m and velocity (K, 3) m/s of K rocks where a path segment crosses the plane.
+
+    begin, end : (K,) rows of the segment's events; along : (3,) unit normal of the plane
+    distance : (K,) m, from the plane to the start of the segment
+    """
     x, v, v_end = batch.pieces[begin, 1:4], batch.pieces[begin, 4:7], batch.pieces[begin, 7:10]
     duration = np.maximum(batch.pieces[end, 0] - batch.pieces[begin, 0], 1e-12)
     acceleration = (v_end - v) / duration[:, None]
@@ -85,7 +89,7 @@ def _above_ground(engine: Engine, x: FloatArray) -> FloatArray:
 
 
 def visited(batch: Batch, inside: list[FloatArray]) -> NDArray[np.bool_]:
-    """Return which of R rocks passed over or stopped in an area in plan, (R,).
+    """Return flags (R,): True for a rock that passed over, or stopped in, an area in plan.
 
     inside : closed outlines (P, 2) m of the area, local frame; points on the paths are compared, see `path_points`
     """
@@ -112,7 +116,7 @@ def path_points(batch: Batch) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def contained(points: FloatArray, outlines: list[FloatArray]) -> NDArray[np.bool_]:
-    """Return True (N,) for points (N, 2) m that lie in an area and not in a hole of the area.
+    """Return flags (N,): True for points (N, 2) m that lie in an area and not in a hole of the area.
 
     outlines : rings (P, 2) m of the area and of its holes; a point is inside if a ray from it crosses them an odd
         number of times

@@ -1,4 +1,4 @@
-"""Fly parameter sets over one prepared terrain, and return what each set says about the observations."""
+"""Fly parameter sets over one prepared terrain, and return the densities of the observations under each set."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -61,7 +61,7 @@ Densities are averaged over neighbouring sets, so more sets of few rocks determi
 LEAST_ROCKS, MOST_ROCKS = 128, 4096
 """Bounds of the number of rocks of a parameter set, where the scene does not give it."""
 MASS_KERNEL = 0.3
-"""Standard deviation of the logarithm of the mass within which blocks stand for each other (-)."""
+"""Width (-) of the kernel in the logarithm of mass: a rock counts less for an observed block of another mass."""
 DEALT = 2**34
 """Part of the key of the random numbers that deal release points to observed blocks, to which the round is added."""
 JOULE_PER_KJ = 1000.0
@@ -84,7 +84,7 @@ class Slope:
 
     names : key paths of the unknowns; rocks : number of rocks of each set
     error : m, measuring error of an end point; misfits : (M,) m, possible errors of the model
-    alike : (N, R) how far each rock stands for each observed block, or None
+    alike : (N, R) weight of each rock for each observed block; None if all rocks count alike
     """
 
     prepared: Prepared
@@ -146,15 +146,15 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 
 
 def releases_of_round(slope: Slope, number: int) -> Releases:
-    """Return the releases that all sets of a round share; each round has rocks of its own, evenly over all sources.
+    """Return the releases that all sets of a round share; each round has other rocks, evenly spread over all sources.
 
-    A known mass or shape of the observed blocks replaces the scene's, block after block. Each round deals the
-    blocks to other releases.
+    If the masses or shapes of the observed blocks are known, they replace those of the scene, block after block. Each
+    round assigns the blocks to the releases in another random order.
     """
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
     block = np.arange(slope.rocks) % max(len(field.stops), 1)
-    if field.masses is not None or field.shapes is not None:  # in order, each block would fall from a few points only
+    if field.masses is not None or field.shapes is not None:  # else each block falls from a few points only
         key = [prepared.scene.seed, DEALT + number]
         releases = taken(releases, np.random.Generator(np.random.Philox(key=key)).permutation(slope.rocks))
     if field.masses is not None:
@@ -182,7 +182,7 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 
 
 def observed_of(slope: Slope) -> Observed:
-    """Return counts and background densities of all observations, in the order of `Flown.densities`."""
+    """Return how often each observation was made, and its density if it came from anywhere, in the order of `Flown`."""
     field = slope.field
     counts, anywhere = [np.ones(len(field.stops))], [np.full(len(field.stops), anywhere_density(slope))]
     for one in field.values:
@@ -195,7 +195,7 @@ def observed_of(slope: Slope) -> Observed:
 
 
 def anywhere_density(slope: Slope) -> float:
-    """Return the density (1/m2) of a stop anywhere on the terrain: 1 over the box of the terrain, along and across."""
+    """Return the density (1/m2) of a stop anywhere on the terrain: 1 over the area of its box, along and across."""
     places = slope.directions.places(slope.prepared.terrain.vertices)
     return float(1.0 / np.prod(np.maximum(np.ptp(places, axis=0), 1e-9)))
 
@@ -273,7 +273,10 @@ def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> 
 
 
 def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:
-    """Return the densities (GROUPS, N) of values observed at a gate."""
+    """Return the densities (GROUPS, N) of values observed at a gate.
+
+    gate : passages of the R rocks; mass : (R,) kg; mixed : (R,) order of the rocks in the groups
+    """
     energy = 0.5 * mass * gate.speed**2 / JOULE_PER_KJ
     simulated = {"speed": gate.speed, "height": gate.height, "energy": energy}[one.kind]
     return value_densities(simulated[mixed], one.observed, one.error)

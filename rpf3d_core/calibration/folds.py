@@ -19,7 +19,7 @@ NEGLIGIBLE = 0.01
 RANKED, LEAST_RANKED = 100_000, 50
 """Rocks of all sets together from which ranks are computed, and least number of each set: more would change nothing."""
 LEAST_VALUES = 3
-"""Smallest number of observations with which anything can be kept out."""
+"""Smallest number of observations from which some can be kept out."""
 
 
 class Score(NamedTuple):
@@ -29,7 +29,7 @@ class Score(NamedTuple):
 
     @property
     def mean(self) -> float:
-        """The mean over the observations."""
+        """The mean of the log scores of all observations."""
         return float(self.each.mean())
 
 
@@ -41,10 +41,11 @@ def folds_of(count: int, seed: int) -> IntArray:
 
 
 def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, counts: IntArray) -> FloatArray:
-    """Return the weights (F, S, M) of the sets and misfits, each without the observations of one fold.
+    """Return the weights (F, S, M) of the sets and misfits for each fold, from the observations outside this fold.
 
-    folds : (N,) fold of each of the first N observations; counts : (K,) numbers of the observations that are counts of
-    rocks, which no fold is predicted from: they may be of the same rocks as the stops that are kept out
+    log_ratio : (S,) from `population.log_importance`; folds : (N,) fold of each of the first N observations
+    counts : (K,) numbers of the observations that are counts of rocks; no fold uses them, because they may be of the
+        same rocks as the stops that are kept out
     """
     rows = []
     for fold in range(int(folds.max()) + 1):
@@ -67,8 +68,8 @@ def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float
 def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: float) -> Score:
     """Return the log score of a normal curve fitted to the other folds: a prediction without any physics.
 
-    The curve has the rules of the calibration: mean and variance are as unknown as parameters are, so the prediction is
-    Student's t distribution, and ASTRAY of the observations may come from anywhere.
+    The curve follows the rules of the calibration: its mean and variance are unknown, as parameters are, so the
+    prediction is Student's t distribution, and ASTRAY of the observations may come from anywhere.
 
     observed : (N, D), each axis with its own mean and standard deviation; axes are independent
     error : measuring error, the smallest standard deviation that a curve can have (LEAST_KERNEL if the error is less)
@@ -100,9 +101,9 @@ def ranks(
 
     weights : (N, S, M) weights of the sets and errors for each observation; rocks that left the terrain are left out
     errors : (M,) m, standard deviations of the difference between a simulated stop and an observed one
-    alike : (N, R) how far each rock stands for each observed block, >= 0; None if every rock stands for every block
+    alike : (N, R) weight of each rock for each observed block, >= 0; None if all rocks count alike for all blocks
 
-    Where all sets together have many rocks, the first rocks of each set stand for it: their order is random.
+    If all sets together have many rocks, only the first rocks of each set are used: their order is random.
     """
     below, total = np.zeros(observed.shape), np.zeros((len(observed), 1))
     most = max(RANKED // len(stops), LEAST_RANKED)
@@ -122,13 +123,16 @@ def ranks(
 
 
 def _deposited(stops: Stops, standing: FloatArray, chosen: FloatArray) -> FloatArray:
-    """Return the share (N, 1) or (1, 1) of the rocks that stand for a block and stopped; 0 if none of `chosen` does."""
+    """Return the share (N, 1) or (1, 1) of the rocks of a set that stopped, weighted for each observed block.
+
+    standing : (N, R) or (1, R) weights of the rocks; chosen : weights of the chosen rocks, 0 share if all are 0
+    """
     share = standing @ stops.deposited / np.maximum(standing.sum(axis=1), 1e-300)
     return np.asarray(np.where(chosen.sum(axis=1) > 0.0, share, 0.0))[:, None]
 
 
 def _weighted_mean(values: FloatArray, of_rocks: FloatArray) -> FloatArray:
-    """Return the mean (N, D) of values (N, R, D) over rocks of weights (N, R) or (1, R); 0 where all weigh nothing."""
+    """Return the mean (N, D) of values (N, R, D) over rocks of weights (N, R) or (1, R); 0 where all weights are 0."""
     shares = of_rocks / np.maximum(of_rocks.sum(axis=1, keepdims=True), 1e-300)
     return np.asarray((values * shares[:, :, None]).sum(axis=1))
 

@@ -1,9 +1,9 @@
 """The likelihood of all parameter sets from their densities, its noise, and the weights that include the noise.
 
-The density of a set is averaged over the sets near it in z, with a kernel that is narrow against the posterior. The
-remaining noise is measured by drawing the groups of releases again with replacement. All sets of a round fly the same
-releases, so their groups are drawn together; each round has releases of its own. The weights are the mean over these
-draws, so intervals include the noise.
+The density of a set is averaged over the sets near it in z, the space of `normal_space`, with a kernel that is narrow
+against the posterior. The remaining noise is measured by drawing the groups of releases again with replacement. All
+sets of a round fly the same releases, so their groups are drawn together; each round has releases of its own. The
+weights are the mean over these draws, so intervals include the noise.
 """
 
 from typing import NamedTuple
@@ -25,14 +25,14 @@ NEAR = 0.3
 It widens the posterior by less than NEAR^2 / 2 = 5 %.
 """
 REDRAWS = 16
-"""Number of times that the groups of releases are drawn again."""
+"""Number of times that the groups of releases are drawn again, to measure the noise of the likelihood."""
 
 
 class Densities(NamedTuple):
     """Densities of C observations under S parameter sets and M misfits, by group of releases.
 
     values : (S, GROUPS, M, C); rounds : (S,) number of the round of each set; counts : (C,) how often each was observed
-    anywhere : (C,) density of an observation from anywhere in the range, in the unit of its density; 0 for shares
+    anywhere : (C,) density of an observation from anywhere in the range, in the unit of its density; 0 to leave it out
     """
 
     values: FloatArray
@@ -66,9 +66,9 @@ def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
 
 
 def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Return how far each set (column) stands for each set (row), (S, S) with rows of sum 1.
+    """Return the weight of each set (column) in the average around each set (row): (S, S), each row with the sum 1.
 
-    z : (S, U); covariance : (U, U) of the posterior in z
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); covariance : (U, U) of the posterior in z
     """
     scaled = np.linalg.solve(np.linalg.cholesky(covariance) * NEAR, z.T).T
     squares = (scaled**2).sum(1)[:, None] + (scaled**2).sum(1)[None, :] - 2.0 * scaled @ scaled.T
@@ -106,7 +106,7 @@ def log_likelihoods(weighed: Weighed, kept: NDArray[np.bool_] | None = None) -> 
 
 
 def over_misfits(log_likelihood: FloatArray) -> FloatArray:
-    """Return the log-likelihoods (..., S) with the mean likelihood over the misfits, from those (..., S, M)."""
+    """Return the logarithms (..., S) of likelihoods averaged over M misfits, from log-likelihoods (..., S, M)."""
     return np.asarray(np.logaddexp.reduce(log_likelihood, axis=-1) - np.log(log_likelihood.shape[-1]))
 
 
@@ -122,7 +122,7 @@ def posterior_weights(log_ratio: FloatArray, log_likelihood: FloatArray) -> Floa
 def noise_of(log_likelihood: FloatArray, weights: FloatArray) -> float:
     """Return the standard deviation (-) of a set's log-likelihood that is due to the finite number of rocks.
 
-    What all sets have in common does not count, because it does not change a weight.
+    Noise that all sets have in common does not count, because it does not change a weight.
 
     log_likelihood : (D, S) from `over_misfits`; weights : (S,)
     """

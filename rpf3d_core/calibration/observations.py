@@ -1,4 +1,4 @@
-"""What the field observed, read from the scene: end points with their blocks, values at gates, and counts."""
+"""The field observations of a scene: end points with their blocks, values at gates, and counts."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -35,7 +35,11 @@ class Directions(NamedTuple):
 
 
 class Values(NamedTuple):
-    """Values (N,) of one kind that were observed at a gate: speeds (m/s), heights (m) or energies (kJ)."""
+    """Values (N,) of one kind that were observed at a gate: speeds (m/s), heights (m) or energies (kJ).
+
+    at : m, distance of the gate along the slope; error : standard deviation of an observation, in the unit of the
+        values
+    """
 
     gate: str
     kind: str
@@ -45,9 +49,11 @@ class Values(NamedTuple):
 
 
 class Counted(NamedTuple):
-    """How many of the observed rocks did something: `kind` is passed, stopped or reached; `place` says where.
+    """How many of the observed rocks did something: passed a gate, stopped in a place or reached it.
 
-    rocks : number that did it; of : number of observed rocks
+    place : name of the gate, area of interest or section; kind : passed, stopped or reached
+    at : m, distance of the gate along the slope; None for an area or section
+    rocks : number of rocks that did it; of : number of observed rocks
     """
 
     place: str
@@ -118,14 +124,14 @@ def field_of(scene: Scene, frame: Frame) -> Field:
 
 
 def _column(scene: Scene, column: int | str | None, key: str) -> FloatArray | None:
-    """Return a column (N,) of the file of observed end points; None if the scene names none."""
+    """Return a column (N,) of the file of observed end points; None if the scene names no such column."""
     if column is None or scene.observed is None:
         return None
     return column_of(scene.observed.points_file, column, key)
 
 
 def _shape_numbers(scene: Scene, spec: CalibrationSpec) -> IntArray | None:
-    """Return the number of each block's shape (N,), from 0; None if the scene names no column with them."""
+    """Return the number of each block's shape (N,), from 0; None if the scene names no column of shapes."""
     column = _column(scene, spec.shape_column, "shape_column")
     if column is None:
         return None

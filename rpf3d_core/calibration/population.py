@@ -1,8 +1,8 @@
 """Population Monte Carlo: propose parameter sets near the good ones, and weigh all sets of all rounds together.
 
 The first round is spread over the prior. Each further round draws from a mixture of kernels at the sets flown so far,
-with a share of draws from the prior. The weight of a set is prior times likelihood over the density with which all
-rounds together propose it, so no flown set is lost.
+with a share of draws from the prior. The weight of a set is prior times likelihood divided by the density with which
+all rounds together propose it, so no flown set is lost.
 
 Sources
 -------
@@ -24,9 +24,9 @@ FloatArray = NDArray[np.float64]
 FROM_PRIOR = 0.1
 """Share (-) of later rounds that is drawn from the prior, so that no weight can grow without bound."""
 WIDENING = 1.5
-"""Factor on the standard deviation of the kernels of a mixture, against the rule for density estimates."""
+"""Factor on the standard deviation of the kernels of a mixture, relative to the rule for density estimates."""
 LEAST_KEPT = 25.0
-"""Effective number of sets that carry weight when a proposal is made; the likelihood is flattened until they do."""
+"""Least effective number of sets behind a proposal; the likelihood is flattened until this number is reached."""
 
 
 class Mixture(NamedTuple):
@@ -47,7 +47,7 @@ def prior_mixture(unknowns: int) -> Mixture:
 
 
 def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
-    """Return the S = count parameter sets of a round, drawn from its proposal: z (S, U) (-).
+    """Return S = count parameter sets of a round, drawn from its proposal: z (S, U) (-), as in `normal_space`.
 
     The numbers depend on the seed and on the number of the round only; the first round is quasi-random.
     """

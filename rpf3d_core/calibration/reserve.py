@@ -1,11 +1,11 @@
-"""How much of the time of a calibration is kept for what follows the flights: scores, pictures and files."""
+"""How much of the time of a calibration is reserved for the work after the flights: scores, pictures and files."""
 
 import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
 LARGEST = 0.25
-"""Largest part (-) of the budget that is kept; all of it is kept until the time is measured."""
+"""Largest part (-) of the budget that is reserved; until the time is measured, this whole part is reserved."""
 WORTH_S = 15.0
 """Reserve (s) up to which measuring costs more than it gains: scores, pictures and files take some seconds."""
 MEASURED_AT = 0.5
@@ -15,7 +15,7 @@ MARGIN = 1.25
 
 
 class Reserve(NamedTuple):
-    """The time that is kept, and what it is computed from.
+    """The time that is reserved for the work after the flights, and the data from which it is computed.
 
     began : `time.monotonic()` at the start of the budget; budget : s
     scores_s, files_s : s, measured times of scores and of files for `sets` parameter sets; 0 if not measured
@@ -28,7 +28,7 @@ class Reserve(NamedTuple):
     sets: int = 0
 
     def seconds(self, sets: int) -> float:
-        """Return how long before the deadline (s) the last set must end, with a number of flown sets at the end."""
+        """Return the reserve (s): how long before the deadline the last of `sets` flown sets must end."""
         most = LARGEST * self.budget
         if not self.sets:
             return most
@@ -36,14 +36,14 @@ class Reserve(NamedTuple):
         return min(MARGIN * (self.scores_s * grown + self.files_s), most)
 
     def should_measure(self, now: float) -> bool:
-        """Return whether the time after the flights should be measured, at `time.monotonic()`."""
+        """Return True if it is time to measure the work after the flights; now : `time.monotonic()`."""
         large = LARGEST * self.budget > WORTH_S
         return large and not self.sets and now - self.began > MEASURED_AT * self.budget
 
 
 @dataclass
 class Pace:
-    """How long a parameter set flies, from the flights so far, and whether another one would end in time.
+    """The time that a parameter set takes, from the flights so far, to decide whether another set would end in time.
 
     workers : number of sets that fly at the same time; set_s : s, time of one set, 0 before the first has flown
     """
@@ -63,10 +63,10 @@ class Pace:
         self.set_s = (time.monotonic() - self.began) * min(self.workers, self.flown) / self.flown
 
     def is_too_late(self, until: float) -> bool:
-        """Return whether a set that begins now would end after a `time.monotonic()`."""
+        """Return True if a set that begins now would end after `until`, a `time.monotonic()`."""
         return time.monotonic() + self.set_s > until
 
 
 def first_reserve(began: float, deadline: float) -> Reserve:
-    """Return the reserve before the first flight."""
+    """Return the reserve before the first flight, from `time.monotonic()` at the start and at the end of the budget."""
     return Reserve(began=began, budget=max(deadline - began, 0.0))

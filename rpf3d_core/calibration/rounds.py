@@ -58,9 +58,10 @@ class Control(NamedTuple):
 
 
 class Result(NamedTuple):
-    """All flown sets of a calibration, in the order in which they were drawn, and what they say.
+    """All flown sets of a calibration, in the order in which they were drawn, with their posterior and proposals.
 
-    power : power of the likelihood at which the last proposal was made, 1 if the sampler has arrived
+    numbers : number of the round of each set
+    power : power of the likelihood at which the last proposal was made; 1 if the proposals follow the full likelihood
     """
 
     posterior: Posterior
@@ -87,10 +88,10 @@ def fly_rounds(
 ) -> Result | None:  # fmt: skip
     """Fly round after round, and return all sets; None if no set could be flown in time.
 
-    Sets that are kept in `state` are not flown again.
+    Sets that are on disk in the folder `state` are not flown again.
 
-    ending : does what follows the flights, to measure its time, and returns the part (s) that files take; None to
-        reserve a fixed part of the budget
+    ending : does the work that follows the flights, so that its time is measured, and returns the time (s) that its
+        files take; None to reserve a fixed part of the budget
     """
     observed, proposed = observed_of(slope), first_proposal(len(priors))
     rounds, flown, numbers, posterior = list[Round](), list[Flown](), list[int](), None
@@ -128,7 +129,7 @@ def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], 
 
 
 def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
-    """Return a function that counts a flown set and reports it; the pace begins with the first call."""
+    """Return a function that counts a flown set and reports it; the time of the round begins now."""
     pace.begin()
 
     def count(sets: int) -> None:
@@ -139,7 +140,10 @@ def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
 
 
 def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
-    """Return the reserve with the time that everything after the flights of some sets takes, measured by doing it."""
+    """Do the work that follows the flights of some sets, and return the reserve with the measured times.
+
+    end : does the work and returns the time (s) that its files take
+    """
     began = time.monotonic()
     files_s = end()
     return reserve._replace(scores_s=time.monotonic() - began - files_s, files_s=files_s, sets=sets)
@@ -148,7 +152,11 @@ def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
 def _teller(
     control: Control, before: int, number: int, posterior: Posterior | None, until: float
 ) -> Callable[[int], None]:
-    """Return the function that reports the progress of a round, given the number of its flown sets."""
+    """Return the function that reports the progress of a round, given the number of its flown sets.
+
+    before : number of sets of earlier rounds; number : number of the round; posterior : None if it is not known yet
+    until : `time.monotonic()` at which the flights must end
+    """
     began = time.monotonic()
     effective = None if posterior is None else posterior.effective
 
@@ -167,7 +175,7 @@ def _fly_round(
     slope: Slope, priors: list[Distribution], z: FloatArray, number: int, state: Path, control: Control,
     tell: Callable[[int], None],
 ) -> list[Flown]:  # fmt: skip
-    """Fly the sets z (S, U) of a round that are not kept yet; return the flown sets, fewer if there was no time."""
+    """Fly the sets z (S, U) of a round that are not on disk yet; return the flown sets, fewer if there was no time."""
     kept, part = read_round(state, number, z.shape[1])
     done, unsaved, saved = list(kept.flown), list[Flown](), time.monotonic()
     rest = z[len(done) :]

@@ -1,4 +1,4 @@
-"""The rounds of a calibration: which parameter sets to fly next, and what all flown sets together say.
+"""The rounds of a calibration: which parameter sets to fly next, and the posterior from all flown sets.
 
 Everything here is a function of the flown sets, so a calibration that was interrupted continues with the same bits.
 """
@@ -33,21 +33,24 @@ from rpf3d_core.calibration.population import (
 FloatArray = NDArray[np.float64]
 
 FIRST_SETS = 60
-"""Parameter sets of the first round for each unknown."""
+"""Number of parameter sets of the first round for each unknown."""
 FURTHER_SETS = 100
-"""Parameter sets of each further round."""
+"""Number of parameter sets of each further round."""
 MOST_ROUNDS = 20
 """Largest number of rounds: more would repeat what is known."""
 ENOUGH = 300.0
-"""Effective samples (-) after which a calibration ends."""
+"""Effective number of samples (-) that is enough to end a calibration."""
 FLOOR = 50.0
-"""Effective samples (-) below which the data, the rocks or the time do not determine the parameters."""
+"""Effective number of samples (-) below which a calibration is refused: the parameters are not determined."""
 MOST_NOISE = 1.0
 """Noise of the log-likelihood (-) up to which a calibration may end before its last round."""
 
 
 class Round(NamedTuple):
-    """The flown parameter sets of one round: z (S, U) and their densities (S, GROUPS, M, C)."""
+    """The flown parameter sets of one round.
+
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); densities : (S, GROUPS, M, C) of the observations
+    """
 
     z: FloatArray
     densities: FloatArray
@@ -65,7 +68,10 @@ class Observed(NamedTuple):
 
 
 class Proposed(NamedTuple):
-    """The proposals of all rounds up to the next one, and the power of the likelihood at which the last was made."""
+    """The proposals of all rounds up to the next one, and the power of the likelihood at which the last was made.
+
+    covariance : (U, U) of the flown sets in z, with the weights of the last proposal
+    """
 
     mixtures: tuple[Mixture, ...]
     power: float
@@ -73,8 +79,9 @@ class Proposed(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """What all flown sets say: z (S, U), weights (S,), effective samples, and noise of the log-likelihood.
+    """The posterior from all flown sets, with effective samples, and noise of the log-likelihood.
 
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,)
     misfits : (M,) probabilities of the misfits; log_ratio : (S,) log prior minus log proposal
     weighed : densities with their noise
     """
@@ -89,7 +96,7 @@ class Posterior(NamedTuple):
 
 
 def sets_of_round(number: int, unknowns: int) -> int:
-    """Return the number of parameter sets of a round, counted from 0."""
+    """Return the number of parameter sets of round `number`, from 0, for a number of unknowns."""
     return FIRST_SETS * unknowns if number == 0 else FURTHER_SETS
 
 
@@ -99,13 +106,13 @@ def first_proposal(unknowns: int) -> Proposed:
 
 
 def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
-    """Return the sets z (S, U) of a round, counted from 0."""
+    """Return the parameter sets of round `number`, from 0, as standard normal numbers z (S, U)."""
     mixture = proposed.mixtures[number]
     return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
 
 
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
-    """Return the proposals with one more, made from all rounds flown so far."""
+    """Return the proposals with the proposal of the next round added, which is made from all rounds flown so far."""
     z, log_ratio = _together(rounds, proposed.mixtures)
     densities = _densities(rounds, observed)
     both = weighed(densities, nearness(z, proposed.covariance), group_shares(len(rounds), seed, 0))
@@ -116,7 +123,7 @@ def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, s
 
 
 def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Posterior:
-    """Return what all flown sets say together; the last round may be incomplete."""
+    """Return the posterior from all flown sets; the last round may be incomplete."""
     z, log_ratio = _together(rounds, proposed.mixtures)
     both = weighed(_densities(rounds, observed), nearness(z, proposed.covariance), group_shares(len(rounds), seed))
     logs = log_likelihoods(both)
@@ -129,7 +136,7 @@ def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed
 
 
 def is_enough(posterior: Posterior, power: float) -> bool:
-    """Return whether a calibration may end before its last round."""
+    """Return True if a calibration may end before its last round."""
     return power == 1.0 and posterior.effective >= ENOUGH and posterior.noise <= MOST_NOISE
 
 

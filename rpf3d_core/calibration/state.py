@@ -1,4 +1,4 @@
-"""Keep flown parameter sets on disk, so that a calibration that was interrupted continues where it was."""
+"""Keep flown parameter sets on disk, so that a calibration that was interrupted continues where it stopped."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ from rpf3d_core.scene.reading import scene_digest
 FloatArray = NDArray[np.float64]
 
 FOLDER, PLAN = "state", "plan.json"
-"""Names of the folder with flown sets in the folder of a calibration, and of the file that says what they belong to."""
+"""Names of the folder with flown sets in the folder of a calibration, and of the file with the digest of its scene."""
 RESULTS = (
     "calibration.json", "calibrated.yaml", "posterior.parquet", "report.md", "posterior.png", "predicted.png",
     "coverage.png",
@@ -30,7 +30,7 @@ VERSION = 2
 
 
 class Kept(NamedTuple):
-    """The flown parameter sets of one round: z (S, U) and the results of each set."""
+    """The flown parameter sets of one round: z (S, U), as in `normal_space`, and the results of each set."""
 
     z: FloatArray
     flown: list[Flown]
@@ -44,12 +44,12 @@ def digest_of(scene: Scene) -> str:
 
 
 def check_folder(out: Path, scene: Scene) -> None:
-    """Refuse a folder that cannot take a calibration of a scene.
+    """Refuse a folder that cannot be used for a calibration of a scene.
 
     Raises
     ------
     InputError
-        The folder holds other files, the calibration of another scene or of an earlier version, or a damaged plan.
+        The folder contains other files, the calibration of another scene or of an earlier version, or a damaged plan.
     """
     state = out / FOLDER
     names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()
@@ -65,7 +65,7 @@ def check_folder(out: Path, scene: Scene) -> None:
 
 
 def _read_plan(path: Path) -> dict[str, Any]:
-    """Return the plan of a calibration; `InputError` if it is damaged."""
+    """Return the content of plan.json, which identifies a calibration; raise `InputError` if it is damaged."""
     try:
         plan = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as fault:
@@ -78,7 +78,7 @@ def _read_plan(path: Path) -> dict[str, Any]:
 
 
 def open_state(out: Path, scene: Scene) -> Path:
-    """Return the folder of flown sets in the folder of a calibration; both are made where they do not exist.
+    """Return the folder of flown sets in the folder of a calibration; both are created if they do not exist.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def save_part(state: Path, number: int, part: int, kept: Kept) -> None:
 
 
 def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
-    """Return the flown sets of a round, and the number of files that hold them.
+    """Return the flown sets of a round, and the number of files that contain them.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
 
 
 def drop_parts(state: Path, number: int, part: int) -> None:
-    """Delete the files of a round from number `part` on: those after a deleted file, whose sets will fly again."""
+    """Delete the files of a round from number `part` on: they follow a deleted file, and their sets will fly again."""
     for path in state.glob(f"round_{number:02d}_*.npz"):
         if path.name >= _path(state, number, part).name:
             path.unlink()

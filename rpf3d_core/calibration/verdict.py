@@ -1,4 +1,4 @@
-"""What the findings of a calibration mean: warnings, the refusal, and the verdict in one paragraph."""
+"""The conclusions from the findings of a calibration: warnings, the refusal, and the verdict in one paragraph."""
 
 from itertools import combinations
 
@@ -8,33 +8,33 @@ from rpf3d_core.calibration.findings import Estimate, Findings
 from rpf3d_core.calibration.sampling import FLOOR, MOST_ROUNDS
 
 STRONG = 0.8
-"""Correlation (-) from which only a combination of two parameters is determined."""
+"""Correlation (-) of two parameters at which, or above which, only a combination of them is determined."""
 AT_EDGE = 0.2
-"""Share (-) of a posterior in the outermost twentieth of the prior's range from which the prior decides.
+"""Smallest share (-) of a posterior in the outermost twentieth of its prior's range to warn that the prior decides.
 
-A uniform posterior has 0.05 there.
+A uniform posterior has a share of 0.05 there.
 """
 MANY_LEFT = 0.02
-"""Share (-) of rocks that left the terrain from which a calibration warns."""
+"""Smallest share (-) of simulated rocks that left the terrain, or did not stop, for which a calibration warns."""
 NOISY = 1.5
 """Noise of the log-likelihood (-) above which more rocks for each set help more than more sets."""
 SURELY = 2.0
-"""Standard errors by which a score must be better than a curve's to be called better."""
+"""Number of standard errors by which a score must exceed the score of a curve to count as better."""
 LITTLE = 0.1
-"""Shrinkage (-) below which the data says nothing about a parameter."""
+"""Shrinkage (-) below which the data does not determine a parameter."""
 BAND = 0.15
-"""Shortfall (-) of the coverage of 90 % intervals from which a calibration warns."""
+"""Shortfall (-) of the coverage of 90 % intervals, compared with 0.9, above which a calibration warns."""
 VALID = "valid for this model, this slope, these blocks"
 MORE = (
     "end points of a second slope, kept out of the fit",
     "speeds, heights or energies at a gate, because end points alone leave combinations of parameters open",
     "masses and shapes of the observed blocks",
 )
-"""What would be needed to say more, as parts of a sentence."""
+"""Observations that would allow further conclusions, as parts of a sentence."""
 
 
 def is_refused(found: Findings) -> bool:
-    """Return whether the effective samples are too few for a result."""
+    """Return True if the effective samples are too few for a result."""
     return found.effective < FLOOR
 
 
@@ -45,7 +45,7 @@ def warnings_of(found: Findings) -> list[str]:
 
 
 def _combinations(found: Findings) -> list[str]:
-    """Return a sentence for each pair of parameters of which only a combination is determined."""
+    """Return a sentence for each pair of parameters if the data determines only a combination of both."""
     pairs = combinations(range(len(found.estimates)), 2)
     names = [estimate.name for estimate in found.estimates]
     return [
@@ -57,7 +57,7 @@ def _combinations(found: Findings) -> list[str]:
 
 
 def _of_parameters(found: Findings) -> list[str]:
-    """Return a sentence for each parameter at an edge of its prior, and for each that the data says nothing about."""
+    """Return a sentence for each parameter at an edge of its prior, and for each parameter that is not determined."""
     sentences = []
     for estimate in found.estimates:
         for share, end in zip(estimate.edge, ("min", "max"), strict=True):
@@ -94,7 +94,7 @@ def _of_predictions(found: Findings) -> list[str]:
 
 
 def gain_of(found: Findings) -> tuple[float, float]:
-    """Return how much better the calibration scores than the curve, per block, and its standard error; 0 without."""
+    """Return the mean gain of the score per block over the curve's score, and its standard error; 0 without scores."""
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
     each = found.held_out.each - found.curve.each
@@ -111,7 +111,7 @@ def advice_of(found: Findings) -> list[str]:
 
 
 def _first_help(found: Findings) -> str:
-    """Return what helps most: more rocks of a set, which need a new folder, or more time while rounds are left."""
+    """Return the advice that helps most: more rocks for each set, or more time while rounds are left."""
     if found.noise > NOISY:
         return f"the noise of the log-likelihood is {found.noise:.1f}: raise `calibration.rocks` above {found.rocks}"
     if found.all_rounds:

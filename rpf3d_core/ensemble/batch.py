@@ -21,7 +21,7 @@ class Written:
 
     rows : (N,) row of each rock in the releases
     impacts : (I, 9), facets : (I,), pieces : (S, 10) path segments, modes : (S,), all as in `simulation.record.Record`;
-        if rocks spin, impacts and pieces have two more columns
+        if rocks spin, impacts and pieces have two more columns; rocks with a shape add 3 to impacts and 8 to pieces
     first : (N + 1, 2) the first row of each rock in impacts and in pieces
     """
 
@@ -37,8 +37,9 @@ class Written:
 class Batch(Written):
     """N flown rocks: their records, their results at the end of the flight, and the rocks that broke.
 
-    finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin
-    counts : (N, 4) columns `COUNT_COLUMNS`
+    finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin; (N, 15) with
+        `BODY_FINALS` if they have a shape
+    counts : (N, 4) columns `COUNT_COLUMNS`; (N, 5) with `BODY_COUNTS` if rocks have a shape
     broken : the rocks of the batch that broke; `NONE_BROKEN` if they have not been gathered
     """
 
@@ -57,7 +58,7 @@ def written_of(rows: IntArray) -> Written:
 
 
 def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
-    """Return copies of the impacts and paths to keep: of the rocks flagged in `impacts` (N,), and in `paths` (N,)."""
+    """Return copies of the impacts of the rocks flagged in `impacts` (N,), and of the paths of those in `paths`."""
     if not impacts.any() and not paths.any():
         return written_of(batch.rows)
     lengths = np.diff(batch.first, axis=0)
@@ -67,9 +68,9 @@ def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
 
 
 def only(batch: Batch, rocks: Rocks) -> Batch:
-    """Return a batch of only the flagged rocks (N,), such as those to display, with their records and results.
+    """Return a batch of the flagged rocks (N,) only, such as those to display, with their records and results.
 
-    The result has no `broken` rocks.
+    In the result, `broken` is `NONE_BROKEN`.
     """
     lengths = np.diff(batch.first, axis=0)
     struck, moved = np.repeat(rocks, lengths[:, 0]), np.repeat(rocks, lengths[:, 1])
@@ -86,12 +87,12 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """Return a batch of N rocks from their records and their final results: finals (N, 8) and counts (N, 4)."""
+    """Return a batch of N rocks from their records and their final results, as in `Batch`."""
     return Batch(**vars(written), finals=finals, counts=counts)
 
 
 def in_order(parts: Sequence[Written]) -> Written:
-    """Return the records of several parts joined into one, sorted by the rocks' rows, for any order of flight."""
+    """Return the records of several parts joined into one, sorted by row; the rocks may have flown in any order."""
     rows = np.concatenate([part.rows for part in parts])
     if not any(len(part.facets) or len(part.modes) for part in parts):
         return written_of(np.flatnonzero(np.bincount(rows)))  # rows are distinct: ten times as fast as a sort
@@ -105,7 +106,7 @@ def in_order(parts: Sequence[Written]) -> Written:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return arrays of recorded rows, stacked by row.
+    """Return arrays of impacts or of path segments, joined into one array.
 
     Empty arrays are left out, because they lack the columns of spin.
     """
@@ -113,12 +114,12 @@ def _stacked(arrays: Sequence[Any]) -> Any:
 
 
 def _firsts(lengths: IntArray) -> IntArray:
-    """Return the first row (N + 1, 2) of each rock's impacts and path segments, from the number of its rows (N, 2)."""
+    """Return `Written.first` (N + 1, 2), from the number of impacts and of path segments (N, 2) of each of N rocks."""
     return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(lengths, axis=0)])
 
 
 def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
-    """Return row indices that bring the rows of N rocks into a new order of the rocks.
+    """Return the row indices that bring recorded rows, which are grouped by rock, into a new order of the N rocks.
 
     lengths : (N,) number of rows of each rock; order : (N,) the rocks in their new order
     """

@@ -1,6 +1,7 @@
 """Fly rocks in batches on several threads, so that memory stays small and a run can be stopped between batches.
 
-A batch is flown into a record of fixed size, examined and passed on (`flight_order.py` says which rocks are a batch).
+Each batch is flown into a record of fixed size and examined; then its results are passed on. `flight_order.py` decides
+which rocks form a batch.
 """
 
 import os
@@ -69,7 +70,7 @@ Progress = Callable[[int], Advance]
 It is called after the compilation and before the first flight.
 """
 Watch = Callable[[Batch, Releases], FloatArray]
-"""Callback that examines each flown batch, with its releases, as for hazard maps.
+"""Callback that receives each flown batch and its releases, for example to count rocks for hazard maps.
 
 It runs on the thread that flew the batch, and returns the largest height of each rock above the terrain (N,) m.
 """
@@ -113,7 +114,7 @@ class Keep:
 class Crew:
     """Data that all threads share while they fly R rocks: inputs, and arrays for the results.
 
-    finals : (R, 8), or (R, 10) if rocks spin; counts : (R, 4); the threads fill in both
+    finals, counts : results of the R rocks, with the columns of `Batch`; the threads fill in both
     broken : list to which the threads add one entry for each batch in which rocks broke
     """
 
@@ -154,9 +155,9 @@ def fly_batches(
 
 
 def _room_for(rocks: int, models: Models) -> tuple[FloatArray, IntArray]:
-    """Return empty arrays for the final results of R rocks: finals and counts.
+    """Return arrays for the final results of R rocks, to be filled in: finals and counts, as in `Crew`.
 
-    Energy columns of spin hold NaN until they are computed.
+    The columns after `FINAL_COLUMNS`, for rocks that spin or have a shape, contain NaN until they are computed.
     """
     spins, bodies = spins_of(models), bodies_of(models)
     more = len(SPIN_FINALS if spins else ()) + len(BODY_FINALS if bodies else ())
@@ -170,7 +171,7 @@ def _flown_by(
 ) -> Iterator[list[Written]]:
     """Fly the batches on several threads; yield the records to keep of each batch, in the order of the batches.
 
-    A new group starts as soon as fewer than `at_hand` batches are flying or waiting.
+    A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True.
     """
     running: deque[Future[list[Written]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
@@ -185,9 +186,9 @@ def _flown_by(
 
 
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
-    """Return the rocks of all parts as one batch, sorted by row, for any order in which they flew.
+    """Return the rocks of all parts as one batch, sorted by row; the rocks may have flown in any order.
 
-    finals (R, 8), counts (R, 4) : results of all R rocks
+    finals, counts : results of all R rocks of the run, as in `Crew`, of which only some may have flown
     """
     if not parts:
         return NOTHING
@@ -226,11 +227,9 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:
-    """Pass a flown batch to the callback `watch` and collect the rocks that broke.
+    """Pass a flown batch to the callback `watch`, collect the rocks that broke, return copies of the records to keep.
 
-    Return copies of the records to keep.
-
-    Copies are needed because the next rocks overwrite the record. The path of a rock that failed may hold invalid
+    Copies are needed because the next rocks overwrite the record. The path of a rock that failed may contain invalid
     numbers, which cannot be drawn, so it is not kept.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():

@@ -13,7 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 IntArray = NDArray[np.int64]
 
 WHY_STOPPED = ("standing", "held", "slow", "leaning")
-"""Why a rock with a shape stopped, as files spell it, in the order of `simulation.bodies.rest.Stop`."""
+"""Names of the stop reasons of rocks with a shape, as in files, in the order of `simulation.bodies.rest.Stop`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class DrawnBody:
     """Rocks with a shape, of one density (kg/m3).
 
     size : the size of the rocks, a `Rock`, `DrawnRock` or `SourceRocks`; None if each rock has the volume of its shape
-    volumes : (K,) m3, volumes of the shapes as given; shares : (K,) weights of the shapes, summed up; the last is 1
+    volumes : (K,) m3, volumes of the shapes as given; shares : (K,) running sum of the shapes' weights; the last is 1
     """
 
     density: float
@@ -53,9 +53,9 @@ def random_orientations(seed: int, source: ArrayLike, rocks: IntArray) -> FloatA
 
 
 def _orientation(share: float, turn: float, tilt: float) -> tuple[float, float, float, float]:
-    """Return one random orientation from three numbers in [0, 1).
+    """Return one random orientation, a quaternion w, x, y, z, from three uniform numbers in [0, 1).
 
-    `math` is used because its bits do not depend on the length of an array.
+    The functions of `math` are used, because the last bits of NumPy's functions may depend on the length of the array.
     """
     low, high = math.sqrt(1.0 - share), math.sqrt(share)
     a, b = 2.0 * math.pi * turn, 2.0 * math.pi * tilt

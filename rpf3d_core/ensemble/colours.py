@@ -20,13 +20,13 @@ GROUND_COLOURS = np.array(
     ],
     dtype=np.uint8,
 )  # fmt: skip
-"""One sRGB colour for each group of zones, in order of first mention: sand, stone, clay, dust, ochre and others.
+"""sRGB colours of groups of zones, in order of first appearance: sand, stone, clay, dust, ochre and others.
 
 No colour looks like water.
 """
 
 ALTERNATE = 0.86
-"""Brightness (-) of every second zone of a group, so that neighbouring benches differ."""
+"""Factor (-) on the brightness of every second zone of a group, so that neighbouring benches differ."""
 
 OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     Outcome.STOPPED: (200, 30, 30),

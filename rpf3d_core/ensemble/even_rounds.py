@@ -1,7 +1,7 @@
-"""Choose the rocks of a round of parameter sets, so that a few rocks stand for all sources and release points.
+"""Choose the rocks of a round of parameter sets, so that a few rocks represent all sources and release points.
 
 A calibration flies few rocks for each parameter set, and other rocks in each round. Sources and release points have an
-order, such as along a crest: the first rocks alone would stand for one end of the crest.
+order, such as along a crest: the first rocks alone would represent one end of the crest.
 """
 
 from collections.abc import Sequence
@@ -12,21 +12,23 @@ from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.ensemble.releases import Source, share_out
 
 SOURCE_STEP, POINT_STEP = 0.7548776662466927, 0.5698402909980532
-"""Steps (-) of the places of successive rounds between two rocks: the two-dimensional sequence with the evenest gaps.
+"""Shifts (-) of the sampling of sources, and of release points, from one round to the next.
 
+A shift is a share of the distance between two samples. Successive pairs of shifts fill the unit square evenly.
 Source: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences": powers of the plastic number.
 """
 BETWEEN_SOURCES = 0.6180339887498949
-"""Step (-) of the places of successive sources, so that sources with equal points do not fly the same points."""
+"""Shift (-) of the sampling of release points from one source to the next, so that similar sources use other points."""
 EVEN_TURNS = 8
-"""Turns through all points from which the rest is negligible: no point flies an eighth more often than another."""
+"""Rocks per release point from which a source's rocks are simply taken in turn: points then differ by at most 1/8."""
 
 
 def rocks_of_round(sources: Sequence[Source], total: int, number: int) -> list[range | IntArray]:
-    """Return, for each source, the numbers (N,) of its rocks among the `total` rocks of a round, counted from 0.
+    """Return, for each source, the numbers (N,) of its rocks among the `total` rocks of a round.
 
-    Each source has its share of the rocks, and they are evenly spread over its points. With too few rocks for all
-    sources or points, each round takes others. No rock flies in two rounds.
+    Each source has its share of the rocks, and they are evenly spread over its points. If there are too few rocks for
+    all sources or points, each round uses other sources or points. No rock flies in two rounds.
+    number : number of the round, from 0
     """
     counts, most = _counts(sources, total, number)
     each = enumerate(zip(sources, counts, most, strict=True))
@@ -34,25 +36,34 @@ def rocks_of_round(sources: Sequence[Source], total: int, number: int) -> list[r
 
 
 def is_spread(sources: Sequence[Source], total: int) -> bool:
-    """Return True if the rocks of a round are chosen evenly, and are not simply the next rocks of each source."""
+    """Return True if the rocks of a round are spread evenly; False if they are simply the next rocks of each source.
+
+    total : number of rocks of a round
+    """
     rocks = [source.rocks for source in sources]
     chosen = rocks_of_round(sources, total, 0)
     return _too_few(share_out(rocks, total), rocks) or any(isinstance(its, np.ndarray) for its in chosen)
 
 
 def every_point(sources: Sequence[Source]) -> list[range]:
-    """Return, for each source, the numbers of its first rocks, one from each point; 1 for random places."""
+    """Return, for each source, the numbers of its first rocks: one for each release point; one for a line or area."""
     return [range(_points(source)) for source in sources]
 
 
 def sources_left_out(sources: Sequence[Source], total: int, rounds: int) -> list[str]:
-    """Return the names of the sources with rocks of which none flies in the first rounds."""
+    """Return the names of the sources that have rocks, but of which no rock flies in the first `rounds` rounds.
+
+    total : number of rocks of a round
+    """
     flown = np.sum([_counts(sources, total, number)[0] for number in range(rounds)], axis=0)
     return [source.name for source, count in zip(sources, flown, strict=True) if source.rocks and not count]
 
 
 def words_on_left_out(sources: Sequence[Source], total: int, rounds: int, key: str) -> list[str]:
-    """Return a sentence if sources never flew, else nothing; key : what gives the number of rocks of a set."""
+    """Return a list with one sentence if some sources fly no rock in the first `rounds` rounds; else an empty list.
+
+    total : number of rocks of a round; key : the key or option, named in the sentence, that sets this number
+    """
     names = sources_left_out(sources, total, rounds)
     if not names:
         return []
@@ -61,10 +72,10 @@ def words_on_left_out(sources: Sequence[Source], total: int, rounds: int, key: s
 
 
 def _counts(sources: Sequence[Source], total: int, number: int) -> tuple[list[int], list[int]]:
-    """Return how many rocks of each source fly in a round, and the largest such number of any round.
+    """Return the number of rocks of each source in round `number`, and each source's largest number in any round.
 
-    With too few rocks for all sources, they are spaced evenly along the list of sources (systematic sampling), and
-    each round begins at another place.
+    If there are too few rocks for all sources, they are spaced evenly along the list of sources (systematic sampling),
+    and each round begins at another place.
     """
     rocks = [source.rocks for source in sources]
     fixed = share_out(rocks, total)
@@ -77,7 +88,7 @@ def _counts(sources: Sequence[Source], total: int, number: int) -> tuple[list[in
 
 
 def _too_few(counts: Sequence[int], rocks: Sequence[int]) -> bool:
-    """Return True if a source with rocks gets none."""
+    """Return True if a source that has rocks in the scene (`rocks`) has none in the round (`counts`)."""
     return any(its and not count for count, its in zip(counts, rocks, strict=True))
 
 
@@ -102,5 +113,5 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
 
 
 def _place(steps: float) -> float:
-    """Return the place (-), from 0 to below 1, after some steps from the middle."""
+    """Return 0.5 + steps, modulo 1: the first place of evenly spaced places, as a share (-) of their distance."""
     return (0.5 + steps) % 1.0

@@ -38,7 +38,7 @@ SMALLEST_BATCH = 512
 Starting a batch of this size takes about 1 % of the time of flying it.
 """
 BODY_BATCHES = 256, 8
-"""Largest and smallest number of rocks with a shape in a batch: each takes as long as some hundred points.
+"""Largest and smallest number of rocks with a shape in a batch: such a rock takes as long as some hundred points.
 
 Groups are then short enough for an interrupt, and the threads share out even a few hundred rocks evenly.
 """
@@ -81,6 +81,8 @@ def dealt(
 def _batches(rows: IntArray, left: int, workers: int, largest: int, smallest: int) -> Iterator[IntArray]:
     """Yield the batches of one group, smaller and smaller as fewer rocks remain, so that all threads end together.
 
+    rows : (N,) rows of the group; left : number of rocks of the run that have not flown yet, including this group
+
     Sources
     -------
     Polychronopoulos & Kuck 1987, IEEE Trans. Comput. C-36:1425-1439: guided self-scheduling.
@@ -97,8 +99,8 @@ def _golden_step(rocks: int) -> int:
 
     The step reaches each of R rows once, modulo R.
 
-    A step of n rows is not suitable: if a source assigns its rocks to n points in turn, a group would hold the rocks of
-    one point only.
+    A step of n rows is not suitable: if a source assigns its rocks to n points in turn, a group would contain the rocks
+    of one point only.
     """
     step = max(round(GOLDEN * rocks), 1)
     while math.gcd(step, rocks) > 1:

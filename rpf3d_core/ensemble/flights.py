@@ -1,6 +1,6 @@
 """The result of flying an ensemble, as tables: one row per rock, one row per impact, one row per event of a path.
 
-All positions are in the terrain's local frame; `io` converts them to the input's coordinates.
+All positions are in the terrain's local frame; `Frame.points_to_input` converts them to the input's coordinates.
 """
 
 from dataclasses import dataclass, field, fields
@@ -14,17 +14,17 @@ IntArray = NDArray[np.int64]
 
 
 def no_pieces() -> IntArray:
-    """Return an empty array (0,) that stands for fragment numbers of zero: no rock is a fragment."""
+    """Return an empty array (0,), the default for fragment numbers: it means that no rock is a fragment."""
     return np.empty(0, dtype=np.int64)
 
 
 def no_spins() -> FloatArray:
-    """Return an empty array (0,) that stands for spins or energies of rocks that do not spin."""
+    """Return an empty array (0,), the default for spins and their energies: it means that the rocks do not spin."""
     return np.empty(0)
 
 
 def given_columns(table: Any) -> dict[str, Any]:
-    """Return the columns of a table, such as `Deposits`, by name, without those that the table does not have."""
+    """Return the columns of a table, such as `Deposits`, by name, without the columns that are None."""
     columns = {column.name: getattr(table, column.name) for column in fields(table)}
     return {name: column for name, column in columns.items() if column is not None}
 
@@ -33,7 +33,7 @@ def given_columns(table: Any) -> dict[str, Any]:
 class Deposits:
     """End position and results of each of R rocks, the table behind `deposits.csv`.
 
-    Every array has R rows, one block of rocks after another, by source, then by rock.
+    Every array has R rows, in order of block, then source, then rock.
 
     source : index of the scene's source; rock : number within its source, from 0
     outcome : `values.Outcome`; facet : facet of the last contact, -1 if the rock never touched the ground
@@ -42,8 +42,8 @@ class Deposits:
     max_height : m, largest height on the whole path above the facet vertically below (`hazard.tallies` computes it);
         NaN without a `watch`, and for a rock that failed
     ground_speed : m/s when the rock first enters sustained contact; NaN without sustained contact
-    mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
-    max_rotational_energy, max_total_energy : J, total is translation plus rotation; if not given, rocks do not spin
+    mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros by default
+    max_rotational_energy, max_total_energy : J, total is translation plus rotation; by default, rocks do not spin
     pose, lift, why, shape : of rocks with a shape, (R, 4) final orientation w, x, y, z, height (m) by which they were
         lifted off the ground at the release, why they stopped (`bodies.rest.Stop`), and number of the shape; None for
         points and spheres
@@ -87,7 +87,7 @@ class Impacts:
     row : row of the rock in `Deposits`; t : s; x : (I, 3) m
     facet : id; for an obstacle, `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle: below 0
     normal : (I, 3) unit, turned against the incoming velocity; for an obstacle, the direction against that velocity
-    speed_in, speed_out : m/s; spin_in, spin_out : rad/s, zeros if not given
+    speed_in, speed_out : m/s; spin_in, spin_out : rad/s, zeros by default
     contacts, energy_in, energy_out : of rocks with a shape, number of contacts and kinetic energy before and after the
         impact (J/kg); None for points and spheres
     """

@@ -15,7 +15,7 @@ from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, pr
 from rpf3d_core.simulation.record import IMPACT_COLUMNS, POSE
 
 REFERENCE_ROCKS = 200
-"""Largest number of rocks for which `auto` selects the reference engine: it ends before the other is compiled."""
+"""Largest number of rocks for which `auto` selects the reference engine: the other one must compile first."""
 REFERENCE_SPHERES = 40
 """Largest number of rocks for which `auto` selects the reference engine, if rocks touch the ground as spheres.
 
@@ -81,7 +81,7 @@ def spread_over(rocks: int, some: int) -> IntArray:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """Return the deposits, impacts and paths of some batches, which hold the rocks in the order of the releases."""
+    """Return the deposits, impacts and paths of some batches, whose rocks are in the order of the releases."""
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s
@@ -89,7 +89,7 @@ def flights_of(
 
 
 def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Deposits:
-    """Return the deposits from the engine's results: finals (R, 8), or (R, 10) if rocks spin, and counts (R, 4)."""
+    """Return the deposits of R rocks from the engine's results: finals and counts, with the columns of `Batch`."""
     speed, energies = finals[:, 5], dict(zip(SPIN_FINALS, finals[:, len(FINAL_COLUMNS) :].T, strict=False))
     pose = len(FINAL_COLUMNS) + len(SPIN_FINALS)
     shapes: dict[str, Any] = {}

@@ -14,9 +14,8 @@ Rows = TypeVar("Rows", Impacts, Paths)
 def joined(parts: Sequence[Flights]) -> Flights:
     """Return the flights of several parts of an ensemble as one result, the same for any order of the parts.
 
-    The rocks are sorted by source, then rock, for any order of parts.
-
-    In the result, compile_s (s) is the maximum of all parts, fly_s (s) their sum.
+    The rocks are sorted by source, then rock, then fragment. compile_s (s) is the maximum of all parts, fly_s (s) the
+    sum.
     """
     deposits = [part.deposits for part in parts]
     keys = [np.concatenate([getattr(some, name) for some in deposits]) for name in ("piece", "rock", "source")]
@@ -36,7 +35,7 @@ def joined(parts: Sequence[Flights]) -> Flights:
 def one_after_another(parts: Sequence[tuple[Deposits, Impacts]]) -> tuple[Deposits, Impacts]:
     """Return the deposits and impacts of several groups of rocks as one, in the order of the groups.
 
-    Units are those of the tables; the R rocks of all groups are counted in sequence.
+    In the result, `Impacts.row` counts the rocks of all groups in sequence.
     """
     before = np.cumsum([0, *(len(deposits.rock) for deposits, _ in parts)])
     moved = [replace(impacts, row=impacts.row + n) for (_, impacts), n in zip(parts, before[:-1], strict=True)]

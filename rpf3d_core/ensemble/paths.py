@@ -112,6 +112,7 @@ def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STA
     """Return the positions (T, 3) m of one rock at given times (T,) s, as for an animation.
 
     Times before the release give the release position; times after the end give the end position.
+    row : row of the rock in `Deposits`; gravity : m/s^2
 
     Raises
     ------
@@ -127,7 +128,8 @@ def poses_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Return positions (T, 3) m and orientations (T, 4) w, x, y, z of one rock with a shape at ascending times (T,) s.
 
-    moments : (R, 3), as in `sample_paths`; times before the release or after the end, and errors, as in `positions_at`
+    row, gravity, times before the release or after the end, errors : as in `positions_at`
+    moments : (R, 3), as in `sample_paths`
     """
     piece, fraction = _segments_at(paths, row, times)
     return along_pieces(paths, piece, fraction, gravity)[0], _orientations(paths, piece, fraction, moments)
@@ -135,6 +137,8 @@ def poses_at(
 
 def _segments_at(paths: Paths, row: int, times: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return where one rock is at times (T,) s: the path segment (T,), and the share (T,) of its duration.
+
+    row : row of the rock in `Deposits`
 
     Raises
     ------
@@ -200,7 +204,7 @@ def _durations(paths: Paths) -> FloatArray:
 
 
 def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return the row (P,) of the event that ends each path segment; the last event of all paths is its own end."""
+    """Return the row (P,) of the event that ends each path segment; for the last row of the table, that row itself."""
     return np.minimum(pieces + 1, len(paths.row) - 1)
 
 

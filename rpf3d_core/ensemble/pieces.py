@@ -53,10 +53,9 @@ class Breaking:
     def pieces_of(self, releases: Releases, broken: Broken) -> Iterator[tuple[Releases, int]]:
         """Yield the fragments of rocks that broke, in parts, each with the mass of its dust in DUST_UNITS.
 
-        The dust is the mass of the fragments that are too small to fly.
-
-        A parent is a rock or a fragment that flew and broke. Each part holds about PIECES fragments, of any number of
-        parents. The parts follow the order of the parents.
+        Dust is the fragments that are too small to fly. The parent of a fragment is the rock or fragment that broke.
+        Each part contains about PIECES fragments, of any number of parents, in the order of the parents.
+        releases : releases of the parents; broken : their state when they broke
         """
         self._left -= 1
         if not self._left:
@@ -131,7 +130,8 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
     """Return the last fragment number (N,) used so far in the family of each of N rocks.
 
-    The new fragments are added to `numbered`.
+    source, rock : (N,) numbers of the rocks, which name the families; counts : (N,) numbers of their new fragments
+    numbered : last fragment number used in each family; the new fragments are added to it
     """
     last = []
     for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):
@@ -160,8 +160,8 @@ def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cas
 def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: Any, v: Any, shares: Any) -> None:
     """Write the velocities v (P, 3) m/s of P fragments, and their shares (P,) of the rock's mass.
 
-    which : row of the parent, and rank by size; key : counter words of the random numbers
-    parents : cascades, velocities and normals
+    which : (P,) row of the parent, and (P,) rank by size, from 1; key : (P,), (P,) counter words of the random numbers
+    parents : of N parents, size laws (N, 2) as in `_sized`, velocities (N, 3) m/s and normals (N, 3)
     """
     parent, rank = which
     source, rock = key

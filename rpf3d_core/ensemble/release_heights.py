@@ -15,19 +15,20 @@ IntArray = NDArray[np.int64]
 LEAST_AROUND = 2.0
 """Least distance from a release to the vertical lines around it, in crack widths: the widest edge band is one crack."""
 LEAST_HEIGHT = 4.0
-"""Least height above the ground of a release to look around, in crack widths: a lower rock still meets the facet."""
+"""Least height of a release above ground to search around it, in crack widths: a lower rock still meets the facet."""
 INSIDE = 1e-6
-"""Largest share by which the distance to a facet exceeds that to its plane, if the closest point is inside it (-)."""
+"""Largest share (-) by which the distance to a facet exceeds that to its plane, if its closest point is inside it."""
 
 
 def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
-    """Return height (m), facet and side of the ground below releases (R, 3) m, (R, 3), as `Engine.ground_below` does.
+    """Return the ground straight below releases x (R, 3) m: (R, 3) height (m), facet, side, as `Engine.ground_below`.
 
-    A rock that starts in the ground, above an overhang, sees the back of the overhanging facets below it. The back of a
+    For a rock that starts inside the ground, above an overhang, this is the back of an overhanging facet. The back of a
     facet excludes the facet's edges (`detection.narrow_phase`), so a vertical line through an edge of an overhang may
-    meet only the ground in front of the overhang. Therefore the result is also the back of a facet if vertical lines
-    around the release meet it, and all of them start in the ground or the facet closest to the release shows its back.
-    The closest facet decides above the foot of an overhang: a line next to the release may run along the same edge.
+    meet only the ground under the overhang. Therefore four vertical lines around the release are searched, too. The
+    result is the back of a facet that they meet, if all lines start in the ground, or if the facet closest to the
+    release shows its back. The closest facet decides above the foot of an overhang: a line next to the release may run
+    along the same edge.
     """
     found = engine.ground_below(x)
     some = _to_look_around(engine, found)
@@ -44,9 +45,10 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
 
 
 def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
-    """Return the rows of the releases that lie high enough above the ground found below them to look around them.
+    """Return the rows of the releases around which further vertical lines are searched.
 
-    Without overhangs, no facet below a rock shows its back.
+    These releases lie at least LEAST_HEIGHT above the upper side of a facet. Without overhangs the result is empty,
+    because no facet below a rock shows its back. found : (R, 3) from `Engine.ground_below`
     """
     if (np.asarray(engine.facets.normals)[:, 2] >= 0.0).all():
         return np.empty(0, dtype=np.int64)
@@ -55,28 +57,31 @@ def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
 
 
 def _below(engine: Engine, x: FloatArray, around: FloatArray, column: tuple[float, float]) -> FloatArray:
-    """Return `Engine.ground_below` of places (N, 3) m, moved in the direction of a column by distances (N,) m."""
+    """Return `Engine.ground_below` of x (N, 3) m, moved in plan by `around` (N,) m times `column` (2,)."""
     return engine.ground_below(np.ascontiguousarray(x + around[:, None] * np.array([*column, 0.0])))
 
 
 def _meet_a_back(found: FloatArray, height: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (4, N): a line meets the back of a facet about as far below as the ground, or nearer.
+    """Return flags (4, N): True if a vertical line meets the back of a facet, less than twice `height` below its start.
 
-    found : (4, N, 3); height : (N,) m above the ground found straight below; the back of a steep facet may lie up to as
-        far below it again
+    found : (4, N, 3) ground below the starts of the lines; height : (N,) m, of the release above the ground below it
+    The factor 2 allows for steep facets.
     """
     return (found[:, :, 1] >= 0) & (found[:, :, 2] < 0) & (found[:, :, 0] < 2.0 * height)
 
 
 def _all_in_the_ground(found: FloatArray, backs: NDArray[np.bool_]) -> bool:
-    """True if all lines (4, 3) around a release start in the ground: each meets no facet or, by `backs`, a back."""
+    """Return True if all lines around a release start in the ground: each meets the back of a facet, or no facet.
+
+    found : (4, 3) ground below the start of each line; backs : (4,) True for a line that meets the back of a facet
+    """
     return bool((backs | (found[:, 1] < 0)).all())
 
 
 def _closest_shows_its_back(engine: Engine, x: FloatArray, radius: float) -> bool:
-    """True if a point (3,) m lies behind the facet closest to it, by more than an edge band and within `radius` (m).
+    """Return True if a point x (3,) m lies behind its closest facet, by more than an edge band and within `radius` (m).
 
-    Only a closest point inside the facet counts: at an edge, the side of one facet does not say where the ground is.
+    Only a closest point inside the facet counts: at an edge, the side of one facet does not show where the ground is.
     """
     place = (float(x[0]), float(x[1]), float(x[2]))
     distance, facet = closest_facet(engine.locator, engine.facets, place, float(radius))

@@ -25,9 +25,9 @@ class ReleaseTriangles:
 
 
 def release_triangles(corners: FloatArray) -> ReleaseTriangles:
-    """Return the release triangles of an area source, from corners (P, 3, 3) m, P >= 1.
+    """Return the release triangles of an area source, with the running sum of their areas.
 
-    They hold the running sum of their areas.
+    corners : (P, 3, 3) m, P >= 1
     """
     return ReleaseTriangles(corners, np.cumsum(areas_of(corners)))
 

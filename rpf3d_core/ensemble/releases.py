@@ -61,8 +61,8 @@ class Releases:
     """The releases of R rocks: place, velocity and size at the start, in order of source, then rock.
 
     source, rock : (R,) indices; x : (R, 3) m, local; v : (R, 3) m/s; mass : (R,) kg; radius : (R,) m
-    piece : (R,) number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
-    t : (R,) s, start of a fragment's flight after the release of its rock; zeros if not given
+    piece : (R,) number of a fragment within its rock, from 1; 0 for the rock itself; zeros by default
+    t : (R,) s, start of a fragment's flight after the release of its rock; zeros by default
     shape, pose : (R,) number of each rock's shape, and (R, 4) its orientation w, x, y, z; None for points and spheres
     """
 
@@ -95,7 +95,7 @@ def releases_of(
 ) -> Releases:
     """Return the releases of all sources, or only `count` releases from row `first` on, drawn at random.
 
-    A part has the same bits as these rows of all releases.
+    A release has the same bits whether all releases are drawn or only some.
 
     engine : engine over the terrain, which gives the terrain height for `above_ground`
 
@@ -117,7 +117,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Return the releases of each source for some of its rock numbers, which may go beyond `Source.rocks`.
+    """Return the releases of each source for some of its rock numbers, which may exceed `Source.rocks`.
 
     ranges : for each source, a range of rock numbers, or the numbers themselves (N,)
 

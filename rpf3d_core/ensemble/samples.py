@@ -63,7 +63,7 @@ class Sample:
         return self._values, self._counts
 
     def percentiles(self, wanted: tuple[int, ...]) -> list[float]:
-        """Return percentiles of a sample of at least one value, interpolated linearly between values."""
+        """Return the `wanted` percentiles (in percent) of at least one value, interpolated linearly between values."""
         values, counts = self.sorted()
         ends = np.cumsum(counts)
         rank = np.array(wanted) / 100.0 * (self.count - 1)
@@ -72,11 +72,12 @@ class Sample:
         return cuts
 
     def interval(self, wanted: int) -> tuple[float | None, float | None]:
-        """Return the 95 % confidence interval of a percentile, for any distribution; an end without a bound is None.
+        """Return the 95 % confidence interval of a percentile, valid for any distribution.
 
-        The bounds are values of the sample. Between them are all values for which the share of smaller values agrees
-        with `wanted` by the score test, which also gives Wilson's interval. With too few values, a high percentile has
-        only one bound, or none.
+        wanted : the percentile, in percent
+        The ends are values of the sample; an end is None if too few values bound it, as for a high percentile of few
+        values. The interval contains all values for which the share of smaller values agrees with `wanted` by the score
+        test, the test behind Wilson's interval.
 
         Sources
         -------
@@ -110,7 +111,7 @@ class Sample:
     def summary(self, wanted: tuple[int, ...]) -> dict[str, Any]:
         """Return the figures for a run's summary: number of values, percentiles (p5 and so on) and largest value.
 
-        Unknown figures are None.
+        wanted : percentiles, in percent; without values, all figures but the number are None
         """
         if self.count == 0:
             return {"rocks": 0, **{f"p{p}": None for p in wanted}, "max": None}

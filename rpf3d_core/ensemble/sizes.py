@@ -34,7 +34,7 @@ class DrawnRock:
 class SourceRocks:
     """Rocks whose size depends on their source.
 
-    rocks : for each source a `Rock` or a `DrawnRock`; None for the own volume of shapes
+    rocks : for each source a `Rock` or a `DrawnRock`; None if each rock of the source has the volume of its shape
     """
 
     rocks: tuple[Rock | DrawnRock | None, ...]
@@ -47,7 +47,7 @@ AnyRock = Rock | DrawnRock | SourceRocks | DrawnBody
 def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return the masses (R,) kg and radii (R,) m of the rocks of a source, from their numbers (R,).
 
-    source : number of the source, one for all rocks or one for each rock (R,); one for all, for `SourceRocks`
+    source : number of the source, the same for all rocks or (R,) one for each; for `SourceRocks`, the same for all
     """
     if isinstance(rock, SourceRocks):
         return sizes_of(_of_source(rock, source), seed, source, rocks)
@@ -86,12 +86,12 @@ def mass_range(rock: AnyRock) -> tuple[float, float]:
 
 
 def _of_source(rock: SourceRocks, source: ArrayLike) -> Any:
-    """Return the rocks of one source; None for the own volume of shapes."""
+    """Return the rocks of one source, as in `SourceRocks`; None if each rock has the volume of its shape."""
     return rock.rocks[int(np.asarray(source))]
 
 
 def _whole_range(ranges: list[tuple[float, float]]) -> tuple[float, float]:
-    """Return the smallest and the largest number of several ranges."""
+    """Return the smallest and the largest number of several ranges (low, high)."""
     return min(low for low, _ in ranges), max(high for _, high in ranges)
 
 

@@ -19,7 +19,7 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
 
     Sources
     -------
-    Wilson 1927, J. Am. Stat. Assoc. 22:209-212. Unlike the normal approximation it is right at 0 and at 1.
+    Wilson 1927, J. Am. Stat. Assoc. 22:209-212. Unlike the normal approximation, the interval is valid at 0 and at 1.
 
     Examples
     --------
@@ -32,10 +32,9 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
 
 
 def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the 95 % confidence intervals of several shares: their ends (N,), (N,); counts (N,) out of `total` >= 1.
+    """Return the lower (N,) and upper (N,) ends of the 95 % confidence intervals of shares count / total.
 
-    total : of all shares, or (N,) of each
-
+    count : (N,); total : >= 1, one number for all shares or (N,)
     A count may be an effective number: the number of rocks whose unweighted share is as certain as a weighted share.
     Counts may therefore have fractions. Source: as `wilson_interval`.
     """

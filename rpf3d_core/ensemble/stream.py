@@ -1,4 +1,4 @@
-"""Fly any number of rocks in bounded memory, one block of rocks after another: draw it, fly it, pass on its results."""
+"""Fly any number of rocks in bounded memory, block by block: draw the releases, fly them and pass on the results."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -174,7 +174,7 @@ class Stream:
         self._releases.append(taken(releases, batch.rows[shown]))
 
     def _chosen(self, rows: IntArray | None, count: int) -> NDArray[np.bool_]:
-        """Return flags (count,) of the next `count` rocks, True for those among the given rows.
+        """Return flags (count,) for the next `count` rocks to fly: True if the rock is among the given rows.
 
         All flags are True if `rows` is None.
         """
@@ -194,7 +194,7 @@ class Stream:
 
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
-    """Return some of the releases, in the given rows (N,)."""
+    """Return the releases in the given rows (N,)."""
     return Releases(**{name: column[rows] for name, column in _columns(releases).items()})
 
 
@@ -205,6 +205,6 @@ def _joined(parts: Sequence[Releases]) -> Releases:
 
 
 def _columns(releases: Releases) -> dict[str, np.ndarray]:
-    """Return the columns of releases by name, without those that are not given."""
+    """Return the columns of releases by name, without the columns that are None."""
     given = {column.name: getattr(releases, column.name) for column in fields(Releases)}
     return {name: column for name, column in given.items() if column is not None}

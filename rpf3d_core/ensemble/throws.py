@@ -26,7 +26,7 @@ class Throw(NamedTuple):
 
 
 def axes_of(throw: Throw) -> tuple[Vec, Vec, Vec]:
-    """Return the axes of a throw's cone of directions, three unit vectors: ahead, horizontally right, and the third."""
+    """Return the axes of a throw's cone of directions, unit vectors: ahead, horizontally right, and normal to both."""
     sa, ca = math.sin(throw.azimuth), math.cos(throw.azimuth)
     se, ce = math.sin(throw.elevation), math.cos(throw.elevation)
     return (sa * ce, ca * ce, se), (ca, -sa, 0.0), (-sa * se, -ca * se, ce)
@@ -54,6 +54,7 @@ def _throw_all(
 ) -> None:
     """Write the velocities v (R, 3) m/s of thrown rocks, with directions spread evenly over the cone.
 
+    axes : as `axes_of`; closeness : 1 minus the cosine of half the opening angle; speed, tilt, turn : as in `thrown`
     On a sphere, equal steps along the axis cut off equal areas (Archimedes).
     """
     ahead, right, up = axes

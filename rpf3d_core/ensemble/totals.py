@@ -18,7 +18,7 @@ PATH_UNITS = 2**20
 """Units per metre in which path lengths are added, as whole numbers, because the sum is then the same in any order."""
 
 Position = Callable[[FloatArray], FloatArray]
-"""Function that returns the coordinates (N,) m of points (N, 3), local frame, along the direction of field data."""
+"""Function from points (N, 3) m, local frame, to coordinates (N,) m along the direction of the observed stops."""
 
 
 @dataclass(eq=False)
@@ -32,7 +32,7 @@ class Totals:
     spins : True if rocks spin; only then rotational and total energies are gathered
     why : number of rocks with a shape that stopped, by reason (`bodies.WHY_STOPPED`); empty for points and spheres
     lifted, most_lifted : number of rocks with a shape lifted off the ground at their release, largest lift (m)
-    path : length of all paths together, in PATH_UNITS; runout : m, of rocks at rest; other fields as in `Deposits`
+    path : length of all paths together, in PATH_UNITS; runout : m, of deposits; other fields as in `Deposits`
     """
 
     position: Position | None = None

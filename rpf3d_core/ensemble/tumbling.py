@@ -54,7 +54,7 @@ def orientations_along(
 
 @kernel
 def _turning(moments: Any, q: Any, w: Any, i: int) -> Turning:
-    """Return the free rotation that begins with segment i."""
+    """Return the free rotation from the start of segment i; moments, w, q : of all segments, as in `_turn_all`."""
     return turning_of(
         (float(moments[i, 0]), float(moments[i, 1]), float(moments[i, 2])),
         (float(q[i, 0]), float(q[i, 1]), float(q[i, 2]), float(q[i, 3])),

@@ -64,7 +64,7 @@ class ShareSpec(StrictModel):
 
 
 def _part_of(count: int | None, whole: int | None, key: str) -> None:
-    """Raise an error unless a count is given with the number of rocks it is a part of, and is at most as large."""
+    """Raise an error if a count is given without `whole`, the number of observed rocks, or exceeds it."""
     if count is not None and (whole is None or count > whole):
         raise refuse(f"is {count}, but must be at most `of`, the number of observed rocks", key)
 

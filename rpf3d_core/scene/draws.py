@@ -21,7 +21,7 @@ from rpf3d_core.materials.distributions import (
 from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 LEAST_SPAN = 1e-9
-"""Smallest probability between the bounds of a Weibull distribution; with less, its draws lose their digits."""
+"""Smallest probability between the bounds of a Weibull distribution; with less, drawn numbers lose precision."""
 
 
 class Normal(StrictModel):
@@ -229,7 +229,7 @@ KINDS: dict[str, type[StrictModel]] = {
     "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform, "[weibull]": Weibull,
     "[triangular]": Triangular,
 }  # fmt: skip
-"""The distributions that a scene may use, by the mark that names each in key paths of pydantic."""
+"""The distributions that a scene may use, by the mark that pydantic adds to the key path of each."""
 NUMBER = "[number]"
 MEASURED = "[measured]"
 MARKS = (*KINDS, MEASURED, NUMBER)
@@ -243,7 +243,7 @@ def distribution_of(value: float | Draw) -> Distribution:
 def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType({}), **limits: float) -> Any:
     """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
 
-    further : types that the field takes besides KINDS, by mark
+    further : types that the field takes besides KINDS, by mark; unit : unit of the numbers, for messages
     """
     kinds = {**KINDS, **further}
     number = Annotated[Number, Field(**limits)]

@@ -38,15 +38,15 @@ They stand for the key of a mapping, or for the chosen type of a union.
 PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
 """The valid form of a list item for messages, by the shape (such as `[x, y]`) in the description of the list."""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
-"""Where keys belong that users write under `effects` by mistake: berms belong to the terrain."""
+"""Where keys belong that users write below `effects` by mistake: the key path in the scene, by the wrong key."""
 
 SECTIONS: dict[str, type[BaseModel]] = {
     "materials.ZONE": Material, "rock": RockSpec, "terrain": TerrainSpec, "sources[0]": SourceSpec,
     "hazard": HazardSpec, "outputs": OutputSpec,
 }  # fmt: skip
-"""Sections of a scene whose keys users write at the top level by mistake."""
+"""Sections of a scene whose keys users write at the top level by mistake, by key path."""
 MISSPELT = 0.85
-"""Least similarity (-) from which a word is a misspelt key, whatever other key has its meaning."""
+"""Least similarity (-) of a wrong key to a known key to count as misspelt, even if it means another known key."""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
@@ -143,12 +143,12 @@ def _known(path: KeyPath, root: Root) -> list[str]:
 
 
 def _nearest(path: KeyPath, root: Root) -> str | None:
-    """Return the known key that a wrong key stands for: a misspelt key, one of the same meaning, or a similar word."""
+    """Return the known key that the last key of a path probably means; None if no known key is near."""
     return nearest_key(str(path[-1]), _known(path, root))
 
 
 def nearest_key(word: str, known: Sequence[str]) -> str | None:
-    """Return the known key that a wrong key stands for; None if none is near."""
+    """Return the known key that a wrong key probably means, by spelling, meaning or similarity, or None."""
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
     found = [*misspelt, *keys_meant(word, known), *similar]
@@ -156,7 +156,7 @@ def nearest_key(word: str, known: Sequence[str]) -> str | None:
 
 
 def _section_of(path: KeyPath) -> str | None:
-    """Return where in a scene a key of the top level belongs, as a key path; None if it belongs nowhere."""
+    """Return the key path where an unknown key of the top level belongs; None if no section of a scene has it."""
     word = str(path[-1])
     for section, model in SECTIONS.items():
         keys = list(model.model_fields)
@@ -210,7 +210,7 @@ def _descriptions(path: KeyPath, root: Root) -> Iterator[str | None]:
 
 
 def _annotation(path: KeyPath, root: Root) -> Any:
-    """Return the type that the model of the file gives to the value at a key path."""
+    """Return the type of the value at a key path, from the pydantic model of the file."""
     annotation: Any = root or Scene
     for step in path:
         annotation = _inside(_bare(annotation), step)

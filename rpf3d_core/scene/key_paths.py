@@ -28,7 +28,7 @@ Steps = tuple[str | int, ...]
 def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
     """Return a scene with other values at some key paths, after all checks of a scene file.
 
-    values : a value, in the scene's unit, by key path. A key path without `*` wins over one with `*`.
+    values : new values by key path, in the scene's units. A key path without `*` wins over a key path with `*`.
 
     Raises
     ------
@@ -53,10 +53,10 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene without what its materials took from library entries that the changes replace.
+    """Return the scene without the coefficients and priors of library entries that the changes replace by others.
 
-    These are the coefficients and priors of the former entry. A prior stays if the new entry has a range for the same
-    coefficient: the new range then takes its place, so the priors have the order of a scene file with the new entry.
+    A prior stays if the new entry has a range for the same coefficient: the new range then takes its place. So the
+    priors have the same order as in a scene file with the new entry. changes : tree of changes, as in `_put`
     """
     of_materials = changes.get("materials", {})
     if isinstance(of_materials, _Value):
@@ -76,7 +76,7 @@ def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 
 def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return a scene in which no value that has a tree of changes is unknown, because its new value is known."""
+    """Return the scene without the priors of values that the changes replace, because the new values are known."""
     if scene.unknowns is None or not scene.unknowns.priors:
         return scene
     left = {
@@ -88,7 +88,7 @@ def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 
 def _is_changed(changes: Any, steps: Steps) -> bool:
-    """Return True if the value at the end of some steps, or a section around it, has a new value."""
+    """Return True if a tree of changes has a new value at the end of some steps, or for a section above it."""
     for step in steps:
         if isinstance(changes, _Value) or step not in changes:
             break
@@ -146,7 +146,7 @@ def _walk(scene: Scene, part: Any, rest: str, path: str, before: Steps) -> Itera
 
 
 def _keys(part: Any) -> dict[str, tuple[str | int, Any]]:
-    """Return the keys below a part of a scene, each with its step and what is there; {} for a single value."""
+    """Return the keys below a part of a scene, each with its step and its value; {} if the part is a single value."""
     if isinstance(part, BaseModel):
         names = [name for name in type(part).model_fields if name not in NOT_SCENE_KEYS]
         return {name: (name, getattr(part, name)) for name in names}
@@ -171,9 +171,9 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
 
 
 def _put(changes: Any, steps: Steps, value: Any) -> bool:
-    """Add one change to a tree of changes, in which a key of a scene has a value or the changes below the key.
+    """Add a new value at some steps of a scene to a tree of changes: nested dictionaries, with a `_Value` at each end.
 
-    Return False if another change is above or below it.
+    Return False if the tree already has a new value above or below these steps.
     """
     for step in steps[:-1]:
         if isinstance(changes, _Value):
@@ -186,14 +186,14 @@ def _put(changes: Any, steps: Steps, value: Any) -> bool:
 
 
 class _Value:
-    """A new value in a tree of changes."""
+    """A new value of a scene, at an end of a tree of changes."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
 
 
 def _merged(part: Any, changes: Any) -> Any:
-    """Return a part of a scene as a scene file has it, with changes; unchanged sections stay objects."""
+    """Return a part of a scene as values of a scene file, with a tree of changes; unchanged sections stay objects."""
     if isinstance(changes, _Value):
         return changes.value
     if isinstance(part, BaseModel):
@@ -211,12 +211,12 @@ def _given(part: BaseModel) -> list[str]:
     """Return the keys that a section of a scene has from its file."""
     names = [name for name in type(part).model_fields if name in part.model_fields_set]
     if isinstance(part, Material) and part.is_of_a_body:
-        return [name for name in names if name not in POINT_KEYS]  # the reader fills them in
+        return [name for name in names if name not in POINT_KEYS]  # read_scene fills these keys in
     return names
 
 
 def _alias(part: BaseModel, name: str) -> str:
-    """Return the key of a field as a scene gives it to the checks."""
+    """Return the key of a field in the values that the checks read: its alias, or else its name."""
     return type(part).model_fields[name].alias or name
 
 

@@ -15,18 +15,18 @@ from rpf3d_core.scene.unknowns import PRIOR, PriorSpec
 from rpf3d_core.scene.values import refuse
 
 LIMITED = "coulomb_limited"
-"""The rebound model that uses the friction angle; the default."""
+"""Name of the default rebound model, which uses the friction angle."""
 LIBRARY = "library"
-"""Key of a material that names an entry of the library."""
+"""Key of a material that names an entry of the library of ground materials."""
 
 
 def with_libraries(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the values of a scene in which materials have the ranges of the entries that they name, as priors.
+    """Return the values of a scene in which materials that name a library entry have the ranges of the entry as priors.
 
     Raises
     ------
     PydanticCustomError
-        There is no such entry, or it is for other rocks; the error names the key.
+        There is no such entry, or the entry is for another kind of rocks; the error names the key.
     """
     materials = values.get("materials")
     if not isinstance(materials, Mapping) or not any(map(_names_an_entry, materials.values())):
@@ -41,7 +41,11 @@ def with_libraries(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _with_entry(material: Mapping[str, Any], scene: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Return a material of a scene's values with the ranges of its entry, without those that the scene replaces."""
+    """Return a material with the ranges of its library entry as priors; coefficients that the material states stay.
+
+    If the scene has its own prior for a coefficient, the material has the middle of the entry's range as a placeholder.
+    scene : values of the scene; name : name of the material
+    """
     own = _own_priors(scene)
     ranges = _ranges(material[LIBRARY], scene, name)
     if "slip_friction" in material:
@@ -53,8 +57,8 @@ def _with_entry(material: Mapping[str, Any], scene: Mapping[str, Any], name: str
 def _own_priors(scene: Mapping[str, Any]) -> set[str]:
     """Return the key paths of the priors that a scene file gives in `unknowns.priors`.
 
-    The priors of a scene that has been read before hold those of its entries, and its materials have a number for each
-    of its own.
+    The result is empty if the scene has been read before: then its priors include the priors of library entries, and
+    its materials already have a number for each prior of the file.
     """
     unknowns = scene.get("unknowns")
     priors = unknowns.get("priors") if isinstance(unknowns, Mapping) else None
@@ -62,7 +66,7 @@ def _own_priors(scene: Mapping[str, Any]) -> set[str]:
 
 
 def _middle(coefficient: Any) -> Any:
-    """Return the middle of a coefficient's range, a placeholder for the values that a prior gives."""
+    """Return the middle of a coefficient's range, a placeholder for the values of its prior; a plain number stays."""
     if not isinstance(coefficient, Mapping):
         return coefficient
     prior = coefficient[PRIOR]
@@ -70,9 +74,9 @@ def _middle(coefficient: Any) -> Any:
 
 
 def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the published and assumed ranges of an entry by the keys of a material; {} if there is no such entry.
+    """Return the published and assumed ranges of a library entry, by key of a material; {} if there is no such entry.
 
-    scene : `rock`, `rebound` and `ground` of a scene
+    scene : `rock`, `rebound` and `ground` of a scene, which decide which ranges are assumed
     """
     from rpf3d_core.scene.library_entries import UNSTATED  # imported only if a scene names an entry
 
@@ -81,12 +85,12 @@ def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def models_of(scene: Any) -> Mapping[str, Any]:
-    """Return what decides which coefficients a scene that has been read uses: rocks, rebound and ground."""
+    """Return the parts of a scene that decide which coefficients it uses: rocks, rebound model and ground model."""
     return {"rock": scene.rock, "rebound": scene.rebound, "ground": scene.ground}
 
 
 def published_ranges(name: Any) -> Mapping[str, Any]:
-    """Return the ranges of an entry that its source has, by the keys of a material; {} if there is no such entry."""
+    """Return the ranges of a library entry from its source, by key of a material; {} if there is no such entry."""
     from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
 
     return ENTRIES[name].ranges if isinstance(name, str) and name in ENTRIES else {}
@@ -97,7 +101,7 @@ def keys_of_entry(material: Any, name: str, priors: Mapping[str, PriorSpec], sce
 
     A coefficient for which the scene gives another number or range than the entry is not included.
 
-    material : with the name of an entry; name : of the material; priors : those of the scene, by key path
+    material : a material that names an entry; name : its name; priors : priors of the scene, by key path
     scene : as in `ranges_of`
     """
     return {
@@ -108,7 +112,10 @@ def keys_of_entry(material: Any, name: str, priors: Mapping[str, PriorSpec], sce
 
 
 def _is_of_entry(span: Any, value: Any, prior: PriorSpec | None) -> bool:
-    """Return True if a coefficient has the number of an entry of the library, or its prior the range of the entry."""
+    """Return True if a coefficient is that of a library entry: its value is the number, or its prior is the range.
+
+    span : number or range of the entry; value, prior : of the coefficient in the scene
+    """
     if isinstance(span, float):
         return bool(value == span)
     return prior is not None and prior == PriorSpec.model_validate(_as_prior(span)[PRIOR])
@@ -127,7 +134,10 @@ def _has_shape(rock: Any) -> bool:
 
 
 def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any]:
-    """Return the coefficients of an entry of the library, as a scene with some values has them."""
+    """Return the coefficients of a library entry as a scene states them: plain numbers, or `{prior: ...}` for ranges.
+
+    name : name of the entry; scene : values of the scene; material : name of the material, for the error
+    """
     from rpf3d_core.scene.library_entries import BODIES, ENTRIES, POINTS, UNSTATED  # imported only if one is named
 
     kind = BODIES if _has_shape(scene.get("rock")) else POINTS
@@ -144,7 +154,7 @@ def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any
 
 
 def _assumed_for(scene: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the coefficients that have an assumed range in a scene if an entry has none: those that its models use."""
+    """Return the keys of coefficients that a scene's models use, and whose range is assumed if an entry has none."""
     rocks = scene.get("rock")
     if _has_shape(rocks):
         return ("rolling_resistance",)
@@ -155,7 +165,7 @@ def _assumed_for(scene: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _name_of(model: Any, default: str) -> str:
-    """Return the name of a rebound or ground model from its value in a scene; of a model class, its text."""
+    """Return the name of a rebound or ground model from its value in a scene: a name, a mapping, an object or None."""
     if model is None:
         return default
     if isinstance(model, Mapping):
@@ -169,7 +179,7 @@ def _is_sphere(rock: Any) -> bool:
 
 
 def _as_prior(span: Any) -> Any:
-    """Return the range of a coefficient as a prior in a scene; a plain number stays."""
+    """Return the range of a coefficient as a prior in a scene; a plain number is returned unchanged."""
     if isinstance(span, float):
         return span
     normal = {} if span.mean is None else {"mean": span.mean, "sd": span.sd}

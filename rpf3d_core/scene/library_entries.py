@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rpf3d_core.scene.models.spec import Confirmed
 
 POINTS, BODIES = "points and spheres", "rocks with a shape"
-"""The two kinds of rocks for which an entry holds."""
+"""The two kinds of rocks for which an entry may be valid."""
 
 
 class Range(NamedTuple):
@@ -24,11 +24,11 @@ class Range(NamedTuple):
 
 
 class LibraryMaterial(NamedTuple):
-    """An entry of the library.
+    """An entry of the library of ground materials.
 
     ground : the kind of ground in words; kind : POINTS or BODIES
-    ranges : by key of a material; a plain number is no unknown
-    source : where the figures are published; confirmed : how far the figures are confirmed; note : what to know, or ""
+    ranges : by key of a material; a plain number is a known value, not an unknown
+    source : where the figures are published; confirmed : how far the figures are confirmed; note : a remark, or ""
     """
 
     ground: str
@@ -40,7 +40,7 @@ class LibraryMaterial(NamedTuple):
 
     @property
     def assumed(self) -> "dict[str, Range]":
-        """The ranges that a scene assumes for what this entry does not have, if its models use it; by key."""
+        """The ranges that a scene assumes for coefficients that this entry lacks, if its models use them; by key."""
         of_bodies = self.kind == BODIES
         return {key: span for key, span in UNSTATED.items()
                 if key not in self.ranges and of_bodies == (key == "rolling_resistance")}  # fmt: skip
@@ -60,14 +60,14 @@ STONE_SPREAD = 0.10
 
 
 def _share(mean: float, sd: float, low: float | None = None, high: float | None = None) -> Range:
-    """Return the range of a restitution from its mean and standard deviation, cut off within [0, 1]."""
+    """Return the range of a restitution: mean and sd, cut off at low and high; if None, at two sd and within [0, 1]."""
     first, last = max(mean - TWO * sd, 0.0), min(mean + TWO * sd, 1.0)
     ends = (first if low is None else low, last if high is None else high)
     return Range(low=round(ends[0], 6), high=round(ends[1], 6), mean=mean, sd=sd)
 
 
 def _around(value: float) -> Range:
-    """Return the range of a value of STONE, from which r.stone draws by default."""
+    """Return the range of 10 % around a value of STONE, from which r.stone draws by default."""
     return Range(low=round(value * (1.0 - STONE_SPREAD), 6), high=round(value * (1.0 + STONE_SPREAD), 6))
 
 
@@ -119,18 +119,19 @@ def _books(ground: str, normal: tuple[float, float], tangential: tuple[float, fl
 
 
 UNSTATED: Mapping[str, Range] = {
-    # The angles of all pit_ entries but weathered mudstone and coal.
+    # The range of the angles of all pit_ entries except weathered mudstone and coal.
     "friction_angle_deg": Range(10.0, 45.0),
-    # Of spheres; the values of STONE for all grounds.
+    # For spheres; the range of the values of STONE for all grounds.
     "rolling_friction": Range(0.27, 0.88),
-    # Of rocks with a shape. 0 is RAMMS, whose ground takes the energy of rolling in other ways; the upper end is the
-    # prior of the calibrations at Authume, where the posterior is 0.14 to 0.27. At Tschamut it is 0.10 to 0.54.
+    # For rocks with a shape. 0 is the value of RAMMS, whose ground takes the energy of rolling in other ways. The
+    # upper end is that of the prior of the calibrations at Authume, where the posterior is 0.14 to 0.27. At Tschamut,
+    # the posterior is 0.10 to 0.54.
     "rolling_resistance": Range(0.0, 0.4),
 }
-"""The range of a coefficient in a scene if an entry has none: an assumption of rpf3d, no published value.
+"""The range of a coefficient, by key of a material, that a scene assumes if its library entry has none.
 
-A coefficient that is left out of the sources is still not known, and one number in its place makes intervals too narrow
-(docs/explanation/validation.md).
+The ranges are assumptions of rpf3d, not published values. A coefficient that the sources leave out is still unknown,
+and a single number would make intervals too narrow (docs/explanation/validation.md).
 """
 
 ENTRIES: Mapping[str, LibraryMaterial] = {
@@ -199,4 +200,4 @@ ENTRIES: Mapping[str, LibraryMaterial] = {
     "ramms_extra_hard": _ramms("extra hard", 0.80, 2.0),
     "ramms_snow": _ramms("snow", 0.10, 0.35),
 }  # fmt: skip
-"""The entries by name."""
+"""The entries of the library of ground materials, by name."""

@@ -53,7 +53,7 @@ SAME = (
     ("mass", "masses", "mass_col", "weight_column", "mass_column"),
     ("shape", "shapes", "shape_col", "shape_number", "shape_column"),
 )  # fmt: skip
-"""Groups of words with one meaning; the last words of a group are keys, the most likely key first among them."""
+"""Groups of words with the same meaning; each group ends with keys of a scene, the most likely key first."""
 
 
 def keys_meant(word: str, known: Sequence[str]) -> list[str]:

@@ -48,14 +48,17 @@ class MeasuredList(StrictModel):
         Raises
         ------
         InputError
-            The file is damaged; names it and the line.
+            The file is damaged; the message names the file and the line.
         """
         if isinstance(self.measured, tuple):
             return Measured(values=np.sort(np.array(self.measured).astype(float)))
         return Measured(values=np.sort(read_numbers(self.measured, self.column)))
 
     def describe(self, measure: str, unit: str) -> str:
-        """Return which column of which file the sizes are, and in which unit they are read; "" without a file."""
+        """Return a sentence with file, column, unit, number and range of the sizes; "" if the sizes are not in a file.
+
+        measure : the key of the sizes, such as `mass`; unit : the unit in which they are read
+        """
         if isinstance(self.measured, tuple):
             return ""
         found = read_column(self.measured, self.column)
@@ -72,5 +75,5 @@ else:
 
 
 def sizes_from(value: float | Draw | MeasuredList) -> Distribution | Measured:
-    """Return what sizes are drawn from, for a value of a scene."""
+    """Return the distribution, or the measured sizes, from which sizes are drawn, for a value of a scene."""
     return value.prepared if isinstance(value, MeasuredList) else distribution_of(value)

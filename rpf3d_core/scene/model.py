@@ -199,7 +199,7 @@ class Scene(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _priors_apart(cls, values: Any) -> Any:
-        """Take libraries and priors out of materials and models; a plain number replaces each prior."""
+        """Replace library entries by their ranges, and each prior by a plain number; the priors move to `unknowns`."""
         return with_priors_apart(with_libraries(values)) if isinstance(values, Mapping) else values
 
     @model_validator(mode="before")
@@ -250,7 +250,7 @@ class Scene(StrictModel):
         return self
 
     def _check_contact(self) -> None:
-        """Refuse a contact model for another shape, and a rebound model for rocks that have a size."""
+        """Refuse a contact model for another shape, and a rebound model if the rocks are spheres."""
         if self.contact is not None and self.rock.shape is None:
             raise refuse("is for spheres and rocks with a shape, and `rock.shape` is point", "contact")
         ours = COULOMB_SPHERE if self.rock.is_sphere else "rigid"

@@ -123,9 +123,9 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
 
 
 def filled_in(scene: Scene) -> Scene:
-    """Return the scene with values that its files determine: reference system, and rocks of each source.
+    """Return the scene with values that its files determine: the reference system, and the number of rocks of sources.
 
-    The number of rocks of a source stays a default, so that other points give another number.
+    This number still counts as a default, so that it changes if the source gets other points.
     """
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
@@ -170,9 +170,10 @@ def releases_digest(scene: Scene) -> str:
 
 
 def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
-    """Return the keys and values of a scene without the keys of shapes and unknowns, where they are not given.
+    """Return the keys and values of a scene without `calibration`, and without optional keys that are not given.
 
-    So a scene of points or spheres without unknowns has the same digest as in versions that did not know these keys.
+    So a scene that does not use these keys has the same digest as in versions of rpf3d that did not know them.
+    bodies : True if the rocks have a shape
     """
     keys = (*BODY_KEYS, "library")
     materials = {name: _given(material, keys) for name, material in content["materials"].items()}
@@ -184,7 +185,7 @@ def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
 
 
 def _files(scene: Scene) -> list[dict[str, Any]] | None:
-    """Return the keys and values of the terrain files; without `unit` where it is not given.
+    """Return the keys and values of the terrain files, for the digest; without `unit` where it is not given.
 
     The zone is None where the layers of the file are the zones.
     """
@@ -197,14 +198,14 @@ def _files(scene: Scene) -> list[dict[str, Any]] | None:
 
 
 def _rock(rock: dict[str, Any], bodies: bool) -> dict[str, Any]:
-    """Return the keys and values of `rock`, with its shape for rocks with a shape only."""
+    """Return the keys and values of `rock`, for the digest; `shape` is included for rocks with a shape only."""
     return (
         {**rock, "shape": _given(rock["shape"], ("sphere",))} if bodies else _given({**rock, "shape": None}, ("shape",))
     )
 
 
 def _with_sphere(scene: Scene, rebound: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys and values of `rebound` with the contact model of spheres among them, in its place."""
+    """Return the keys and values of `rebound`, for the digest, with the contact model of spheres just before `own`."""
     sphere = scene.impact_model.model_spec.model_dump() if scene.rock.is_sphere else None
     models = rebound if sphere is None else dict.fromkeys(rebound)
     return {key: models[key] for key in models if key != "own"} | {COULOMB_SPHERE: sphere, "own": models["own"]}

@@ -37,7 +37,7 @@ No blast throws a rock so fast.
 SIZES = ("diameter", "mass", "volume")
 """Keys of a rock that give its size; at most one is given."""
 OPTIONAL = ("crest", *SIZES)
-"""Keys of a source that its digest holds only where they are given."""
+"""Keys of a source that the digest of a scene includes only if they are given."""
 PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 """Keys of a source that give the places of its rocks; exactly one is given."""
 

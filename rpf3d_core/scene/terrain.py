@@ -24,9 +24,9 @@ _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 def _checked(parameters: type[Any]) -> Any:
-    """Return the type of a scene field for the parameters of a made terrain: a mapping, or the parameters themselves.
+    """Return the type of a scene field for a synthetic terrain: a mapping, or an object of the dataclass `parameters`.
 
-    The checked value is an object of the plain dataclass.
+    The checked value is an object of this dataclass.
     """
 
     def as_mapping(value: Any) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""Unknown values of a scene: priors of coefficients, and samples of parameter sets, such as a calibration leaves.
+"""Unknown values of a scene: priors of coefficients, and samples of parameter sets, such as those of a calibration.
 
-An unknown has one value for the whole site, which no one knows: each parameter set of a run has another one. A
-distribution (`scene.draws`) is something else: it varies from rock to rock, or from impact to impact.
+An unknown has one value for the whole site, but the value is not known: each parameter set of a run has another value.
+A distribution (`scene.draws`) is something else: it varies from rock to rock, or from impact to impact.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,7 +19,7 @@ PRIOR = "prior"
 ROOTS = ("materials", "rebound", "ground", "contact", "effects", "stop_speed")
 """Keys of a scene below which a value may be an unknown."""
 FEWEST_SETS, MOST_SETS = 40, 4096
-"""Bounds of the number of parameter sets: between the outermost of 39 or more sets lies a 95 % interval."""
+"""Smallest and largest number of parameter sets: the range of 39 or more sets contains a 95 % interval."""
 FORMS = "{min, max} or {mean, sd, min, max}"
 
 
@@ -49,7 +49,7 @@ class PriorSpec(StrictModel):
 
     @property
     def middle(self) -> float:
-        """The value that stands for the unknown where a scene needs a single one: the mean, or the middle."""
+        """The value that replaces the unknown where a scene needs one number: the mean, or the middle of the range."""
         return self.mean if self.mean is not None else 0.5 * (self.min + self.max)
 
 
@@ -86,12 +86,14 @@ class UnknownsSpec(StrictModel):
 
 
 def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the values of a scene with the middle of each `{prior: ...}` in its place, and the priors in `unknowns`.
+    """Return the values of a scene in which a number replaces each `{prior: ...}`, and `unknowns` contains the priors.
+
+    The number is the middle of the prior (`PriorSpec.middle`).
 
     Raises
     ------
     PydanticCustomError
-        A prior is wrong, or stands where it cannot; the error names the key.
+        A prior is wrong, or is next to another key; the error names the key.
     """
     roots, found = dict[str, Any](), dict[str, PriorSpec]()
     for root in ROOTS:
@@ -135,7 +137,7 @@ def _prior(value: Mapping[str, Any], path: tuple[str, ...]) -> PriorSpec:
 
 
 def _sentence(detail: Any) -> tuple[str, tuple[str | int, ...]]:
-    """Return why a prior is wrong, and at which key below `prior`."""
+    """Return why a prior is wrong, as a sentence, and the path of the wrong key below `prior`."""
     context = detail.get("ctx", {})
     if "sentence" in context:
         return context["sentence"], (*detail["loc"], *context["at"])

@@ -15,7 +15,7 @@ MOST_NAMED = 12
 def material_of(scene: Scene, zone: str) -> Material:
     """Return the material of a zone: by exact name, else by the first matching pattern in the file, else `default`.
 
-    A part of a split zone without a material of its own name has that of the zone.
+    A part of a split zone with no material of its own name has the material of the whole zone.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def material_of(scene: Scene, zone: str) -> Material:
 
 
 def name_of_material(scene: Scene, zone: str) -> str:
-    """Return under which name the scene gives the material of a zone: the zone's name, a pattern, or `default`.
+    """Return the key in `materials` of the material of a zone: the zone's name, a pattern, or `default`.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def _whole(scene: Scene, zone: str) -> str:
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
-    """Return the materials that use the default friction angle, for a warning; () if no model needs the angle.
+    """Return the names of the materials that use the default friction angle; () if no model needs the angle.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def _asks_friction(scene: Scene) -> bool:
 def used_coefficients(scene: Scene, material: Material) -> tuple[str, ...]:
     """Return the keys of the coefficients of a material that the models of the scene use.
 
-    A rolling friction or resistance that the material leaves out is 0, and used.
+    A rolling friction or resistance that the material leaves out is 0, and is included.
     """
     if material.is_of_a_body:
         return ("restitution", "friction" if material.slip_friction is None else "slip_friction", "rolling_resistance")

@@ -1,1 +1,1 @@
-"""Which unknown of a scene moves which result: screening by Morris, and shares of the variance by Sobol."""
+"""Which unknown of a scene affects which result: screening by Morris, and shares of the variance by Sobol."""

@@ -1,4 +1,4 @@
-"""The sensitivity of a scene: fly the design, and say in one sentence which unknown decides."""
+"""Measure the sensitivity of a scene: fly the parameter sets of a design, and compare the effects of the unknowns."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,18 +28,18 @@ TRAJECTORIES = 20
 BASE_SETS = 128
 """Default number of base sets of Sobol's design, each of which needs as many flights as there are unknowns, plus 2."""
 FEWEST, MOST = 4, 100_000
-"""Bounds of the number of trajectories and of base sets."""
+"""Smallest and largest number of trajectories, of rocks of a parameter set, and of base sets."""
 EDGE = 1e-6
-"""Probability (-) that is cut from both ends of a range, because a normal prior may have no finite end."""
+"""Probability (-) that is cut off at both ends of a prior, because the normal quantiles of 0 and 1 are not finite."""
 
 
 class Stopped(Exception):
-    """The user stopped the analysis before all parameter sets had flown."""
+    """Raised if the user stops the analysis before all parameter sets have flown."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """How a sensitivity is measured: number of rocks of a set, of trajectories, of base sets (0 for no indices)."""
+    """Settings of a sensitivity analysis: numbers of rocks of a set, trajectories and base sets (0: no indices)."""
 
     rocks: int = ROCKS
     trajectories: int = TRAJECTORIES
@@ -48,10 +48,11 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Which unknown moves which result.
+    """The effects of the unknowns of a scene on its results.
 
-    names : of the U unknowns; results, units : of the Y results; middle : (Y,) means of the results over the design
-    effects : by Morris; indices : by Sobol, or None; sets : parameter sets flown; rocks : of each
+    names : names of the U unknowns; results, units : names and units of the Y results
+    middle : (Y,) mean of each result over all parameter sets; effects : by Morris; indices : by Sobol, or None
+    sets : number of parameter sets flown; rocks : number of rocks of each set
     left_out : sentences on sources of which no rock flew
     """
 
@@ -70,14 +71,14 @@ def sensitivity(
     scene: Scene | str | Path, asked: Asked, advance: Callable[[int, int], None] = lambda done, of: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Sensitivity:  # fmt: skip
-    """Fly parameter sets over the unknowns of a scene, and return which unknown moves which result.
+    """Fly parameter sets over the unknowns of a scene, and return how much each unknown affects each result.
 
-    advance : called with the number of sets flown, and of all sets
+    advance : called with the number of flown sets and the number of all sets
 
     Raises
     ------
     InputError
-        The scene is refused, has no unknowns or a sample of a calibration, or the numbers asked for are out of range.
+        The scene is refused, has no unknowns or a sample of a calibration, or a number in `asked` is out of range.
     Stopped
         `stop` returned True.
     """
@@ -97,7 +98,7 @@ def sensitivity(
 
 
 def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
-    """Raise an error if there is nothing to vary, a sample would be ignored, or a number asked for is out of range."""
+    """Raise an error if there is no unknown to vary, a sample would be ignored, or a number in `asked` is wrong."""
     if scene.unknowns is not None and scene.unknowns.sample is not None:
         raise InputError(f"{scene.path}: `unknowns.sample` gives the values of a calibration, which a sensitivity "
                          "cannot vary one by one; use the scene that was calibrated, or remove the key")  # fmt: skip
@@ -112,7 +113,10 @@ def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
 
 
 def _of(what: Compared, paths: FloatArray, points: FloatArray, flown: FloatArray) -> Sensitivity:
-    """Return the sensitivity from the results (S, Y) at all points of both designs."""
+    """Return the sensitivity from the results (S, Y) at all points of both designs.
+
+    paths : (T, U + 1, U) points of Morris' trajectories; points : (N, U + 2, U) points of Sobol's design
+    """
     seed, results = what.prepared.scene.seed, len(what.results)
     count = paths.shape[0] * paths.shape[1]
     effects = effects_of(paths, flown[:count].reshape(*paths.shape[:2], results), seed)

@@ -1,4 +1,4 @@
-"""Write a sensitivity: sensitivity.json and tornado.png."""
+"""Write the result of a sensitivity analysis: sensitivity.json and tornado.png."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from rpf3d_core.sensitivity.words import content_of
 
 
 def write_sensitivity(out: Path, found: Sensitivity) -> None:
-    """Write both files into a folder, which is made where it does not exist.
+    """Write sensitivity.json and tornado.png into a folder, which is created if it does not exist.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Fly parameter sets of a scene, all with the same rocks, and return the results that a sensitivity compares."""
+"""Fly parameter sets of a scene, all with the same rocks, and return the results for a sensitivity analysis."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -25,9 +25,9 @@ JOULE_PER_KJ = 1000.0
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """What is compared: a prepared scene, the key paths of its unknowns, and the rocks of each parameter set.
+    """The inputs of a sensitivity analysis: a prepared scene, the key paths of its unknowns, and the rocks of each set.
 
-    results : names of the Y results; units : % for shares of rocks, m, kJ
+    results : names of the Y results; units : % for shares of rocks, m or kJ
     """
 
     prepared: Prepared
@@ -38,7 +38,10 @@ class Compared:
 
 
 def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared:
-    """Return the results that a sensitivity analysis compares: shares of areas (or zones), runout and energy.
+    """Return the inputs of a sensitivity analysis: releases after a check, and the names and units of the results.
+
+    The results are the share of rocks that reaches each area (or stops in each zone), runout and energy.
+    names : key paths of the unknowns; rocks : number of rocks of each parameter set
 
     Raises
     ------
@@ -60,7 +63,7 @@ def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared
 def fly_all(
     what: Compared, values: FloatArray, advance: Callable[[int], None], stop: Callable[[], bool]
 ) -> FloatArray | None:
-    """Return the results (S, Y) of parameter sets (S, U), values in the units of the scene; None if stopped.
+    """Return the results (S, Y) of parameter sets (S, U), values in the scene's units; None if `stop` returned True.
 
     advance : called with the number of sets flown; stop : called before each set
     """

@@ -1,4 +1,4 @@
-"""Screening by Morris: how much a result changes on average when one unknown moves by two thirds of its range.
+"""Screening by Morris: how much a result changes on average if one unknown changes by two thirds of its range.
 
 Sources
 -------
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 LEVELS = 4
-"""Levels of the grid in each unknown."""
+"""Number of levels of each unknown in the grid of the trajectories."""
 STEP = LEVELS / (2.0 * (LEVELS - 1.0))
 """Step (-) of an unknown's quantile: two thirds of the range, with which all levels are equally likely."""
 REDRAWS = 1000
@@ -30,7 +30,8 @@ class Effects(NamedTuple):
     """Effects of U unknowns on Y results.
 
     size : (U, Y) mu* STEP, the mean absolute change of the result when the unknown moves by STEP of its range
-    low, high : (U, Y) its 95 % interval; spread : (U, Y) standard deviation of the changes: curvature, interactions
+    low, high : (U, Y) ends of the 95 % interval of `size`
+    spread : (U, Y) standard deviation of the changes, which shows curvature and interactions
     """
 
     size: FloatArray

@@ -21,7 +21,8 @@ FloatArray = NDArray[np.float64]
 class Indices(NamedTuple):
     """Sobol indices of U unknowns on Y results, shares (-) of the variance; each with its 95 % interval.
 
-    first, total : (U, Y); first_ends, total_ends : (2, U, Y), low and high. NaN where the result does not vary.
+    first, total : (U, Y) share of the unknown alone, and with its interactions; first_ends, total_ends : (2, U, Y), low
+        and high. NaN where the result does not vary.
     """
 
     first: FloatArray
@@ -31,9 +32,9 @@ class Indices(NamedTuple):
 
 
 def design(count: int, unknowns: int, seed: int) -> FloatArray:
-    """Return N = count times the points A, B, and A with column u of B for each unknown u: (N, U + 2, U) (-).
+    """Return the points of Sobol's design: (N, U + 2, U) (-) in the unit cube, N = count.
 
-    All points lie in the unit cube.
+    Each of the N rows has a point A, a point B and, for each unknown u, the point A with coordinate u of B.
     """
     both = spread_points(count, 2 * unknowns, seed)
     a, b = both[:, :unknowns], both[:, unknowns:]

@@ -1,4 +1,4 @@
-"""A sensitivity in words, as a table, and as the content of sensitivity.json."""
+"""The result of a sensitivity analysis in words, as a table, and as the content of sensitivity.json."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from rpf3d_core.sensitivity.analysis import Sensitivity
 
 
 def decisive(found: Sensitivity, result: int) -> int | None:
-    """Return the number of the unknown that moves a result most; None if no unknown moves it."""
+    """Return the number of the unknown that affects a result most; None if no unknown affects it."""
     sizes = found.effects.size[:, result]
     if found.indices is not None and np.isfinite(found.indices.total[:, result]).all():
         sizes = found.indices.total[:, result]
@@ -16,12 +16,12 @@ def decisive(found: Sensitivity, result: int) -> int | None:
 
 
 def is_moved(found: Sensitivity, result: int) -> bool:
-    """Return whether any unknown moves a result."""
+    """Return True if any unknown affects a result."""
     return bool(found.effects.size[:, result].any())
 
 
 def sentence_of(found: Sensitivity, result: int) -> str:
-    """Return in one sentence which unknown decides a result."""
+    """Return a sentence that states which unknown affects a result most, and by how much."""
     unknown, name = decisive(found, result), found.results[result]
     if unknown is None:
         return f"no unknown moves the {name}: it is {found.middle[result]:.3g} {found.units[result]} in all sets"
@@ -37,7 +37,7 @@ def sentence_of(found: Sensitivity, result: int) -> str:
 
 
 def is_clear(found: Sensitivity, result: int) -> bool:
-    """Return whether one unknown clearly decides a result: the interval of its effect lies above all others."""
+    """Return True if one unknown clearly affects a result most: the interval of its effect lies above all others."""
     unknown = decisive(found, result)
     if unknown is None or len(found.names) == 1:
         return True
@@ -48,8 +48,9 @@ def is_clear(found: Sensitivity, result: int) -> bool:
 
 
 def rows_of(found: Sensitivity) -> list[tuple[str, ...]]:
-    """Return a row for each unknown of each result that any unknown moves, the largest effect first: cells of a table.
+    """Return the rows of the table: one row for each unknown of each result, the largest effect first.
 
+    Results that no unknown affects are left out.
     Columns: result, unknown, change with unit, its 95 % interval, share of the variance ("" without Sobol indices).
     """
     rows, effects = list[tuple[str, ...]](), found.effects
@@ -68,7 +69,7 @@ def _unit_of_changes(unit: str) -> str:
 
 
 def _share_in_words(found: Sensitivity, u: int, y: int) -> str:
-    """Return the total index of an unknown with its interval; "" if there is none."""
+    """Return the total index of an unknown with its interval, in per cent as text; "" if there is none."""
     if found.indices is None or not np.isfinite(found.indices.total[u, y]):
         return ""
     low, high = 100.0 * found.indices.total_ends[:, u, y]

@@ -43,9 +43,9 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
 def area_outlines(
     scene: Scene, terrain: Terrain, areas: Mapping[str, MultiPolygon]
 ) -> dict[str, list[FloatArray]]:  # fmt: skip
-    """Return the outlines (N, 2) m of each area of interest in the local frame, after a check that it has terrain.
+    """Return the outlines (N, 2) m of each area of interest, in the local frame.
 
-    areas : polygons from `read_areas`
+    areas : polygons from `read_areas`; refused if no part of an area lies on the terrain
 
     Raises
     ------
@@ -64,14 +64,14 @@ def area_outlines(
 
 
 def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
-    """Return the outlines (N, 2) m of the polygons in a file, in the local frame, after a check that they have terrain.
+    """Return the outlines (N, 2) m of the polygons in a file, in the local frame.
 
     Overlapping polygons are united. key : the scene's key that names the file, for messages
 
     Raises
     ------
     InputError
-        The file is damaged, or the polygons lie off the terrain; names the scene's key.
+        The file is damaged, or no part of the polygons lies on the terrain; the message names the key.
     """
     polygons = _united(read_polygons(path))
     if lies_off(terrain, polygons):

@@ -16,7 +16,7 @@ from rpf3d_core.terrain.sections import section_of
 from rpf3d_core.terrain.zones import with_zone
 
 ZONE = "berm_"
-"""Prefix of the zone names that berms get, followed by the number of the berm."""
+"""Prefix of the zone names that berms get, followed by the name of the berm."""
 
 
 def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
@@ -25,7 +25,8 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
     Raises
     ------
     InputError
-        A line is damaged, has no length, bends too sharply for the width, or leaves the terrain; names the key.
+        A line is damaged, has no length, bends too sharply for the width, or leaves the terrain. The message
+        names the key.
     """
     for number, spec in enumerate(scene.terrain.berms):
         key = f"{scene.path}: `terrain.berms[{number}].along`"

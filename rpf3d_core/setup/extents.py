@@ -57,7 +57,7 @@ class Extent(NamedTuple):
 def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
     """Return the extents of all inputs of a scene, the terrain first.
 
-    An input that is refused is left out, because its refusal follows.
+    An input that cannot be read is left out, because the error about it follows.
 
     faults : the report on the terrain if it was read; None to read its files again, because the terrain is refused
     """
@@ -66,7 +66,7 @@ def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
 
 
 def other_extents(scene: Scene) -> list[Extent]:
-    """Return the extents of all inputs of a scene except the terrain, without those that are refused."""
+    """Return the extents of all inputs of a scene except the terrain, and except inputs that cannot be read."""
     found = [*_sources(scene), *_areas(scene), *_lines(scene), *_observed(scene)]
     return [extent for extent in found if extent is not None]
 

@@ -13,7 +13,7 @@ from rpf3d_core.terrain.mesh.edges import edges_of
 FloatArray = NDArray[np.float64]
 
 LEAST_HEIGHT = 0.1
-"""Height (m) of a rim over other ground from which it is reported; overlapping surveys differ by some centimetres."""
+"""Smallest height (m) of a rim over other ground that is reported; overlapping surveys differ by some centimetres."""
 OUTSIDE = 64.0
 """Distance in plan, in crack widths, from a side of the rim to the place where the ground below it is searched."""
 

@@ -20,7 +20,7 @@ SCALES = {
 }  # fmt: skip
 """Units that are tried, by their length in metres."""
 SURVEY = 10_000.0
-"""Coordinate (m) from which coordinates are those of a national or UTM system, not of a local grid."""
+"""Coordinate (m) above which coordinates are in a national or UTM system, not in a local grid."""
 MOST_RELIEF, MOST_WIDTH = 4_000.0, 100_000.0
 """Largest plausible height difference and width (m) of a terrain for rockfall.
 
@@ -29,7 +29,7 @@ The deepest open pit is 1,200 m deep; the highest mountain faces have 4,000 m.
 EASTINGS, LEAST_NORTHING = (100_000.0, 900_000.0), 1_000_000.0
 """Range of UTM eastings (m), and a northing (m) that no easting reaches."""
 NEARLY_ALL = 0.95
-"""Share (-) of the facets that were turned over from which the terrain may be mirrored."""
+"""Smallest share (-) of facets that were turned over for which the terrain may be mirrored."""
 WGS84 = "EPSG:4326"
 
 Box = tuple[FloatArray, FloatArray]
@@ -164,7 +164,7 @@ def _is_near_the_origin(ground: Box) -> bool:
 
 
 def _unit_of(box: Box, ground: Box) -> str | None:
-    """Return the unit in which a box would lie on the ground; None if there is none."""
+    """Return the unit, such as "in feet", in which the coordinates of a box lie on the ground; None if no unit fits."""
     return next((unit for scale, unit in SCALES.items() if _overlaps((box[0] * scale, box[1] * scale), ground)), None)
 
 
@@ -202,7 +202,8 @@ def _is_upside_down(other: Extent, terrain: Extent) -> bool:
 def refuse_other_systems(extents: Sequence[Extent], crs: str | None) -> None:
     """Refuse a file that states another coordinate reference system than the terrain, and offer the transformation.
 
-    A file that states degrees but has coordinates beyond them states a wrong system, so it is not refused.
+    A file that states degrees, but has coordinates outside the range of degrees, states a wrong system and is not
+    refused.
 
     Raises
     ------

@@ -18,7 +18,7 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
     Raises
     ------
     InputError
-        A model or effect cannot be built or has no rule; names the key.
+        A model or effect cannot be built or has no rule; the message names the key.
     """
     model = _built(scene.impact_model.model_spec, scene, terrain)
     effects = numbered([_built(model_spec, scene, terrain) for model_spec in scene.effects.named.values()])
@@ -47,9 +47,9 @@ def _check_hooks(scene: Scene, effects: list[Any]) -> None:
 
 
 def numbered(effects: list[Any]) -> list[Any]:
-    """Return the effects with obstacle numbers assigned: trees and barriers of all effects are numbered through.
+    """Return the effects with obstacle numbers assigned: all trees and barriers are numbered in one sequence.
 
-    The numbers are in the fields `first` and `obstacles`.
+    The field `first` of an effect is the number of its first obstacle, `obstacles` is the number of its obstacles.
     """
     known, first = [], 0
     for effect in effects:

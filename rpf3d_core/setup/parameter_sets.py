@@ -12,23 +12,23 @@ from rpf3d_core.setup.prepared import scene_drawn_materials, scene_materials, sc
 from rpf3d_core.terrain.facets import Terrain
 
 OF_THE_GROUND = ("materials", "stop_speed")
-"""First keys of the key paths that change materials only; the others, and `slip_friction`, change models."""
+"""First keys of key paths that change materials only; other paths, and paths with `slip_friction`, change models."""
 
 
 class Ready(Protocol):
-    """What the flight of a parameter set needs of a prepared scene (`setup.prepared.Prepared` has it)."""
+    """The parts of a prepared scene that the flight of a parameter set needs (`setup.prepared.Prepared` has them)."""
 
     @property
     def scene(self) -> Scene:
-        """The scene, whose values the set replaces."""
+        """The scene of which a parameter set replaces values."""
 
     @property
     def terrain(self) -> Terrain:
-        """The terrain, with its zones."""
+        """The terrain over which the parameter sets fly, with its zones."""
 
     @property
     def flight(self) -> Flight:
-        """The flight with the scene's own values."""
+        """The flight with the values of the scene, without a parameter set."""
 
 
 def check_names(scene: Scene, names: tuple[str, ...]) -> None:
@@ -47,7 +47,8 @@ def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None 
     """Return the flight of one parameter set, without reading the terrain or compiling again.
 
     values : values by key path, as from `ParameterSets.at`
-    drawn : True for materials in the form that draws, None for the form that the prepared scene has
+    drawn : True for materials in the form with random coefficients, even if all are fixed; False for the form that the
+        values need; None for the form of the prepared scene
 
     Raises
     ------

@@ -133,7 +133,7 @@ def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
     Raises
     ------
     InputError
-        A file of points or polygons is damaged; names the file.
+        A file of points or polygons is damaged; the message names the file.
     """
     read_source_files(scene)
     areas = read_areas(scene)
@@ -217,7 +217,7 @@ def _body_surface(scene: Scene, zone: str) -> DrawnBodySurface:
 
 
 def scene_materials(scene: Scene, zones: Sequence[str]) -> Materials | DrawnMaterials | DrawnBodyMaterials:
-    """Return the ground of all zones of a terrain as the simulation reads it.
+    """Return the materials of all zones of a terrain in the form that the flight loops read.
 
     Raises
     ------
@@ -232,9 +232,9 @@ def scene_materials(scene: Scene, zones: Sequence[str]) -> Materials | DrawnMate
 
 
 def scene_drawn_materials(scene: Scene, zones: Sequence[str]) -> DrawnMaterials | DrawnBodyMaterials:
-    """Return the ground of all zones in the form that draws, also where all coefficients are fixed.
+    """Return the materials of all zones in the form with random coefficients, even if all coefficients are fixed.
 
-    The numbers that a rock meets have the same bits in both forms; a loop is compiled for one of the forms.
+    A loop is compiled for one of the two forms. Rocks meet coefficients with the same bits in both forms.
     """
     if not scene.rock.is_body:
         return as_drawn([_surface(scene, zone) for zone in zones])
@@ -271,7 +271,7 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range | IntArray]) -
     Raises
     ------
     InputError
-        A source is off the terrain; names the scene, the source and the position.
+        A source is off the terrain; the message names the scene, the source and the position.
     """
     scene, frame = prepared.scene, prepared.terrain.frame
     try:
@@ -295,7 +295,8 @@ def check_releases(prepared: Prepared, releases: Releases) -> None:
     Raises
     ------
     InputError
-        A rock starts under the ground or off the terrain; names the scene, the source, the rock and its position.
+        A rock starts under the ground or off the terrain. The message names the scene, the source, the rock and its
+        position.
     """
     names = [source.name for source in prepared.sources]
     try:

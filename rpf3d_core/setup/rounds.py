@@ -29,7 +29,10 @@ class Round(NamedTuple):
         return blocks_of(self.first, self.last)
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
-        """Yield, for each parameter set, the rocks (N,) of each source that fly with it; sets : number of sets."""
+        """Yield, for each parameter set, the numbers (N,) of the rocks of each source that fly with it.
+
+        sets : number of parameter sets
+        """
         from rpf3d_core.unknowns.dealing import rocks_of_set  # imported only if the scene has unknowns
 
         for number in range(sets):
@@ -38,7 +41,7 @@ class Round(NamedTuple):
 
 
 class EvenRound(NamedTuple):
-    """The rocks of one round that grows: for each source, the numbers (N,) of its rocks in the order of flight."""
+    """One of several growing rounds: for each source, the numbers (N,) of its rocks in the order of flight."""
 
     numbers: Sequence[IntArray]
 
@@ -54,7 +57,10 @@ class EvenRound(NamedTuple):
             yield [its[block::blocks] for its in self.numbers]
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
-        """Yield, for each parameter set, the rocks (N,) of each source that fly with it; sets : number of sets."""
+        """Yield, for each parameter set, the numbers (N,) of the rocks of each source that fly with it.
+
+        sets : number of parameter sets
+        """
         parts = [_by_set(its, sets, source) for source, its in enumerate(self.numbers)]
         for number in range(sets):
             yield [part[number] for part in parts]
@@ -64,7 +70,7 @@ AnyRound = Round | EvenRound
 
 
 def _by_set(rocks: IntArray, sets: int, source: int) -> list[IntArray]:
-    """Return the rocks (N,) of a source that fly with each of the parameter sets, in the order of `rocks`."""
+    """Return, for each parameter set, those of a source's rocks (N,) that fly with it, in the order of `rocks`."""
     owners = _owners(rocks, sets, source)
     order = np.argsort(owners, kind="stable")
     return np.split(rocks[order], np.searchsorted(owners[order], np.arange(1, sets)))
@@ -130,8 +136,8 @@ def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
 def even_order(rocks: int, points: int, source: int = 0, sets: int = 0) -> IntArray:
     """Return the numbers (N,) of a source's rocks in an order whose beginning visits all release points evenly.
 
-    Rocks use the points in turn. With parameter sets, the order consists of passes: each pass has one rock of each
-    set, so that the sets are even, too. The passes go through as many successive rocks as the points need.
+    Rocks use the points in turn. With parameter sets, successive rocks form groups that visit all points. A group flies
+    in passes: each pass has one rock of each set, so that the sets are even, too.
 
     rocks : number of the source's rocks; points : number of its release points, 1 for random places
     source : number of the source; sets : number of parameter sets, 0 without unknowns
@@ -147,8 +153,8 @@ def even_order(rocks: int, points: int, source: int = 0, sets: int = 0) -> IntAr
 def _passes(group: IntArray, deck: IntArray, owner: IntArray, sets: int) -> IntArray:
     """Return the pass (N,) in which each rock of a source flies.
 
-    A deck is as many successive rocks as there are sets, one of each set. Sets that follow each other fly from decks
-    that follow each other, so that a pass has about every n-th rock of a group of n decks.
+    A deck is n successive rocks, for n parameter sets, with one rock of each set. In pass p, set s flies its rock of
+    deck p + s, modulo the number of decks of the group, so that the rocks of a pass are spread over the whole group.
 
     group, deck, owner : (N,) the group of each rock, the number of its deck in the group, and its set
     """

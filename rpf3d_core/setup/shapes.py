@@ -56,7 +56,10 @@ def table_of(scene: Scene) -> ShapeTable:
 
 
 def weights_of(scene: Scene, shapes: int) -> tuple[float, ...]:
-    """Return how often each of a scene's shapes is drawn, relative to the others."""
+    """Return the weight of each of a scene's shapes: how often it is drawn, relative to the others.
+
+    shapes : number of shapes
+    """
     given = scene.rock.shape.weights if scene.rock.shape else None
     return given or (1.0,) * shapes
 

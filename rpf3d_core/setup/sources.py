@@ -38,7 +38,7 @@ def scene_sources(scene: Scene, terrain: Terrain) -> list[Source]:
     Raises
     ------
     InputError
-        A file is damaged, a polygon lies off the terrain, or a zone has no suitable facet; names the key.
+        A file is damaged, a polygon lies off the terrain, or a zone has no suitable facet; the message names the key.
     """
     return [_source(scene, number, terrain) for number in range(len(scene.sources))]
 
@@ -49,7 +49,7 @@ def read_source_files(scene: Scene) -> None:
     Raises
     ------
     InputError
-        A file of points or polygons is damaged; names the file.
+        A file of points or polygons is damaged; the message names the file.
     """
     for number, spec in enumerate(scene.sources):
         if spec.points_file:
@@ -66,7 +66,7 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
 
 
 def rocks_of_sources(scene: Scene) -> Rock | DrawnRock | SourceRocks | None:
-    """Return the sizes of the rocks of a scene, by source if one states its own; None for those of their shapes."""
+    """Return the sizes of a scene's rocks, by source if a source states one; None if their shapes have the sizes."""
     common = None if scene.rock.has_own_size else rock_of(scene.rock)
     if all(source.size_key is None for source in scene.sources):
         return common
@@ -142,7 +142,7 @@ def line_points(path: Path, up: Up) -> FloatArray:
 
 
 def line_breaks(spec: SourceSpec) -> tuple[int, ...]:
-    """Return the numbers of the last points of all lines but the last, of a source along the lines of a file."""
+    """Return the number of the last point of each line but the last, for a source with a file of lines; else ()."""
     if not isinstance(spec.line, Path):
         return ()
     return tuple((np.cumsum([len(line) for line in read_lines(spec.line)])[:-1] - 1).tolist())
@@ -212,7 +212,7 @@ def source_outline(scene: Scene, number: int) -> MultiPolygon:
     Raises
     ------
     InputError
-        The file of polygons is damaged; names the key.
+        The file of polygons is damaged; the message names the key.
     """
     polygon = scene.sources[number].polygon
     if isinstance(polygon, tuple):

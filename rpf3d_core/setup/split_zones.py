@@ -13,10 +13,10 @@ MOST_NAMED = 6
 
 
 def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, tuple[str, ...]]:
-    """Return the terrain with the zones split that the scene names, and a note on the others that might be.
+    """Return the terrain after a split of the zones that the scene names, and a note on other zones to split.
 
-    Zones of a made terrain are one bench each, so they are not looked at; nor is a terrain of a single zone, which has
-    no benches to distinguish.
+    If the scene names no zone, there is no note on synthetic terrain, whose zones are one bench each, nor on terrain of
+    a single zone, which has no benches to distinguish.
 
     Raises
     ------

@@ -33,7 +33,7 @@ BLOCK = 2**14
 """Number of points that are rotated at a time, so that they stay in the processor's cache."""
 
 IN_MILLIMETRES = "is the file in millimetres? give it `unit: mm` (`rpf3d new`: --unit mm)"
-"""What to do about a terrain that is too far from the origin."""
+"""Advice in the error about a terrain that is too far from the origin."""
 
 
 def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
@@ -49,7 +49,7 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     ------
     InputError
         If a file is missing, damaged, of unknown format or empty, no facet has an area, or a polygon covers no facet;
-        names the file.
+        the message names the file.
     """
     raw, files, remarks = _raw_terrain(scene.terrain)
     raw = with_berms(raw, scene)
@@ -97,9 +97,9 @@ def _raw_terrain(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str
 
 
 def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
-    """Return the terrain of all files as one welded mesh, the file names, and remarks on what the files lost.
+    """Return the terrain of all files as one welded mesh, the file names, and remarks on what was left out of them.
 
-    The winding is still the files' own.
+    The facets still have the winding of the files.
     """
     files = spec.files or ()
     for file in files:
@@ -124,7 +124,7 @@ def surfaces_in_metres(spec: TerrainSpec) -> list[FileMesh]:
 
 
 def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
-    """Yield sentences on what a terrain file lost, and on its unit."""
+    """Yield sentences on what was left out of a terrain file, and on its unit."""
     yield from surface.remarks
     if lost := lost_precision(file.path, surface):
         yield lost

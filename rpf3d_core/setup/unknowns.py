@@ -23,10 +23,11 @@ from rpf3d_core.unknowns.points import spread_points
 
 
 def sets_of_scene(scene: Scene) -> ParameterSets:
-    """Return the parameter sets that a run of a scene with unknowns flies; all weigh alike.
+    """Return the parameter sets that a run of a scene with unknowns flies; all sets have the same weight.
 
-    A sample takes the first dimension of the points: each point picks the row at its place of the summed weights. A
-    parameter that has a column in the sample is drawn from the sample, whatever its prior.
+    The points are evenly spread. If the scene has a sample, the first coordinate of each point selects a row of the
+    sample, in proportion to the weights. The other coordinates are the quantiles of the priors. A parameter that has a
+    column in the sample is drawn from the sample, whatever its prior.
 
     Raises
     ------
@@ -47,7 +48,7 @@ def sets_of_scene(scene: Scene) -> ParameterSets:
 
 
 def displacements_of_scene(scene: Scene, sets: ParameterSets) -> FloatArray | None:
-    """Return the displacement in plan (S, 2) m of each parameter set of a scene; None if it states no misfit."""
+    """Return a random displacement in plan (S, 2) m for each parameter set, by the misfit; None without a misfit."""
     spec = scene.unknowns
     if spec is None or not spec.misfit:
         return None
@@ -69,7 +70,7 @@ def sampled(scene: Scene) -> tuple[str, ...]:
 def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
     """Return the share (-) of the rocks that start far from where the sample of the scene was calibrated.
 
-    It is 0 for a scene without a sample, and for a sample that does not know its place.
+    It is 0 for a scene without a sample, and for a sample whose file does not state where it was calibrated.
 
     releases : (N, 2) m, in plan, in the input's coordinates with z upwards
 
@@ -83,7 +84,7 @@ def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
 
 
 def place_of_sample(scene: Scene) -> Surroundings | None:
-    """Return where the sample of a scene was calibrated; None without a sample, or if the sample does not say so.
+    """Return where the sample of a scene was calibrated; None without a sample, or if its file does not state it.
 
     Raises
     ------
@@ -95,7 +96,9 @@ def place_of_sample(scene: Scene) -> Surroundings | None:
 
 
 def outside_sample(scene: Scene) -> tuple[str, ...]:
-    """Return the key paths of the ranges that a scene with a sample draws from, because the sample has none of them.
+    """Return the key paths of the priors that a scene uses in addition to a sample, which has no column for them.
+
+    The result is empty for a scene without a sample.
 
     Raises
     ------
@@ -107,9 +110,9 @@ def outside_sample(scene: Scene) -> tuple[str, ...]:
 
 
 def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
-    """Return the unknowns that a calibration or a sensitivity varies, by key path, each with its prior.
+    """Return the unknowns that a calibration or a sensitivity analysis varies, by key path, each with its prior.
 
-    They are the unknowns of `calibration`, and those of the scene itself, such as ranges of a library, that
+    These are the unknowns of `calibration`, and the scene's own unknowns, such as ranges of a library, that
     `calibration` does not replace.
     """
     named = {} if scene.calibration is None else dict(scene.calibration.unknowns)
@@ -120,7 +123,7 @@ def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
 def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
     """Return the key paths of the coefficients of the ground that have one value in all parameter sets of a scene.
 
-    zones : of the terrain; materials without a zone are left out
+    zones : names of the zones of the terrain; materials without a zone are left out
 
     Raises
     ------
@@ -135,7 +138,7 @@ def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
 
 
 def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str]) -> dict[str, PriorSpec]:
-    """Return the priors without those whose values all have another key path, such as `materials.*.friction`.
+    """Return the priors, except those whose values are all covered by other key paths, such as `materials.*.friction`.
 
     known : the other key paths
 
@@ -149,12 +152,12 @@ def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str
 
 
 def _picked(sample: ParameterSets, places: FloatArray, scene: Scene) -> FloatArray:
-    """Return the rows (S, U) of a sample at some places (S,) in [0, 1) of its summed weights.
+    """Return the rows (S, U) of a sample that numbers (S,) in [0, 1) select, each row in proportion to its weight.
 
     Raises
     ------
     InputError
-        A column leads to no value of the scene; names the file.
+        A column leads to no value of the scene; the message names the file.
     """
     try:
         for name in sample.names:

@@ -30,7 +30,7 @@ LEAST_DENSITY = 100.0
 Pumice has 250 kg/m^3.
 """
 SWAPPED = 1.5
-"""Ratio R_n / R_t (-) from which both are probably swapped; sheets of plywood have 1.2, rock below 1."""
+"""Ratio R_n / R_t (-) above which both are probably swapped; sheets of plywood have 1.2, rock less than 1."""
 LEAST_TERMINAL_SPEED = 1.0
 """Smallest plausible sink speed (m/s) of rocks in a drag layer.
 
@@ -93,7 +93,7 @@ def _sizes(scene: Scene) -> Iterator[str]:
 
 
 def _swapped(name: str, material: Material) -> Iterator[str]:
-    """Yield a warning if R_n of a material is far above R_t for every rock; entries of the library are as published."""
+    """Yield a warning if R_n of a material is far above R_t for every rock, unless the material is from the library."""
     if material.library is not None:
         return
     normal = distribution_of(material.normal_restitution).low

@@ -1,1 +1,1 @@
-"""`rpf3d sweep`: designs side by side: a run for each combination of values of some keys of a scene."""
+"""`rpf3d sweep` compares designs: it makes a run for each combination of values of some keys of a scene."""

@@ -46,7 +46,7 @@ def value_text(value: Any) -> str:
 
 
 def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> list[Cell]:
-    """Return the cells of a sweep: the full grid of all values, the last key fastest.
+    """Return the cells of a sweep: the full grid of all values; the value of the last key changes fastest.
 
     The scene of a cell is that of a scene file with the values of the cell.
 
@@ -55,8 +55,8 @@ def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> lis
     Raises
     ------
     InputError
-        A key path leads nowhere, a value or the number of rocks is refused, an unknown gives the value of a key, the
-        rocks of sources vary under a total, there are too many cells, or two cells are the same run.
+        A key path leads nowhere, a value or the number of rocks is refused, an unknown sets the value of a key, numbers
+        of rocks of sources vary although there is a total, there are too many cells, or two cells are the same run.
     """
     check_varied(varied)
     number = prod(len(one.values) for one in varied)
@@ -92,5 +92,5 @@ def _refuse_same_runs(cells: Sequence[Cell]) -> None:
 
 
 def are_alike(cells: Sequence[Cell]) -> bool:
-    """Return whether all cells have the same seed, so that their rocks are drawn from the same random numbers."""
+    """Return True if all cells have the same seed, so that their rocks are drawn from the same random numbers."""
     return len({cell.scene.seed for cell in cells}) == 1

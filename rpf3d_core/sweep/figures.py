@@ -16,20 +16,21 @@ ENERGY, HEIGHT, RUNOUT = "energy_p95", "height_p95", "runout_p95"
 SHARES = (REACHED, STOPPED, RETAINED)
 PREDICTIVE, SAMPLING = "predictive", "sampling"
 BARRIER = "barrier"
-"""Kind of a place that is a barrier; the others are those of the bench table."""
+"""Kind of the places that are barriers; the other kinds of places are those of the bench table."""
 P95 = 95
 Ends = tuple[float | None, float | None]
 UNKNOWN: Ends = (None, None)
 
 
 class Figure(NamedTuple):
-    """One result of a cell.
+    """One result of a cell of a sweep, with its 95 % intervals.
 
-    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; of the whole run also the name of an outcome, whose share it is
-    kind, place : of the place, "" for the whole run
+    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, for its share
+    kind, place : kind and name of the place, "" for the whole run
     unit : -, J or m; value : None if it is unknown, such as a share of no rocks
-    interval : PREDICTIVE or SAMPLING, what the 95 % interval from low to high holds; the wider one of both
-    sampling_low, sampling_high : the 95 % interval of the number of rocks alone; None where it is unknown
+    low, high : ends of the 95 % interval: the predictive interval or, if it is unknown, the sampling interval
+    interval : PREDICTIVE or SAMPLING, the kind of the interval from low to high
+    sampling_low, sampling_high : ends of the 95 % sampling interval; None if unknown
     """
 
     result: str
@@ -83,7 +84,7 @@ def _of_benches(run: Run) -> Iterator[Figure]:
 
 
 def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
-    """Yield, for each barrier, the share of rocks that came, the share caught of these, p95 energy and p95 height."""
+    """Yield, for each barrier, the share of rocks that came, the caught share of these, p95 energy and p95 height."""
     for name, facts in barriers_section(maps).items():
         shares = ((REACHED, facts.get("reached", share_of(facts["came"], rocks))), (RETAINED, facts["caught"]))
         for result, share in shares:

@@ -24,10 +24,10 @@ from rpf3d_core.sweep.tables import (
 from rpf3d_core.sweep.varied import Varied
 
 NEARLY_ALL = 0.9
-"""Retained share (-) from which the picture shows instead how many rocks reached the place, such as a floor."""
+"""Retained share (-) at which the picture shows the share that reached the place instead, such as a pit floor."""
 TABLE, PICTURE = "sweep.csv", "sweep.png"
 MOST_PLACES = 6
-"""Largest number of places in the picture, those that hold the largest shares of all rocks; sweep.csv has all."""
+"""Largest number of places in the picture: the places in which the largest shares of all rocks stopped."""
 
 
 def check_out(out: str | Path) -> Path:
@@ -36,7 +36,7 @@ def check_out(out: str | Path) -> Path:
     Raises
     ------
     InputError
-        The path is a file, or the folder holds other files.
+        The path is a file, or the folder contains other files.
     """
     folder = Path(out).resolve()
     if folder.exists() and not folder.is_dir():
@@ -67,7 +67,7 @@ def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], r
 
 
 def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[Panel]:
-    """Return the panels of the picture: shares in the places that hold most, then percentiles of the runs."""
+    """Return the panels of the picture: shares in the places where most rocks stopped, then percentiles of the runs."""
     places = sorted(places_that_hold(records), key=lambda place: -_most_held(records, place))[:MOST_PLACES]
     panels = [_panel(varied, cells, records, place) for place in places]
     for title, (result, scale) in zip(RUN_HEADER, RUN_RESULTS, strict=True):
@@ -77,7 +77,7 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
 
 
 def _marked(panel: Panel) -> Panel:
-    """Return a panel of a sweep with unknowns; its title says so if an interval leaves the unknowns out."""
+    """Return a panel of a sweep with unknowns; if an interval does not cover the unknowns, the title says so."""
     predictive = all(curve.is_predictive for curve in panel.curves)
     return panel if predictive else panel._replace(title=f"{panel.title} ({SAMPLING_ONLY})")
 
@@ -109,7 +109,10 @@ def _curves(
     what: tuple[str, Place],
     scale: float,
 ) -> list[Curve]:
-    """Return the curves of a figure over the values of the first key: one for each combination of the other values."""
+    """Return the curves of a figure over the values of the first key: one for each combination of the other values.
+
+    what : result, and kind and name of its place; scale : factor from the figure to the axis
+    """
     found, keys = dict[str, list[tuple[object, CellRecord]]](), _short([one.key for one in varied])[1:]
     for cell, record in zip(cells, records, strict=True):
         first, *others = cell.values.values()

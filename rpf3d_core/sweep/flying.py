@@ -1,8 +1,8 @@
 """Simulate the cells of a sweep on an executor, and store their results, so that no cell is simulated twice.
 
-The record of a cell lies next to its result folder. It has the digest of its scene and files, and the versions of the
-packages that affect a result. A record with the same digest and versions, next to a result, stands for the cell: an
-interrupted sweep goes on where it stopped, and a sweep with more values flies the new cells only.
+The record of a cell is next to its result folder. It contains the digest of the cell's scene and files, and the
+versions of the packages that affect a result. A cell with a result and a record of the same digest and versions is not
+simulated again: an interrupted sweep continues, and a sweep with more values simulates the new cells only.
 """
 
 import json
@@ -31,11 +31,11 @@ CELLS = "cells"
 
 
 class CellRecord(NamedTuple):
-    """What the run of a cell found.
+    """The results of the run of one cell of a sweep.
 
-    digest : of scene and files; versions : of the packages that affect a result; rocks : that flew
-    sets : parameter sets that flew, None without unknowns
-    warnings, surer : sentences of `rpf3d run` about it: warnings, and where the answer is surer than it may be
+    digest : of scene and files; versions : of the packages that affect a result; rocks : number of rocks that flew
+    sets : number of parameter sets that flew, None without unknowns
+    warnings : warnings of `rpf3d run`; surer : sentences on why the answer looks surer than it is
     """
 
     digest: str
@@ -52,7 +52,7 @@ def fly_cells(
 ) -> list[CellRecord]:
     """Fly the cells that have no record in a folder, each on a free worker, and return the records of all cells.
 
-    threads : of each run, for the compiled engine; None for one thread for each core
+    threads : number of threads of each run, for the compiled engine; None for one per core
     flown : called after each cell that has flown
 
     Raises
@@ -100,8 +100,8 @@ def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Ce
     Raises
     ------
     InputError
-        As `run_scene`; or the files of the scene are not those of the digest, before or after the run. Then there is no
-        record.
+        As `run_scene`; or before or after the run, the files of the scene do not have the given digest. Then no record
+        is written.
     """
     if scene_digest(scene) != digest:
         raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")

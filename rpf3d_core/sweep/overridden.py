@@ -1,4 +1,4 @@
-"""Refuse varied keys without effect: an unknown, or the total number of rocks, gives their value in every cell."""
+"""Refuse varied keys without effect: an unknown, or the total number of rocks, sets their value in every cell."""
 
 from collections.abc import Iterable, Sequence
 
@@ -9,18 +9,18 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.unknowns import sampled
 
 ROCKS = "rocks"
-"""Key of the total number of rocks, and of the number of a source."""
+"""Name of the key for the total number of rocks, and of the key for the rocks of a source."""
 
 
 def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | None]) -> None:
-    """Refuse varied numbers of rocks of sources if a cell has a total, which is dealt to the sources.
+    """Refuse varied numbers of rocks of sources if a cell has a total number, which is shared out to the sources.
 
-    totals : the total number of rocks of each cell, None without one
+    totals : the total number of rocks of each cell; None for a cell without a total
 
     Raises
     ------
     InputError
-        Names the key.
+        The message names the key.
     """
     total = next((each for each in totals if each is not None), None)
     numbers = [key for key in keys if any(len(at) > 1 and at[-1] == ROCKS for at in steps_to(scene, key))]
@@ -30,14 +30,14 @@ def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | 
 
 
 def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
-    """Refuse a varied entry of the library if the material gives all coefficients of the entry itself.
+    """Refuse a varied entry of the library if the material states all coefficients of the entry itself.
 
-    scenes : of the cells
+    scenes : the scenes of the cells
 
     Raises
     ------
     InputError
-        Names the key.
+        The message names the key.
     """
     of_library = [key for key in keys if key.rpartition(".")[2] == LIBRARY]
     for scene in scenes if of_library else ():
@@ -54,7 +54,7 @@ def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
 
 
 def check_priors(scene: Scene, keys: Sequence[str]) -> None:
-    """Refuse a varied key if a prior covers its places and others too, so that the prior stays when the key varies.
+    """Refuse a varied key if a prior covers its value and values that do not vary: the prior would still set the value.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def check_samples(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
 
 
 def _below(places: Iterable[Steps], sections: Sequence[Steps]) -> list[Steps]:
-    """Return the places that are one of some sections of a scene, or below one."""
+    """Return the places in a scene that are one of some sections, or lie below a section."""
     return [place for place in places if any(place[: len(section)] == section for section in sections)]
 
 

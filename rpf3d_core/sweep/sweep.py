@@ -1,4 +1,4 @@
-"""Sweep a scene: fly each combination of values of some keys, and write table and picture of what they found."""
+"""Sweep a scene: fly each combination of values of some keys, and write a table and a picture of the results."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -41,14 +41,14 @@ def sweep(
     varied : the values of each key, in the scene's unit, by key path such as `terrain.benches.berm`
     out : folder of the sweep, which every worker can write to; each cell writes a result folder below it
     executor : any `concurrent.futures.Executor`; every worker must see the scene's files at the same paths
-    rocks : of each cell, as in `rpf3d_core.simulate`
-    threads : of each cell, for the compiled engine; None for one thread for each core
-    told : called with the number of cells that have flown and of all cells, at first with those that flew before
+    rocks : number of rocks of each cell, as in `rpf3d_core.simulate`
+    threads : number of threads of each cell, for the compiled engine; None for one per core
+    told : called with the number of flown cells and the number of all cells, first with cells of an earlier sweep
 
     Raises
     ------
     InputError
-        The scene, a key path, a value or a cell is refused, or the folder holds other files.
+        The scene, a key path, a value or a cell is refused, or the folder contains other files.
     """
     folder = check_out(out)
     asked = tuple(Varied(key=key, values=tuple(values)) for key, values in varied.items())

@@ -41,10 +41,10 @@ PREDICTIVE_NOTE = (
 )
 SAMPLING_NOTE = "the 95 % sampling interval of the number of rocks"
 SAMPLING_ONLY = "sampling only"
-"""Stands before a sampling interval if a cell has unknowns, because the interval does not hold them."""
+"""Words before a sampling interval if a cell has unknowns, because the interval does not cover the unknowns."""
 
 Place = tuple[str, str]
-"""Kind and name of a place."""
+"""Kind and name of a place: a zone, an area of interest or a barrier."""
 
 
 def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[list[Any]]:
@@ -55,7 +55,7 @@ def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[l
 
 
 def places_that_hold(records: Sequence[CellRecord]) -> list[Place]:
-    """Return the places in which rocks stopped in any cell, and all areas and barriers, in the order of the cells."""
+    """Return the zones in which rocks stopped in any cell, then all areas, then all barriers."""
     found = dict[Place, None]()
     for record in records:
         for figure in record.figures:
@@ -95,12 +95,12 @@ def run_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple
 
 
 def have_unknowns(cells: Sequence[Cell]) -> bool:
-    """Return whether the scene of any cell has an unknown value, which sampling intervals do not cover."""
+    """Return True if the scene of any cell has an unknown value, which sampling intervals do not cover."""
     return any(cell.scene.has_unknowns for cell in cells)
 
 
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return what a reader of the tables must know: what the intervals hold, and common random numbers."""
+    """Return what a reader of the tables must know: what the intervals cover, and common random numbers."""
     notes = [f"reached: of all rocks; retained: of those that came; in brackets {_on_brackets(cells, records)}"]
     return [*notes, COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else notes
 
@@ -116,7 +116,7 @@ def _values(cell: Cell) -> tuple[str, ...]:
 
 
 def _on_brackets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> str:
-    """Return what stands in the brackets of the tables, in words."""
+    """Return what the brackets in the tables contain, in words."""
     if not have_unknowns(cells):
         return f"{SAMPLING_NOTE}; the scene has no unknowns"
     shown = {figure.interval for record in records for figure in record.figures if _is_printed(figure)}
@@ -126,7 +126,7 @@ def _on_brackets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> str:
 
 
 def _is_printed(figure: Figure) -> bool:
-    """Return True if a figure may stand in the tables with an interval."""
+    """Return True if a figure may appear in the tables with an interval."""
     return figure.value is not None and (figure.result in (REACHED, RETAINED) or not figure.kind)
 
 
@@ -149,7 +149,10 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
 
 
 def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -> str:
-    """Return both intervals of a figure in brackets, or the sampling interval, which says so if there are unknowns."""
+    """Return both intervals of a figure in brackets, or the sampling interval, marked as such if there are unknowns.
+
+    text : function that returns the ends of an interval as text
+    """
     sampling = text((figure.sampling_low, figure.sampling_high))
     if figure.interval == PREDICTIVE:
         return f" ({text((figure.low, figure.high))}; {sampling})"

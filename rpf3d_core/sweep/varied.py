@@ -8,7 +8,7 @@ from rpf3d_core.errors import InputError, SceneError
 from rpf3d_core.formats.yaml import yaml_values
 
 RANGE = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?):([-+]?[\d.]+(?:[eE][-+]?\d+)?):(\d+)\s*")
-"""First value, last value and number of values of a range A:B:N."""
+"""Pattern of a range A:B:N: first value, last value and number of values."""
 MOST_VALUES = 1000
 """Largest number of values of one key."""
 AS_WRITTEN = "write --vary KEY=V1,V2,... or --vary KEY=FIRST:LAST:NUMBER"
@@ -24,7 +24,7 @@ class Varied(NamedTuple):
 def varied_of(text: str) -> Varied:
     """Return the key and the values of one `--vary` option.
 
-    `KEY=FIRST:LAST:NUMBER` stands for evenly spaced values, both ends included. All other values are read like the
+    `KEY=FIRST:LAST:NUMBER` means evenly spaced values, both ends included. All other values are read like the
     items of a list in a scene file: numbers, words, lists in brackets.
 
     Raises
@@ -49,7 +49,7 @@ def check_varied(varied: Sequence[Varied]) -> None:
     Raises
     ------
     InputError
-        Names the key.
+        The message names the key.
     """
     if not varied:
         raise InputError(f"a sweep varies at least one key of the scene; {AS_WRITTEN}")

@@ -1,4 +1,4 @@
-"""Warnings about a sweep: those of its runs, each once, too few parameter sets, places that do not move along."""
+"""Warnings about a sweep: warnings of its runs without repetition, too few parameter sets, places that do not move."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -41,7 +41,11 @@ def _each_once(cells: Sequence[Cell], sentences: Sequence[Sequence[str]]) -> lis
 
 
 def _with_number(alike: Sequence[tuple[Cell, str]], of: int) -> str:
-    """Return a sentence of some cells with the number of these cells, and the cell whose numbers it has."""
+    """Return a sentence of several cells, with the number of these cells.
+
+    If the sentences of the cells differ in numbers, the result names the cell whose numbers are shown.
+    alike : cells with their sentences, which differ in numbers only; of : number of all cells
+    """
     (first, sentence), number = alike[0], len({cell.digest for cell, _ in alike})
     where = "" if len({text for _, text in alike}) == 1 else f", numbers of {first.describe()}"
     return f"{number} of {of} cells{where}: {sentence}"
@@ -73,7 +77,7 @@ def places_that_stay(cells: Sequence[Cell]) -> list[str]:
 
 
 def _moves_benches(steps: Steps) -> bool:
-    """Return True if a place in a scene moves a slope of benches, or has such a place below it."""
+    """Return True if a key of a scene is in MOVING, or a section above such a key: its value may move the slope."""
     return any(steps == ("terrain", "benches", key)[: len(steps)] for key in MOVING)
 
 

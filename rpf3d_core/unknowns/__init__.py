@@ -1,1 +1,1 @@
-"""What is not known about a site: parameter sets, how they are drawn, and what they do to the intervals of a result."""
+"""Unknown values of a site: parameter sets, how they are drawn, and how they widen the intervals of results."""

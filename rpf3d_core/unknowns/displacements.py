@@ -1,8 +1,9 @@
-"""Displacements: by how much the error of a model moves all rocks of a parameter set in plan.
+"""Displacements: how far the error of a model moves all rocks of a parameter set in plan.
 
-A calibration finds a misfit: observed stops lie farther from the model's than its own spread explains. The misfit is
-read as an error that all rocks of one parameter set share, like an unknown offset of their paths. Its distribution is
-normal, with the same standard deviation in both directions of the plan, as the likelihood of the calibration has it.
+A calibration estimates a misfit: observed stops lie farther from simulated stops than the simulated spread explains.
+Here the misfit is an error that all rocks of one parameter set share, like an unknown offset of their paths. The error
+has a normal distribution with the same standard deviation in both directions of the plan, as in the likelihood of the
+calibration.
 """
 
 import numpy as np
@@ -18,8 +19,9 @@ IN_PLAN = 2
 def displacements(sets: ParameterSets, misfit: float, seed: int) -> FloatArray:
     """Return the displacement in plan (S, 2) m of each of S parameter sets, evenly spread over a normal distribution.
 
-    The displacements depend on the seed and the number of the set alone. Their dimensions of the point sequence follow
-    those of the parameters, so that displacements and parameters are spread evenly together.
+    The displacement of a set depends only on the seed, the number of the set, and the number of parameters. In the
+    sequence of evenly spread points, the dimensions of the displacement follow those of the parameters, so both are
+    spread evenly together.
 
     misfit : m, standard deviation of a displacement in each direction
     """

@@ -13,18 +13,18 @@ from rpf3d_core.unknowns.places import Surroundings
 FloatArray = NDArray[np.float64]
 
 WEIGHT = "weight"
-"""Column of a file of parameter sets that holds their weights."""
+"""Column with the weights in a file of parameter sets."""
 PLACE = "rpf3d_calibrated_in"
-"""Key of the note in a file of parameter sets that holds their place: west, south, east and north (m)."""
+"""Key of the metadata of a file of parameter sets with the place of the calibration: west, south, east, north (m)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ParameterSets:
-    """S parameter sets of U parameters, which nothing changes after they are made.
+    """S parameter sets of U parameters; the values cannot be changed.
 
     names : key paths of the parameters in a scene (`scene.key_paths`)
-    values : (S, U) in the units of the scene file; weights : (S,) >= 0, summing to 1; None if all sets weigh alike
-    place : where the sets were calibrated; None if that is not known
+    values : (S, U) in the units of the scene file; weights : (S,) >= 0, summing to 1; None if all weights are equal
+    place : where the sets were calibrated; None if this is unknown
     """
 
     names: tuple[str, ...]
@@ -38,11 +38,11 @@ class ParameterSets:
 
     @property
     def shares(self) -> FloatArray:
-        """The weights (S,) of the sets, which sum to 1, also where all sets weigh alike."""
+        """The weights (S,) of the sets, which sum to 1, also if all weights are equal."""
         return np.full(len(self), 1.0 / len(self)) if self.weights is None else self.weights
 
     def at(self, number: int) -> dict[str, float]:
-        """Return one set as values by key path, as `scene.key_paths.with_values` takes them."""
+        """Return one set as values by key path, as the argument of `scene.key_paths.with_values`."""
         return dict(zip(self.names, self.values[number].tolist(), strict=True))
 
 
@@ -99,12 +99,14 @@ def write_parameter_sets(path: str | Path, sets: ParameterSets, more: Mapping[st
 
 
 def read_parameter_sets(path: str | Path) -> ParameterSets:
-    """Read parameter sets from a Parquet file: columns whose names have a dot are key paths, `weight` is optional.
+    """Read parameter sets from a Parquet file: columns whose names are `stop_speed` or have a dot are key paths.
+
+    The column `weight` is optional, and other columns are ignored.
 
     Raises
     ------
     InputError
-        The file cannot be read, or as `parameter_sets`; the message names the file.
+        The file cannot be read, or its content is refused as in `parameter_sets`; the message names the file.
     """
     from rpf3d_core.unknowns.sample_files import read_columns
 
@@ -121,7 +123,7 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
 
 
 def read_place(path: str | Path) -> Surroundings | None:
-    """Read where the parameter sets in a Parquet file were calibrated; None if the file does not say so.
+    """Read where the parameter sets in a Parquet file were calibrated; None if the file does not state the place.
 
     Raises
     ------
@@ -134,7 +136,7 @@ def read_place(path: str | Path) -> Surroundings | None:
 
 
 def _place_of(note: str | None) -> Surroundings | None:
-    """Return the place that a file of parameter sets notes; None if it notes none that can be read."""
+    """Return the place from the metadata of a file of parameter sets; None if it is missing or cannot be read."""
     try:
         west, south, east, north = map(float, (note or "").split())
     except ValueError:

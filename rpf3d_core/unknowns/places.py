@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 class Surroundings(NamedTuple):
     """A rectangle in plan (m) around the releases and the observed stops of a calibration.
 
-    The coordinates are those of the input with z upwards, so other runs over the same pit have the same.
+    The coordinates are those of the input with z upwards, so that all runs over the same pit have the same coordinates.
     """
 
     west: float
@@ -25,12 +25,12 @@ def place_around(points: ArrayLike) -> Surroundings:
 
 
 def share_away(place: Surroundings, points: ArrayLike) -> float:
-    """Return the share (-) of points (N, 2) m, N > 0, that lie farther from a place than its diagonal."""
+    """Return the share (-) of points (N, 2) m, N > 0, that lie farther from a place than the length of its diagonal."""
     return float(are_away(place, points).mean())
 
 
 def are_away(place: Surroundings, points: ArrayLike) -> NDArray[np.bool_]:
-    """Return flags (N,), True for points (N, 2) m that lie farther from a place than its diagonal."""
+    """Return flags (N,): True for points (N, 2) m that lie farther from a place than the length of its diagonal."""
     x, y = np.asarray(points, dtype=float).T
     away_x = np.maximum(np.maximum(place.west - x, x - place.east), 0.0)
     away_y = np.maximum(np.maximum(place.south - y, y - place.north), 0.0)

@@ -14,7 +14,7 @@ SMALLEST = 2.0**-53
 def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:
     """Return points (P, D) in the unit cube [0, 1), spread more evenly than independent random points.
 
-    The first points of a longer sequence are the same.
+    A longer sequence begins with the same points.
 
     Sources
     -------
@@ -28,8 +28,8 @@ def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:
 def _in_base(points: int, base: int, dimension: int, seed: int) -> FloatArray:
     """Return the coordinates (P,) of the points in one dimension of the Halton sequence.
 
-    The digits of a point's number in the base, in reverse order after the point, each replaced by its permutation; the
-    permutation of each place is drawn.
+    A coordinate has the digits of the point's number, written in the base, in reverse order after the radix point. Each
+    digit is replaced by a random permutation, drawn separately for each position.
     """
     places = math.ceil(-math.log(SMALLEST) / math.log(base))
     draws = uniform(seed, dimension, np.arange(places * base), Purpose.PARAMETER_SET).reshape(places, base)
@@ -42,7 +42,7 @@ def _in_base(points: int, base: int, dimension: int, seed: int) -> FloatArray:
 
 
 def _primes(count: int) -> list[int]:
-    """Return the first prime numbers."""
+    """Return the first `count` prime numbers."""
     primes, number = list[int](), 2
     while len(primes) < count:
         if all(number % prime for prime in primes):

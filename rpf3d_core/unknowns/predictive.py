@@ -1,14 +1,14 @@
-"""Predictive intervals: in which range a result lies at a site whose parameters no one knows.
+"""Predictive intervals: the range of a result at a site whose parameters are unknown.
 
-Each parameter set gives its own result. The site's own parameters are one more draw from what the sets were drawn
-from. So its result lies between two ranks of the sets' results with a known probability, whatever their distribution:
-between rank a and rank b of S results with probability (b - a) / (S + 1).
+Each parameter set gives its own result. The parameters of the site are one more draw from the same distribution. So the
+result of the site lies between rank a and rank b of the S results of the sets with probability (b - a) / (S + 1),
+whatever the distribution of the results.
 
-A share of n rocks of a set has noise of its own, which is no property of the ground. The variance of this noise is
-known and is taken out: the sets' shares are drawn together towards their mean, until their variance is that of the
-sets alone. The variance between sets is itself an estimate, so its upper end by one standard error is used. Where a set
-has few rocks that count, or few that do not, the noise stays in and the interval is wider. The result is never narrower
-than the sampling interval of all rocks together.
+The share of a set's n rocks also has noise, which is no property of the ground. The variance of this noise is known and
+is subtracted: the shares of the sets are moved towards their mean until their variance is that of sets without noise.
+The variance between sets is itself an estimate, so its upper end by one standard error is used. If sets have few rocks
+that count for the share, or few that do not, no noise is subtracted and the interval is wider. The interval is never
+narrower than the sampling interval of all rocks together.
 """
 
 from typing import NamedTuple
@@ -21,10 +21,10 @@ from rpf3d_core.ensemble.statistics import wilson_intervals
 FloatArray = NDArray[np.float64]
 
 LEVEL = 0.95
-"""Probability (-) of the intervals."""
+"""Probability (-) with which a predictive interval contains the result."""
 
 FEWEST = 5.0
-"""Smallest mean number of rocks per set inside a share, and outside, for which the noise is subtracted."""
+"""Smallest mean number of rocks per set that count, and that do not count, for which the noise is subtracted."""
 
 
 ENOUGH = 39
@@ -32,7 +32,7 @@ ENOUGH = 39
 
 
 class Interval(NamedTuple):
-    """N intervals; NaN where there is no value.
+    """The ends of N intervals; NaN where an interval is unknown.
 
     low, high : (N,) lower and upper ends, in the unit of the quantity
     """
@@ -46,8 +46,8 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 
     counts : (S, N) rocks of each set that count; totals : (S, N) rocks of each set; sets without rocks have no share
 
-    The ends are NaN if fewer than ENOUGH sets have rocks: with 20 sets, the outermost shares hold one more share with
-    90 % only.
+    The ends are NaN if fewer than ENOUGH sets have rocks: the outermost shares of 20 sets contain one more share with a
+    probability of only 90 %.
     """
     has = totals > 0
     sets = has.sum(axis=0)
@@ -81,10 +81,10 @@ def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Inter
 
 
 def _between(shares: FloatArray, totals: FloatArray, seen: FloatArray, sets: NDArray[np.int64]) -> FloatArray:
-    """Return the variance (N,) of shares between sets without the noise of the rocks, at its upper end.
+    """Return the variance (N,) of N shares between sets, without the noise of rocks, plus one standard error.
 
-    shares, totals : (S, N); seen : (N,) variance of the shares. A set of one rock has no measured noise, and counts as
-    if it had none.
+    shares, totals : (S, N); seen : (N,) variance of the shares; sets : (N,) number of sets with rocks
+    The noise of a set of one rock cannot be measured and counts as 0.
     """
     noise = np.where(totals > 1, shares * (1.0 - shares) / np.maximum(totals - 1, 1), 0.0)
     upper = seen * (1.0 + np.sqrt(2.0 / (sets - 1)))
@@ -113,7 +113,10 @@ def ranked_if_enough(values: FloatArray) -> Interval:
 
 
 def _at_rank(some: FloatArray, sets: NDArray[np.int64], rank: FloatArray) -> FloatArray:
-    """Return the values (N,) at ranks (N,), counted from 1, of sorted values (S, N), linear between ranks."""
+    """Return the values (N,) at ranks (N,), counted from 1, of sorted values (S, N), linear between ranks.
+
+    sets : (N,) number of values in each column that are not NaN; NaN are last
+    """
     place = np.clip(rank, 1.0, np.maximum(sets, 1)) - 1.0
     low = np.floor(place).astype(np.int64)
     high = np.minimum(low + 1, np.maximum(sets - 1, 0))

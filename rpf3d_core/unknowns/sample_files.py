@@ -46,5 +46,5 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
 
 
 def _is_number(kind: pa.DataType) -> bool:
-    """Return True for the type of a column of numbers."""
+    """Return True if the values of a column of this type are numbers."""
     return bool(pa.types.is_floating(kind) or pa.types.is_integer(kind))

@@ -1,1 +1,1 @@
-"""Lists of what a scene may hold: the catalogue of models and effects, the fields, and the JSON Schema."""
+"""Lists of what a scene may contain: the catalogue of models and effects, the fields, and the JSON Schema."""

@@ -17,7 +17,7 @@ from rpf3d_core.scene.models.spec import ModelSpec
 SCALARS: tuple[type, ...] = (bool, int, float, str)
 BOUNDS = ("ge", "gt", "le", "lt")
 ANY_ZONE = "default"
-"""Key that stands for all zones which a mapping of zones does not name."""
+"""Key of a mapping of zones for all zones that the mapping does not name."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _is_nameable(field: FieldInfo) -> bool:
 
 
 def _part(annotation: Any) -> type[BaseModel] | None:
-    """Return the pydantic model of a field that holds a section; None if the field holds a value.
+    """Return the pydantic model of a field that contains a section; None if the field contains a value.
 
     The section may be required, optional, or one of several for different zones.
     """
@@ -142,7 +142,7 @@ def _alternatives(annotation: Any) -> list[Any]:
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
     """Return type, choices and bounds of a field that takes one number, text or truth value.
 
-    Of a field for a number or a distribution, the result is that of the number. For other fields: None, () and {}.
+    For a field that takes a number or a distribution, the result is that of the number. For other fields: None, (), {}.
     """
     several = _alternatives(annotation)
     if len(several) == 1 and len(_alternatives(several[0])) > 1:

@@ -29,7 +29,7 @@ DEFINITIONS = "#/$defs/"
 OWN_PATH = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)+$"
 """Pattern of the import path of a user's class, such as `sand.Sand`."""
 UNKNOWN = "Unknown"
-"""End of the name of a definition whose numbers may be unknown."""
+"""Suffix of the name of a definition in which numbers may be unknown."""
 ONE_OF = {
     "TerrainSpec": ("files", "pit", "benches"), "SourceSpec": PLACES, "ShapeSpec": KINDS,
     "AngleTableSpec": ("rows", "law"), "RoughnessSpec": ("amplitude", "angle_sd_deg"),
@@ -93,13 +93,13 @@ def _given(key: str) -> Schema:
 
 
 def _at_most_one(keys: Iterable[str]) -> list[Schema]:
-    """Return the schemas of a mapping with exactly one of some keys, and of one without them."""
+    """Return the alternatives of a mapping with at most one of some keys: a schema for each key, and one for no key."""
     keys = list(keys)
     return [*map(_given, keys), {"not": {"anyOf": [{"required": [key]} for key in keys]}}]
 
 
 def _add_choices(definitions: Schema) -> None:
-    """Add the choices of exactly one key and of at most one size, and the keys that go together."""
+    """Add which keys exclude each other (exactly one, or at most one, is given), and which keys need another key."""
     for name, keys in ONE_OF.items():
         definitions[name]["oneOf"] = [_given(key) for key in keys]
     definitions["RockSpec"]["oneOf"] = _at_most_one(SIZES)
@@ -115,7 +115,7 @@ def _add_models(definitions: Schema) -> None:
 
 
 def _model_choice(section: Schema, spec: type[OneOf], definitions: Schema) -> Schema:
-    """Return the schema of a key that names one of several models; a model with required keys needs its mapping."""
+    """Return the schema of a key that names one of several models; a model with required keys needs a mapping."""
     properties = _of_models(section, definitions)
     names = [name for name in properties if not _needs_keys(_target(properties[name], definitions))]
     mapping: Schema = {"type": "object", "properties": properties, "additionalProperties": False,
@@ -128,7 +128,7 @@ def _model_choice(section: Schema, spec: type[OneOf], definitions: Schema) -> Sc
 
 
 def _of_models(section: Schema, definitions: Schema) -> Schema:
-    """Return the schemas of the models in a section; null (defaults) is not for one with required keys."""
+    """Return the schemas of the models in a section; null (all defaults) only for models without required keys."""
     return {
         name: {"anyOf": each["anyOf"][:1]} | {"description": each["description"]}
         if _needs_keys(_target(each, definitions)) else each
@@ -159,7 +159,7 @@ def _add_effects(definitions: Schema) -> None:
 
 
 def _add_points_in_plan(definitions: Schema) -> None:
-    """Let points of sources be [x, y] if the source has `above_ground`, and require it for a file of lines."""
+    """Allow [x, y] as points of sources that have `above_ground`, and allow a file of lines only for such sources."""
     source = definitions["SourceSpec"]
     number = {"type": "number"}
     plan: Schema = {"type": "array", "prefixItems": [number, number], "minItems": 2, "maxItems": 2}
@@ -174,7 +174,7 @@ def _add_points_in_plan(definitions: Schema) -> None:
 
 
 def _add_shapes(definitions: Schema) -> None:
-    """Add the shapes that a scene gives by name."""
+    """Allow the shapes of rocks that a scene states by name: point and sphere."""
     named: Schema = {"enum": [POINT, SPHERE, None]}
     no_sphere: Schema = {"const": {SPHERE: False}}
     shape = definitions["RockSpec"]["properties"]["shape"]
@@ -182,7 +182,7 @@ def _add_shapes(definitions: Schema) -> None:
 
 
 def _add_materials(definitions: Schema) -> None:
-    """Let coefficients of points be missing if the material names a library entry or has those of a body."""
+    """Allow materials without coefficients of points if they name a library entry or have coefficients of a body."""
     material = definitions["Material"]
     required = material.pop("required")
     point: Schema = {"required": required}
@@ -195,7 +195,7 @@ def _add_materials(definitions: Schema) -> None:
 
 
 def _add_parameters(definition: Schema, parameters: ModuleType) -> None:
-    """Add meanings and bounds to the parameters of a made terrain; parameters : the module that states them."""
+    """Add meanings and bounds to the parameters of a synthetic terrain; parameters : the module that states them."""
     for name, section in definition["properties"].items():
         section["description"] = parameters.MEANINGS[name]
         if name in parameters.RANGES:
@@ -205,7 +205,7 @@ def _add_parameters(definition: Schema, parameters: ModuleType) -> None:
 
 
 def _add_unknowns(schema: Schema) -> None:
-    """Let `{prior: ...}` replace each number that may be unknown, in copies of the definitions that others share."""
+    """Allow `{prior: ...}` in place of each number that may be unknown, in copies of definitions with other uses."""
     definitions, copies = schema["$defs"], dict[str, Schema]()
     for root in ROOTS:
         schema["properties"][root] = _with_priors(schema["properties"][root], definitions, copies)
@@ -232,7 +232,7 @@ def _with_priors(schema: Any, definitions: Schema, copies: Schema) -> Any:
 
 
 def _inside(key: str, value: Any, definitions: Schema, copies: Schema) -> Any:
-    """Return the value of a keyword of JSON Schema, with priors where the keyword holds schemas."""
+    """Return the value of a keyword of JSON Schema, with priors allowed if the keyword contains schemas."""
     if key in ("properties", "patternProperties"):
         return {name: _with_priors(each, definitions, copies) for name, each in value.items()}
     holds = key in ("anyOf", "oneOf", "additionalProperties")
@@ -243,7 +243,7 @@ def _copied(name: str, definitions: Mapping[str, Schema], copies: Schema) -> str
     """Return the name of the copy of a definition whose numbers may be unknown; the copy is made at the first use."""
     new = name + UNKNOWN
     if new not in copies:
-        copies[new] = {}  # stands for the copy while the definitions below refer to it
+        copies[new] = {}  # a placeholder while the definitions below refer to the copy
         copies[new] = _with_priors(definitions[name], dict(definitions), copies)
     return new
 

@@ -167,7 +167,7 @@ class AngleTableSpec(ModelSpec):
 
     @property
     def idle_keys(self) -> tuple[str, ...]:
-        """A table replaces both restitutions, the law only R_n."""
+        """The material keys that this model ignores: a table replaces both restitutions, the law only R_n."""
         return ("normal_restitution",) if self.rows is None else ("normal_restitution", "tangential_restitution")
 
 
@@ -212,5 +212,5 @@ class StochasticMatrixSpec(ModelSpec):
 
     @property
     def idle_keys(self) -> tuple[str, ...]:
-        """The matrix replaces both restitutions."""
+        """The material keys that this model ignores: the matrix replaces both restitutions."""
         return ("normal_restitution", "tangential_restitution")

@@ -1,1 +1,1 @@
-"""Builders: they make the models and effects of a scene that need more than copies of numbers in the scene."""
+"""Functions that build the models and effects of a scene, if copies of the scene's numbers are not enough."""

@@ -24,7 +24,7 @@ JOULE_PER_KJ = 1000.0
 
 
 class _Piece(NamedTuple):
-    """One part of a barrier: the ends of its foot (2, 3) m, the facet below, its line and its barrier."""
+    """One part of a barrier: the ends of its foot (2, 3) m, and the numbers of its facet, line and barrier."""
 
     foot: FloatArray
     facet: int
@@ -38,7 +38,7 @@ def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Bar
     Raises
     ------
     InputError
-        A line is damaged, has no length, or leaves the terrain; names the key.
+        A line is damaged, has no length, or leaves the terrain; the message names the key.
     """
     pieces = list(_pieces(model_spec, scene, terrain))
     foot = np.array([piece.foot for piece in pieces])

@@ -25,7 +25,7 @@ from rpf3d_core.terrain.sections import ground_at
 from rpf3d_core.terrain.zones import covered, in_plan
 
 ANGLES = (0.0, 22.5, 67.5, 76.0)
-"""Limits (degrees) of the classes of impact angles on a tree (physics reference 4.1)."""
+"""Limits (degrees) of the classes of angles by which a tree deflects rocks (physics reference 4.1)."""
 CENTIMETRE = 0.01
 SQUARE_METRES_PER_HA = 10_000.0
 MOST_TREES = 20_000_000
@@ -55,7 +55,7 @@ def forest_of(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
     ------
     InputError
         A file is damaged, a tree of the file stands off the terrain or its foot off the ground, the polygons lie off
-        the terrain, or too many trees would be drawn; names the key.
+        the terrain, or too many trees would be drawn; the message names the key.
     """
     stand = _drawn(spec, scene, terrain) if spec.file is None else _written(spec, scene, terrain)
     z, facet = ground_at(terrain, stand.plan)
@@ -149,14 +149,17 @@ def _drawn(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 
 def _some(stand: _Stand, chosen: NDArray[np.bool_]) -> _Stand:
-    """Return the trees that a mask (T,) chooses."""
+    """Return the trees for which `chosen` (T,) is True."""
     return _Stand(
         plan=stand.plan[chosen], diameter=stand.diameter[chosen], height=stand.height[chosen], kind=stand.kind[chosen]
     )
 
 
 def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
-    """Return the corners (2,), (2,) m of the box in plan in which trees are drawn, local frame."""
+    """Return the corners (2,), (2,) m, local frame, of the box in plan in which trees are drawn.
+
+    within : polygons in which trees are drawn; None for the whole terrain
+    """
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     if within is None:
         return low, high

@@ -17,7 +17,10 @@ LEAST_DROP = 1e-3
 
 
 def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
-    """Return the memory (bytes) for the bins of percentiles: the scene's limit, less the memory of cells and facets."""
+    """Return the memory (bytes) for the bins of percentiles: the scene's limit, less the memory of cells and facets.
+
+    The result is at least LEAST_SHARE of the limit.
+    """
     allowed = scene.hazard.memory_gb * GIGABYTE
     cells = len(facets.zone) + raster.nx * raster.ny
     return max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
@@ -42,8 +45,9 @@ def scales_over(
 ) -> Scales:  # fmt: skip
     """Return the bins that cover all energies, speeds and heights which rocks of a scene can have.
 
-    highest : of all releases, m, local frame; fastest : of all releases, m/s
-    masses : smallest and largest (kg); spins : True if energies include rotation
+    highest : height (m) of the highest release, local frame; fastest : largest release speed (m/s)
+    masses : smallest and largest mass (kg) of a rock; per_octave : number of bins from a value to its double
+    spins : True if energies include rotation
     """
     drop = max(highest, facets.high[2]) - facets.low[2]
     least = LEAST_DROP * math.dist(facets.low, facets.high)

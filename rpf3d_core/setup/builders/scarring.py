@@ -21,7 +21,7 @@ def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
     Raises
     ------
     SceneError
-        A name fits no zone of the terrain, or friction decreases as a rock slips; names the key.
+        A name fits no zone of the terrain, or friction decreases as a rock slips; the message names the key.
     """
     for name in spec.zones:
         if not any(zone == name or fnmatchcase(zone, name) for zone in terrain.zones):
@@ -33,7 +33,7 @@ def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
             raise SceneError(f"{scene.path}: `effects.scarring.mu_max` {found}")
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     drag = columns.pop("form_drag") + columns.pop("soil_drag")
-    if scene.rock.is_body:  # its contacts have the friction of their own
+    if scene.rock.is_body:  # contacts of bodies have their own friction
         columns |= {name: np.zeros(len(rows)) for name in spec.REPLACED_FOR_BODIES}
     return Scarring(drag=drag, **columns)
 
