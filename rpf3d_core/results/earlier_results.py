@@ -22,7 +22,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The folder holds no result of rpf3d, a damaged one, or a result of a version without one of the keys in PARTS.
+        The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS.
     """
     path = Path(folder) / SUMMARY
     try:
