@@ -80,7 +80,7 @@ class Desk:
         self.state.report_path = shown_path(self.scene.report_path)
 
     def close(self) -> None:
-        """Stop the simulation, and delete the results for which no report was written."""
+        """Stop the simulation, and delete the temporary folder with the results."""
         self.runner.close()
 
     def _actions(self) -> Actions:
@@ -170,7 +170,10 @@ class Desk:
         self._take(self._opened().undone())
 
     def _run(self) -> None:
-        """Simulate the rocks, but not if the last edit was refused: a click on Run also ends the edit of a field."""
+        """Simulate the rocks; if the last edit was refused, raise its reason once instead.
+
+        A click on Run also ends the edit of a field, so the user may not have seen the refusal.
+        """
         refused, self._refused_edit = self._refused_edit, ""
         if refused:
             raise InputError(f"{refused}; no rock flies, because this edit was refused: press Run to fly without it")

@@ -33,8 +33,9 @@ class Actions(NamedTuple):
 
     choose : start a drawing, by kind; click : add a place, from the event of vtk.js; undo_click : remove the last place
     finish, cancel : end the drawing; remove : remove a source or area, by list and name
-    edit : change a coefficient, by material, key and text; undo : undo the last edit; run, stop : the rocks
-    save, report : write the scene or the report; show_layer : show a hazard map, by kind; look : turn the camera
+    edit : change a coefficient, by material, key and text; undo : undo the last edit
+    run, stop : start and stop the rocks; save, report : write the scene or the report
+    show_layer : show a hazard map, by kind; look : turn the camera
     open : open a scene; create : write a scene for a terrain file
     """
 

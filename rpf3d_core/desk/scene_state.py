@@ -95,8 +95,8 @@ def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
     Raises
     ------
     InputError
-        The file exists or cannot be written, or files that the scene names are missing if their relative paths start
-        at the folder of the new file.
+        The file exists or cannot be written, or a file that the scene names by a relative path does not exist relative
+        to the folder of the new file.
     """
     path = path.resolve()
     if path.suffix.lower() not in (".yaml", ".yml"):

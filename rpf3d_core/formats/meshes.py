@@ -89,7 +89,7 @@ LAYERED = (".dxf", ".xml", ".landxml", ".dtm", ".omf")
 
 
 def companion_of(path: Path) -> Path | None:
-    """Return the .str file with the points of a Surpac .dtm file; None for other formats, which need no second file."""
+    """Return the path of the .str file with the points of a Surpac .dtm file; None if missing, or for other files."""
     if path.suffix.lower() != ".dtm":
         return None
     from rpf3d_core.formats.mine.surpac import strings_of

@@ -78,7 +78,7 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file, without a byte order mark; `InputError` if it cannot be read."""
+    """Return the text of a file, without a byte order mark; raise an `InputError` if it cannot be read."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as fault:
@@ -117,7 +117,7 @@ def rows_of(path: Path, text: str) -> Iterator[Row]:
 def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[int, ...]]:
     """Return the layout of a text or CSV file: separator of cells, number of lines to skip, and columns of x, y and z.
 
-    The separator is None for blanks. The lines to skip are those up to the header; 0 without a header.
+    The separator is None for blanks. The lines to skip are those up to and including the header; 0 without a header.
 
     text : the first lines of the file
 

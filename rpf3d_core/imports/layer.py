@@ -25,7 +25,7 @@ def import_layer(
 ) -> int:
     """Write the geometries of one kind in a file as GeoJSON, and return their number.
 
-    layer : name of the layer, "" for the only one with this kind of geometries
+    layer : name of the layer, "" for the only layer with this kind of geometries
     begin : reference system of the file, None for the one that the file states; end : of the result, None for no change
 
     Raises

@@ -28,7 +28,7 @@ HEADROOM = 1.05
 
 
 def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energy: float, hazard: bool = False) -> Any:
-    """Return the layout of a run's recording in the viewer; the 3D views show the slope as seen from below the rocks.
+    """Return the layout of a run's recording in the viewer; the eye of the 3D views is ahead of the rocks and above.
 
     fastest, most_energy : largest speed (m/s) and energy (J) in the plots
     hazard : True to add a view for each hazard layer, and a page for the bench table

@@ -23,7 +23,10 @@ RATE = 60
 """Number of poses per second that are recorded while a block moves: as many as a screen shows."""
 
 SEEN = 2e-3
-"""A pose is recorded only if the block has moved by more than this share (-) of its reach since the last one."""
+"""A pose is recorded only if a corner may have moved by more than this share (-) of the block's reach since the last.
+
+The reach is the largest distance of a corner from the centre.
+"""
 
 BLOCK_COLOUR = (196, 120, 62)
 

@@ -32,9 +32,9 @@ from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 HELD = (50, 75, 90, 95)
-"""Percentages of rocks for which a report states the distance beyond the toe that they do not exceed."""
+"""Percentages of the rocks; for each, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
-"""Largest number of rows of the table of main figures; and number of zones that it shows even with many areas."""
+"""Largest number of rows of the table of main figures; but at least the second number of zones is always shown."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -240,7 +240,7 @@ def _benches(run: RunFiles) -> Iterator[Element]:
 
 
 def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
-    """Yield the table of distances beyond the toe that 50 to 95 % of the rocks do not exceed."""
+    """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop."""
     yield Heading("Distance from the toe")
     if len(beyond.rows) == 0:
         yield Text("Not known: no face lies below the releases.")

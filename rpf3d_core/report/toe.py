@@ -33,7 +33,7 @@ SHORTEST = 1.0
 BEYOND = 1e9
 """Distance (m) of rocks that did not stop; it is larger than any terrain."""
 DESIGN = 90
-"""Percentage of the rocks that the main distance of a report holds: they stop within this distance."""
+"""Percentage of the rocks that stop within the main distance of a report."""
 FAR = 1e6
 """A result of at least this distance (m) means that the rocks did not stop on the terrain."""
 

@@ -29,8 +29,8 @@ LIGHT = np.array([-0.5, 0.5, 0.7071])
 """Direction (3,) to the light: unit vector, local frame."""
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
 PARTS, FINEST, MOST_DRAPED = (0.5, 1.0, 2.0), 0.5, 40_000
-"""Largest edge of the triangles of a draped map, as a share (-) of a cell's side; its least value (m); and the largest
-number of triangles. The first of PARTS that gives at most MOST_DRAPED triangles is used.
+"""Largest edge of the triangles of a draped map, as shares (-) of a cell's side; smallest such edge (m); and largest
+number of triangles. The first of the shares that gives at most MOST_DRAPED triangles is used.
 """
 PATH = "#10203a"
 MAPS = (

@@ -26,7 +26,7 @@ def share_interval(ends: Ends) -> str:
 
 
 def metres(value: float | None) -> str:
-    """Return a length (m) as text; from FAR on, which means that the rocks did not stop, BEYOND_TERRAIN."""
+    """Return a length (m) as text; BEYOND_TERRAIN if it is at least FAR, because the rocks then did not stop."""
     if value is None:
         return UNKNOWN
     return BEYOND_TERRAIN if value >= FAR else f"{value:.1f} m"

@@ -41,7 +41,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
 
 
 def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
-    """Yield the zone and the altitude z (m, the input's coordinates) of each rock of a run that stopped.
+    """Yield the zone and the altitude z (m, the input's coordinates) of each deposit of a run: stopped or caught.
 
     Raises
     ------

@@ -35,7 +35,7 @@ RESULT_NAMES = {
     SUMMARY, INPUTS, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
 }  # fmt: skip
-"""Names of files that a result folder may hold; a folder with any other file is never replaced."""
+"""Names of the files of a result folder; a folder that contains any other file is never replaced."""
 
 
 @contextmanager

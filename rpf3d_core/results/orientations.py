@@ -41,7 +41,7 @@ def blocks_of(scene: Any, deposits: Deposits) -> "list[Polyhedron]":
     Raises
     ------
     InputError
-        A file of a block has been removed or damaged since the run began.
+        The file of a shape has been removed or damaged since the run began.
     """
     if deposits.pose is None:
         return []

@@ -180,7 +180,7 @@ def _write(pipe: BinaryIO, message: Message) -> None:
 
 
 def _read(pipe: BinaryIO) -> Message:
-    """Return the next message; EOFError at the end of the pipe."""
+    """Return the next message; raise EOFError at the end of the pipe."""
     return [_bytes(pipe, _number(pipe)) for _ in range(_number(pipe))]
 
 

@@ -177,7 +177,7 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
 def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Table:
     """Return the table of R deposits with the shape, orientation and reason to stop of rocks with a shape.
 
-    The quaternion turns vectors from the block's principal axes into the input's axes. `stopped_because` is empty for
+    The quaternion turns vectors from the body's principal axes into the input's axes. `stopped_because` is empty for
     rocks that did not stop on the ground. The summary has the names of the shapes by their numbers.
     """
     return _extended(

@@ -209,7 +209,9 @@ def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, F
 
 
 def _show_extents(scene: Scene, faults: FaultReport | None, show: Shown) -> None:
-    """Show the extents of all inputs, and sentences on inputs that look misplaced; nothing without terrain extent.
+    """Show the extents of all inputs, and sentences on inputs that look misplaced.
+
+    Show nothing if the terrain is refused and its extent is not known.
 
     faults : the report on the mesh of the terrain; None if the terrain is refused
     """

@@ -10,7 +10,7 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Engine
 
 MOST_ABOVE = 50.0
-"""A source is suspicious if all its rocks start higher (m) above the ground: bench faces are up to 30 m high."""
+"""A source is suspicious if all its rocks start more than this (m) above the ground; bench faces reach 30 m."""
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,8 @@ class RunControl:
     stop : called while rocks fly; after it has returned True, no further rocks start
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
-    first : number of rocks of the first round; each further round doubles the number of rocks flown, and each round
-        represents all rocks; see `setup.rounds.growing_rounds`. None for the rounds of the scene
+    first : about the number of rocks of the first round; each further round about doubles the number of rocks flown,
+        and the rocks flown always represent all rocks; see `setup.rounds.growing_rounds`. None for the scene's rounds
     after_round : called after each round except the last, with the result so far
     painting : draws the pictures; None if `run_scene` should start its own
     """
@@ -120,7 +120,7 @@ def _kept(prepared: Prepared, plan: Sequence[AnyRound], shown: int | None) -> Sh
         return shown_of(plan[0].rocks, shown, paths)
     rocks = sum(each.rocks for each in plan)
     some = spread_over(rocks, rocks if shown is None else shown)
-    drawn = np.arange(min(paths, rocks))  # rocks of the first round, so that the first results have paths
+    drawn = np.arange(min(paths, rocks))  # the rocks that fly first, so that the first results have paths
     return Shown(None if shown is None else np.union1d(some, drawn), drawn)
 
 

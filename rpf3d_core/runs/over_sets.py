@@ -83,7 +83,7 @@ class SetFlyer:
     def fly(self, rocks: AnyRound) -> bool:
         """Fly the rocks of a round, set after set; return False if the run was stopped before all rocks had flown.
 
-        Sets that follow one another are evenly spread, so the sets of a stopped run still represent all sets.
+        The first sets are always evenly spread over all sets, so the sets of a stopped run still represent all sets.
         """
         gathered = Gathered(self.sink)
         whole = self._fly_sets(rocks, gathered)

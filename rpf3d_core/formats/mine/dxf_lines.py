@@ -73,7 +73,7 @@ def _light(path: Path, drawing: Drawing) -> Iterator[Line]:
 
 
 def _heavy(path: Path, drawing: Drawing) -> Iterator[Line]:
-    """Yield each POLYLINE that is no mesh."""
+    """Yield each POLYLINE that is not a mesh."""
     heads, vertices = drawing.numbers_of("POLYLINE"), drawing.numbers_of("VERTEX")
     flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
     places, bulges = drawing.table(vertices, (10, 20, 30)), drawing.table(vertices, (BULGE,))[:, 0]

@@ -72,7 +72,7 @@ def _refuse_impossible(path: Path, count: int) -> None:
 
 
 def _refuse_entities(path: Path) -> None:
-    """Raise a TerrainError if the file is no E57, or the XML in it has a document type or entities."""
+    """Raise a TerrainError if the file is not an E57, or its XML has a document type or entities."""
     data = path.read_bytes()
     if not data.startswith(MAGIC):
         raise TerrainError(f"{path}: is not an E57 file; one starts with {MAGIC.decode()}")

@@ -43,7 +43,7 @@ COUNT_NODATA = 2**32 - 1
 """Value that marks missing counts in a file; no cell has it, because 0 is a valid count."""
 
 TILE, LARGE = 256, 1024
-"""Side of a tile (cells); and the number of rows or columns from which a file has tiles, so that viewers read parts."""
+"""Side of a tile (cells); and number of rows or columns from which a file has tiles, which viewers read separately."""
 
 SPREAD_OF = "of each rock's maximum in the cell, over the distinct rocks that came there"
 

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 POSTERIOR, PRIOR, OBSERVED = "#1f4e9c", "#999999", "#c81e1e"
 AXES = ("along the slope (m)", "across the slope (m)")
 SHARES = 500
-"""Points of a curve of shares that are even in the number of stops, and further points that are even in the weight."""
+"""Number of points of a curve of shares at even numbers of stops; as many further points are at even weights."""
 DRAWN = 1500
 """Number of simulated stops that are drawn in plan."""
 
@@ -114,7 +114,9 @@ def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
 
 
 def write_coverage(path: Path, rank: FloatArray) -> None:
-    """Write coverage.png: the share of N kept-out rocks that stopped within predictive intervals of each probability.
+    """Write coverage.png: the share of N observed rocks that stopped within predictive intervals of each probability.
+
+    The calibration did not use these rocks (they were kept out).
 
     rank : (N, 2) predicted probability that a rock stops nearer than observed, along and across the slope
     """

@@ -244,7 +244,7 @@ def _ground(
     areas: Mapping[str, Sequence[FloatArray]],
     pictures: GroundPictures | None = None,
 ) -> MapBackground:
-    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, widened to cut no area."""
+    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas that overlap it."""
     pictures, whole = pictures or GroundPictures(terrain), whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = pictures.hillshade(window, PIXELS)
@@ -343,7 +343,7 @@ def _say_why_empty(side: Axes, maps: HazardMaps) -> Text:
 
 
 def _beyond(scale: Scale, known: Values) -> str:
-    """Return which ends of the colour bar are arrows (matplotlib's `extend`): those with known values (N,) beyond."""
+    """Return matplotlib's `extend`: the ends of the colour bar that are arrows, because values (N,) lie beyond them."""
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 

@@ -81,9 +81,9 @@ def write_map(
 def rocks_window(
     whole: Window, deposits: Deposits, samples: PathSamples, areas: Mapping[str, Sequence[FloatArray]]
 ) -> Window:
-    """Return the part of the terrain that map.png shows: all rocks, a margin, and the areas that it would cut.
+    """Return the part of the terrain that map.png shows: all rocks, a margin, and the areas that overlap this part.
 
-    The result is the whole terrain if the part is almost as large as the terrain.
+    The result is the whole terrain if the part is wider and higher than `sheet.WHOLE_SHARE` of it.
 
     areas : name -> rings (N, 2) m, local frame
     """
@@ -94,7 +94,7 @@ def rocks_window(
 def _draw_obstacles(axes: Axes, terrain: Terrain, obstacles: Obstacles) -> list[Any]:
     """Draw barriers as lines and trees as dots; return their legend entries.
 
-    Of very many trees, a selection is drawn.
+    If there are very many trees, only a selection is drawn.
     """
     entries: list[Any] = []
     if obstacles.lines:

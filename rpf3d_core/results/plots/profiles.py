@@ -45,7 +45,7 @@ def write_profile_plots(
     ----------
     sources : (sources,) str
         Names of the scene's sources.
-        samples : PathSamples
+    samples : PathSamples
         Paths of the rocks in the overview. The sections show the rocks of shortest, median and longest runout among
         them.
     gravity : float

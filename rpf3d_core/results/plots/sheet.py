@@ -41,7 +41,7 @@ If there are more points, an evenly spread selection is drawn, and the legend sa
 """
 
 MOST_RELEASES = 250
-"""Largest number of releases drawn; if there are more, an evenly spread selection is drawn, which hides less."""
+"""Largest number of releases drawn; if there are more, an evenly spread selection is drawn, so that the map is seen."""
 
 RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
 
