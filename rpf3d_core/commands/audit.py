@@ -68,7 +68,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _counts(alert: "Alert") -> str:
-    """Return whether the acknowledgement of a decision took effect, as the beginning of a sentence."""
+    """Return the begin of a sentence that says whether the acknowledgement of a decision took effect."""
     if not alert.void:
         return "acknowledged by"
     waits = alert.acknowledgement in alert.waiting

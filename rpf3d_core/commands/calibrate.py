@@ -80,7 +80,7 @@ def _print(found: "Findings") -> None:
 
 
 def _print_refusal(found: "Findings") -> None:
-    """Print what was flown, what limits the data, and as the last line why the calibration is refused."""
+    """Print the number of rocks flown, the limits of the data, and in the last line why the calibration is refused."""
     from rpf3d_core.calibration.verdict import verdict_of
 
     _print_flown(found)

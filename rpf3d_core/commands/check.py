@@ -1,4 +1,4 @@
-"""`rpf3d check`: report on a scene before it is run, so that errors and cost are known first."""
+"""`rpf3d check`: report the errors of a scene and the cost of its run, before it is run."""
 
 from typing import TYPE_CHECKING
 
@@ -28,9 +28,9 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
 
 def _print_extents(scene: "Scene", extents: "list[Extent]", hints: list[str]) -> None:
-    """Print where each input of a scene lies, with plain decimals, and notes on those that look misplaced."""
+    """Print the extent of each input of a scene, and notes on inputs that look misplaced."""
     width = max(len(extent.name) for extent in extents)
-    for extent in extents:  # not a table, which would break numbers in a narrow terminal
+    for extent in extents:  # not as a table, which would break numbers in a narrow terminal
         screen.print(f"{extent.name.ljust(width)}  {extent.describe(scene.terrain.crs)}", soft_wrap=True)
     print_warnings(hints)
 

@@ -1,4 +1,4 @@
-"""`rpf3d cost`: measure a price list of a scene, time against accuracy; `rpf3d run --accuracy` uses the price list."""
+"""`rpf3d cost`: measure the price list of a scene, error and time of each setting, for `rpf3d run --accuracy`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -37,9 +37,10 @@ def cost(
 
 
 def rocks_within(accuracy: float, scene: Path, out: Path) -> tuple["Scene", int]:
-    """Return the scene with exact contacts, and how many rocks `rpf3d run --accuracy` must fly; print the findings.
+    """Return the scene with exact contacts, and the number of rocks for `rpf3d run --accuracy`; print the findings.
 
-    accuracy : largest total error (-); out : folder with a price list, or to write one to
+    accuracy : largest allowed total error (-)
+    out : folder of the price list, which is measured and written if the folder has none
     """
     from rpf3d_core.accuracy.choice import exact_run
     from rpf3d_core.accuracy.command import kept_or_measured

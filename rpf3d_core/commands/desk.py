@@ -1,4 +1,4 @@
-"""`rpf3d desk`: a scene in the browser of this machine, to edit it, fly rocks and write a report."""
+"""`rpf3d desk`: edit a scene in a browser on this machine, fly its rocks and write a report."""
 
 from pathlib import Path
 from typing import Annotated

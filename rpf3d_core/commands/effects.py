@@ -63,9 +63,9 @@ def _print_one(entry: "CatalogueEntry") -> None:
 
 
 def _cost(entry: "CatalogueEntry") -> tuple[str, str]:
-    """Return the cost of an effect for the table: ratio of times with and without it, and change of runout.
+    """Return the cost of a model or effect for the table: ratio of times with and without it, and change of runout.
 
-    Both are "" if not measured.
+    Both texts are "" if the cost was not measured.
     """
     if entry.cost is None:
         return "", ""

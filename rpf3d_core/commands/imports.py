@@ -1,4 +1,4 @@
-"""`rpf3d import`: make a scene from the input of another program, a terrain from a cloud, GeoJSON from a layer."""
+"""`rpf3d import`: make a scene from another program's input, a terrain from a cloud, or GeoJSON from a layer."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -74,7 +74,7 @@ def layer(
 
 
 def _numbers(text: str) -> tuple[int, ...]:
-    """Return whole numbers between commas."""
+    """Return the whole numbers of a text such as "2,8"."""
     words = [word.strip() for word in text.split(",") if word.strip()]
     if not all(word.isdecimal() for word in words):
         raise InputError(f"--classes is {text!r}; it must be whole numbers between commas, such as 2,8")
@@ -82,7 +82,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 
 def _tell(imported: "Imported") -> None:
-    """Print which input of the other program is in the scene, which input is not, and the path of the scene."""
+    """Print the input that was imported, the input that was not imported, and the path of the scene."""
     from rpf3d_core.imports.scene_text import NOT_CARRIED
 
     for sentence in imported.taken:

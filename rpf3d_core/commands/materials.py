@@ -1,4 +1,4 @@
-"""`rpf3d materials`: list the library of ground materials, with ranges, sources and how far these are confirmed."""
+"""`rpf3d materials`: list the library of ground materials, with their ranges, sources and confirmation."""
 
 import json
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,14 +16,17 @@ SHORT = {
     "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction (degrees)",
     "rolling_friction": "rolling friction", "restitution": "restitution", "friction": "friction",
 }  # fmt: skip
-"""Headings of the coefficients in the list."""
+"""Heading of each coefficient's column in the list, by key."""
 NOTE = (
     "A range is unknown: each parameter set of a run has another value from it. R_n is normal_restitution, R_t "
     "tangential_restitution. `rpf3d materials NAME` shows the source.\n"
     "-: the entry has no value. A scene then assumes a range: {}."
 )
 NEEDED_BY = {"rolling_friction": " of spheres", "rolling_resistance": " of rocks with a shape"}
-"""The rocks for which a range is assumed, for the list; the friction angle of all but rocks with a shape."""
+"""Text on the rocks for which the range of a coefficient is assumed, by key.
+
+The range of the friction angle, which has no text, is assumed for points and spheres.
+"""
 
 
 def materials(
@@ -45,14 +48,14 @@ def materials(
 
 
 def _facts(entry: "LibraryMaterial") -> dict[str, Any]:
-    """Return an entry of the library as plain values for JSON; `assumed` : ranges that a scene assumes in addition."""
+    """Return an entry of the library as plain values for JSON; the key `assumed` has the ranges that a scene adds."""
     ranges = {key: span if isinstance(span, float) else span._asdict() for key, span in entry.ranges.items()}
     assumed = {key: span._asdict() for key, span in entry.assumed.items()}
     return {**entry._asdict(), "ranges": ranges, "assumed": assumed}
 
 
 def _print_list(listed: "dict[str, LibraryMaterial]") -> None:
-    """Print a line for each entry, with its ranges and how far confirmed; one table for each kind of rocks."""
+    """Print a table for each kind of rocks, with a line for each entry: name, ground, ranges and confirmation."""
     for kind in dict.fromkeys(entry.kind for entry in listed.values()):
         entries = {name: entry for name, entry in listed.items() if entry.kind == kind}
         keys = [key for key in SHORT if any(key in entry.ranges for entry in entries.values())]
@@ -64,14 +67,14 @@ def _print_list(listed: "dict[str, LibraryMaterial]") -> None:
 
 
 def _assumed() -> str:
-    """Return the ranges that a scene assumes for what the source of an entry leaves out, as text."""
+    """Return the ranges that a scene assumes for coefficients without a published figure, as text."""
     from rpf3d_core.scene.library_entries import UNSTATED
 
     return ", ".join(f"{key}{NEEDED_BY.get(key, '')} {_span(span)}" for key, span in UNSTATED.items())
 
 
 def _span(span: "Range | float | None") -> str:
-    """Return a range, or a number that is no unknown, as text for a table; "-" if the source has none."""
+    """Return a range or a single number as text for a table; "-" if the source has no figure."""
     if span is None:
         return "-"
     return f"{span:g}" if isinstance(span, float) else f"{span.low:.3g}-{span.high:.3g}"

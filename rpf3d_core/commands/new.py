@@ -1,4 +1,4 @@
-"""`rpf3d new`: write a commented scene for a terrain file, which runs as it is."""
+"""`rpf3d new`: write a scene with comments for a terrain file; the scene can be run without changes."""
 
 from pathlib import Path
 from typing import Annotated

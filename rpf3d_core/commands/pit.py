@@ -17,7 +17,7 @@ def pit(
     from rpf3d_core.results.mesh_writer import check_mesh_path, write_mesh
     from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
-    check_mesh_path(out)  # first, because making the terrain takes time
+    check_mesh_path(out)  # before the terrain is made, which takes time
     terrain = pit_terrain(Pit(triangles=triangles, seed=seed))
     write_mesh(out, terrain)
     screen.print(f"{len(terrain.triangles):,} triangles in {out}", soft_wrap=True)

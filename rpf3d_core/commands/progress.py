@@ -11,18 +11,17 @@ from rpf3d_core.commands.screen import screen
 
 ROCKS = "flying rocks"
 PERIOD = 3600.0
-"""Time (s) from which the time left is estimated; a single cell of a sweep may take minutes."""
+"""The time left is estimated from the speed in this last time (s); a single cell of a sweep may take minutes."""
 
 
 @contextmanager
 def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
     """Show a progress bar; yield the functions `begin` and `writing`.
 
-    what : what is counted, in words; the description below is for rocks
-
-    begin(rocks) : call it when rocks begin to fly; each further call adds rocks to the total. It returns a function to
+    what : text on the counted things, such as ROCKS; "rocks" below means these things
+    begin(rocks) : call it when rocks start to fly; each further call adds rocks to the total. It returns a function to
         call with the number of rocks flown since its last call.
-    writing() : call it when the results are being written
+    writing() : call it when the writing of the results starts
     """
     rate = (_Rate(),) if what == ROCKS else ()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *rate, TimeRemainingColumn())
@@ -58,9 +57,9 @@ class _Rate(ProgressColumn):
 
 @contextmanager
 def interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None]]]:
-    """Let Ctrl-C and SIGTERM stop a run in good order: after a signal, the rocks flown so far are still written.
+    """Let Ctrl-C and SIGTERM stop a run properly: after a signal, the rocks flown so far are still written.
 
-    Yields two functions. The first function returns True after a signal. Call the second function with True before the
+    Yield two functions. The first function returns True after a signal. Call the second function with True before the
     first rock flies, and with False after the last rock has flown. A signal at any other time, or a second signal, ends
     the program at once with KeyboardInterrupt.
     """

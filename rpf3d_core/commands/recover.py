@@ -1,4 +1,4 @@
-"""`rpf3d recover`: repair a recording that was cut off, for example by a full disk, so that the viewer can open it."""
+"""`rpf3d recover`: repair an incomplete recording, for example after a full disk, so that the viewer can open it."""
 
 from pathlib import Path
 from typing import Annotated

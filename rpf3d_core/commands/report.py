@@ -1,4 +1,4 @@
-"""`rpf3d report`: write the report of a run to hand in, as one HTML file and as PDF."""
+"""`rpf3d report`: write the report of a run as one HTML file and as PDF."""
 
 from pathlib import Path
 from typing import Annotated

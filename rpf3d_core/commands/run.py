@@ -79,7 +79,7 @@ def _chosen(
 
 
 def _print_run(result: "Run", times: str) -> None:
-    """Print the summary of a run on the screen: results, warnings, and the seconds it took (`times`)."""
+    """Print the summary of a run on the screen: results, warnings and wall times; times : from `run_times.words_of`."""
     from rpf3d_core.results.notes import warnings_of_run
 
     totals, flights = result.totals, result.flights
@@ -99,7 +99,7 @@ def _print_run(result: "Run", times: str) -> None:
 
 
 def _print_outcomes(run: "Run") -> None:
-    """Print how many rocks ended in each way (outcome), and which materials use the default friction angle."""
+    """Print the number of rocks with each outcome, and the materials that use the default friction angle."""
     from rpf3d_core.results.findings import sentence_of
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
@@ -117,7 +117,7 @@ def _print_outcomes(run: "Run") -> None:
 
 
 def _print_benches(run: "Run") -> None:
-    """Print the bench table: how many rocks reached each zone and area of interest, and how many stopped there."""
+    """Print the bench table: the shares of rocks that reached each zone and area of interest, and stopped there."""
     from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, text_header, text_rows
 
     benches = bench_table(run.terrain, run.maps)
@@ -152,7 +152,7 @@ def _print_barriers(run: "Run") -> None:
 
 
 def _print_open(run: "Run") -> None:
-    """Print each reason why the result of a run may be too certain, one line each."""
+    """Print the reasons why the result of a run may look surer than it is, one line each."""
     from rpf3d_core.results.overconfidence import surer_than_it_may_be
 
     if sentences := surer_than_it_may_be(run):

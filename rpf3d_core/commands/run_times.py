@@ -1,4 +1,4 @@
-"""How long the user of `rpf3d run` waited, from the start of the process, in parts that follow each other."""
+"""Measure the wall time of `rpf3d run` from the start of its process, split into successive parts."""
 
 import os
 import time
@@ -11,35 +11,36 @@ if TYPE_CHECKING:
     from rpf3d_core.results.findings import Run
 
 IMPORTED = time.perf_counter()
-"""Start of the command where the system does not state the start of the process."""
+"""Time of this module's import; it is used as the start of the process if the system does not state the start."""
 STAT = Path("/proc/self/stat")
 START_TIME = 19
-"""Place of the start time (clock ticks since the boot) among the fields of STAT after the program's name (proc(5))."""
+"""Index of the start time (clock ticks since the boot) in the fields of STAT after the program's name (proc(5))."""
 
 
 class Part(NamedTuple):
-    """A part of the wall time of a command; seconds : s."""
+    """A part of the wall time of a command, such as `read`."""
 
     name: str
     seconds: float
 
 
 class RunTimes:
-    """The times of one command; work that runs at the same time as other work is in no part.
+    """The wall times of one command, split into parts; work in parallel with other work is not counted twice.
 
     began : start of the command, as `time.perf_counter()`
     measured_s : wall time (s) of the measurements for `--accuracy`, before the run
     """
 
     def __init__(self) -> None:
-        """Begin with the start of the process; a second command of a process begins with this call."""
+        """Start at the start of the process; for a second command in the same process, start now."""
         self.began = next(_STARTS, time.perf_counter())
         self.measured_s = 0.0
 
     def parts(self, run: "Run", pictures_s: float, now: float) -> list[Part]:
-        """Return the parts of the time from the start to `now`, in their order; they add up to this time.
+        """Return the successive parts of the time from `began` to `now`; their sum is this time.
 
-        pictures_s : wall time (s) of the wait for the pictures after all other files were complete
+        pictures_s : time (s) spent waiting for the pictures after all other files were complete
+        now : as from `time.perf_counter()`
         """
         prepared, flights = run.prepared, run.flights
         known = prepared.read_s + prepared.index_s + flights.compile_s + flights.fly_s
@@ -58,7 +59,7 @@ class RunTimes:
 
 
 def words_of(parts: Sequence[Part]) -> str:
-    """Return parts of a time and their sum in words; the rounded parts add up to the rounded sum."""
+    """Return the parts of a time and their sum as text, rounded so that the parts add up to the sum."""
     words, before, end = list[str](), 0.0, 0.0
     for part in parts:
         end += part.seconds
@@ -68,7 +69,7 @@ def words_of(parts: Sequence[Part]) -> str:
 
 
 def _process_start() -> float:
-    """Return the start of this process as `time.perf_counter()`; IMPORTED where the system does not state it."""
+    """Return the start of this process on the clock `time.perf_counter()`; IMPORTED if the system does not state it."""
     with suppress(OSError, ValueError, IndexError, AttributeError):
         fields = STAT.read_text().rpartition(")")[2].split()
         since_boot = int(fields[START_TIME]) / os.sysconf("SC_CLK_TCK")
@@ -77,4 +78,4 @@ def _process_start() -> float:
 
 
 _STARTS = iter((_process_start(),))
-"""The start of the process, for its first command."""
+"""The start of the process; only the first command of the process takes it."""

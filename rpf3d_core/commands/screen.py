@@ -6,7 +6,7 @@ from typing import NoReturn
 from rich.console import Console
 from rich.table import Table
 
-screen = Console(markup=False)  # names of zones, sources and folders may hold square brackets
+screen = Console(markup=False)  # names may have square brackets
 complaints = Console(stderr=True, soft_wrap=True, highlight=False)
 
 GAP = (0, 2, 0, 0)
@@ -18,11 +18,11 @@ PIPE_WIDTH = 240
 
 
 class CommandInterrupted(SystemExit):
-    """The exception that ends an interrupted command, after it has printed which results exist."""
+    """The exception that ends an interrupted command after the message of `end_interrupted`."""
 
 
 def end_interrupted(left: str) -> NoReturn:
-    """Print which results an interrupted command leaves, and exit with code INTERRUPTED."""
+    """Print that a command was interrupted and which results exist (`left`), and exit with code INTERRUPTED."""
     complaints.print(f"rpf3d: interrupted; {left}", markup=False)
     raise CommandInterrupted(INTERRUPTED)
 
@@ -38,7 +38,7 @@ def print_table(header: Sequence[str], rows: Iterable[tuple[str, ...]]) -> None:
     table = Table(*header, box=None, padding=GAP)
     for row in rows:
         table.add_row(*row)
-    # A pipe has no width; its reader needs each row on one line.
+    # A pipe has no width; the program that reads it needs each row on one line.
     (screen if screen.is_terminal else Console(markup=False, width=PIPE_WIDTH)).print(table)
 
 

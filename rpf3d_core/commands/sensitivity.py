@@ -1,4 +1,4 @@
-"""`rpf3d sensitivity`: which unknown of a scene moves which result."""
+"""`rpf3d sensitivity`: measure how strongly each unknown of a scene changes each result."""
 
 from pathlib import Path
 from typing import Annotated

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rpf3d_core.sweep.sweep import Sweep
 
 MOST_ROWS = 60
-"""Largest number of rows of a printed table; sweep.csv has all."""
+"""Largest number of rows of a printed table; sweep.csv has all rows."""
 
 VaryOption = Annotated[
     list[str], typer.Option(help="KEY=V1,V2,... or KEY=FIRST:LAST:NUMBER; give the option once for each key.")
@@ -57,9 +57,11 @@ def sweep(
 
 @contextmanager
 def _executor(workers: int | None) -> Iterator[Executor]:
-    """Yield a pool of processes; when Ctrl-C ends the block, waiting cells are cancelled.
+    """Yield a pool of processes; if Ctrl-C ends the `with` block, cells that have not started are cancelled.
 
-    The pool starts a process only for a cell that no idle process can take, so there are never more than cells to fly.
+    The pool starts a process only if a cell waits and no process is idle, so there are never more processes than cells.
+
+    workers : largest number of processes; None for one for each usable core
     """
     if workers is not None and workers < 1:
         raise InputError(f"--workers is {workers}; it must be at least 1")
@@ -71,7 +73,10 @@ def _executor(workers: int | None) -> Iterator[Executor]:
 
 
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
-    """Return the function that shows how many cells have flown, of those that had no result before."""
+    """Return a function of (done, of) that shows the progress of the cells; the bar counts only cells without a result.
+
+    begin, writing : functions of the progress bar, from `progress`
+    """
     advance: list[Callable[[int], None]] = []
 
     def told(done: int, of: int) -> None:
@@ -87,7 +92,7 @@ def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[
 
 
 def _print_sweep(found: "Sweep") -> None:
-    """Print the tables of a sweep, what their intervals hold, and the warnings of the runs."""
+    """Print the tables of a sweep, notes on their intervals, and the warnings of the runs."""
     from rpf3d_core.sweep.tables import RUN_HEADER, SHARES_HEADER, notes_of, run_rows, share_rows
     from rpf3d_core.sweep.warnings import surer_cells, warnings_of_cells
 

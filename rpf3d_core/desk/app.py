@@ -1,4 +1,4 @@
-"""The desk: what happens when the user clicks, types and presses, and how results come back to the page."""
+"""The desk: it does what the user asks for on the page, and shows results and messages on the page."""
 
 import asyncio
 import threading
@@ -38,10 +38,10 @@ REFUSAL, NOTE, GOOD = "refusal", "note", "good"
 
 
 class Desk:
-    """The desk of one user: the scene, what is drawn on it, and the page."""
+    """The desk of one user: the edited scene, the drawing of a source or area, the page, and the thread for rocks."""
 
     def __init__(self) -> None:
-        """Build the page without a scene, and start the thread that flies rocks."""
+        """Build the page without a scene, and start the thread that simulates rocks."""
         self.server: Any = library_of("desk", "trame.app", "the desk needs").get_server("rpf3d", client_type="vue3")
         self.shown = SceneView()
         self.scene: SceneState | None = None
@@ -61,11 +61,11 @@ class Desk:
 
     @property
     def state(self) -> Any:
-        """The values of the page."""
+        """The values that the page shows; the browser receives each change."""
         return self.server.state
 
     def connected(self) -> None:
-        """Take up work that came before browsers could connect; call it once in the server's thread."""
+        """Do the work that `_later` stored until browsers could connect; call it once in the server's thread."""
         with self._connecting:
             self._loop = asyncio.get_event_loop()
             waiting, self._waiting = self._waiting, []
@@ -80,17 +80,17 @@ class Desk:
         self.state.report_path = shown_path(self.scene.report_path)
 
     def close(self) -> None:
-        """Stop the rocks and delete results that are in no report."""
+        """Stop the simulation, and delete the temporary folder with the results."""
         self.runner.close()
 
     def _actions(self) -> Actions:
-        """Return the functions that the page calls; every refusal becomes a message on the page."""
+        """Return the functions that the page calls; an InputError becomes a message on the page."""
         return Actions(**{
             name: self._told(getattr(self, f"_{name}")) for name in Actions._fields
         })  # fmt: skip
 
     def _told(self, action: Callable[..., None]) -> Callable[..., None]:
-        """Return an action that shows the sentence of a refusal instead of raising it."""
+        """Return an action that shows the text of an InputError on the page instead of raising the error."""
 
         def told(*values: Any, **_: Any) -> None:
             self.state.messages = []
@@ -113,7 +113,8 @@ class Desk:
     def _click(self, event: Any, moved: float = 0.0) -> None:
         """Add the clicked place on the terrain to the drawing; ignore the click event at the end of a drag.
 
-        event : of the view, with the two ends of the `ray` below the pointer; moved : pixels that the pointer moved
+        event : click event of the view, with the two ends of the `ray` below the pointer
+        moved : distance (pixels) that the pointer moved since it was pressed
         """
         if not self.drawing.kind or not event or moved > STILL or self.shown.terrain is None:
             return
@@ -132,7 +133,7 @@ class Desk:
         self._drawn()
 
     def _finish(self) -> None:
-        """Add what was drawn to the scene."""
+        """Add the drawn source or area to the scene."""
         frame, name = self._terrain().frame, str(self.state.new_name)
         if self.drawing.kind == AREA:
             key, item = AREAS, area_of(self.drawing, frame, name)
@@ -146,16 +147,19 @@ class Desk:
         self._edited(lambda text: without_item(text, key, name))
 
     def _edit(self, material: str, key: str, typed: str) -> None:
-        """Change a coefficient; with nothing typed, its default holds."""
+        """Change a coefficient of a material; an empty text removes the key, so that its default is used."""
         path = (MATERIALS, material, key)
         try:
             self._edited(lambda text: self._with_coefficient(text, path, typed))
         except InputError:
-            self._list_scene()  # the field shows again what holds
+            self._list_scene()  # the field shows the present value again
             raise
 
     def _with_coefficient(self, text: str, path: tuple[str, str, str], typed: str) -> str:
-        """Return the text of the scene with another coefficient."""
+        """Return the text of the scene with a changed coefficient.
+
+        path : keys of the coefficient; typed : its new value as the user types it, "" to remove the key
+        """
         scene = self._opened()
         why = drawn_elsewhere(scene.scene, scene.values).get(path)
         if why is not None:
@@ -166,7 +170,10 @@ class Desk:
         self._take(self._opened().undone())
 
     def _run(self) -> None:
-        """Simulate the rocks, unless the last edit was refused; a click on Run also ends the edit of a field."""
+        """Simulate the rocks; if the last edit was refused, raise its reason once instead.
+
+        A click on Run also ends the edit of a field, so the user may not have seen the refusal.
+        """
         refused, self._refused_edit = self._refused_edit, ""
         if refused:
             raise InputError(f"{refused}; no rock flies, because this edit was refused: press Run to fly without it")
@@ -178,7 +185,7 @@ class Desk:
         self.runner.stop_flying()
 
     def _save(self) -> None:
-        """Save the scene; its results stay if only the name of the file changes."""
+        """Save the scene in the file that the page names."""
         self.scene = saved(self._opened(), Path(self.state.save_path), bool(self.state.save_over))
         self.state.report_path, self.state.has_run = shown_path(self.scene.report_path), False
         self._list_scene()
@@ -204,7 +211,7 @@ class Desk:
         self.open(Path(str(self.state.open_path)))
 
     def _create(self) -> None:
-        """Write a scene for a terrain file, as `rpf3d new`, and open it."""
+        """Write a scene for a terrain file, as `rpf3d new` does, and open it."""
         from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
 
         written = write_new_scene(Path(self.state.new_folder), Path(self.state.new_terrain), FileChoice())
@@ -212,10 +219,10 @@ class Desk:
         for sentence in written.warnings:
             self._say(NOTE, sentence)
 
-    # What comes back from the thread
+    # Messages from the simulating thread
 
     def _prepared(self, written: Written, prepared: Prepared) -> None:
-        """Show terrain, sources and areas of a scene that is ready to fly, and warnings about it."""
+        """Show terrain, sources, areas and warnings of a prepared scene, unless the scene has been edited since."""
         if self.scene is None or written != self.scene.written:
             return
         new = self.shown.show_scene(prepared)
@@ -227,14 +234,17 @@ class Desk:
             self.view.push_camera()
 
     def _results(self, run: Run, last: bool) -> None:
-        """Prepare results for display, in the thread that simulates, because the run changes them afterwards."""
+        """Show results on the page; last : True if no further results of this run follow.
+
+        The results are converted here, in the simulating thread, because the run changes them later.
+        """
         shown, layer = self.shown.laid_out(run), self.state.layer
         values = {"benches": bench_section(run), "progress": progress_words(run, last), "notes": run_notes(run)}
 
         def show() -> None:
             if self._opened().written != self._flying:
                 self.state.flying = self.state.flying and not last
-                return  # these are results of another scene
+                return  # results of another scene
             self.state.update({**values, "flying": not last, "has_run": last})
             self.shown.show_run(shown)
             self.state.legend = self.shown.drape(layer)
@@ -265,7 +275,7 @@ class Desk:
         return self.shown.terrain
 
     def _edited(self, edit: Callable[[str], str]) -> None:
-        """Edit the scene; Run repeats the sentence of a refusal once."""
+        """Edit the scene; if the edit is refused, store the reason, which `_run` shows once."""
         try:
             self._take(self._opened().edited(edit))
         except InputError as fault:
@@ -273,7 +283,7 @@ class Desk:
             raise
 
     def _take(self, scene: SceneState) -> None:
-        """Replace the scene that is edited: clear the results of the previous scene, prepare the new scene."""
+        """Replace the edited scene: clear the results of the previous scene, and prepare the new scene."""
         self.scene, self._refused_edit = scene, ""
         self.state.update(NO_RESULTS)
         self.shown.show_run(NO_RUN)
@@ -288,22 +298,22 @@ class Desk:
         section = scene_section(scene.scene, scene.values)
         self.state.update({
             **section, "name": scene.path.stem, "path": shown_path(scene.path), "unsaved": scene.unsaved,
-            "listed": self.state.listed + 1,  # lets the fields of materials show what holds
+            "listed": self.state.listed + 1,  # lets the fields of materials show their values
         })  # fmt: skip
 
     def _drawn(self) -> None:
-        """Show what has been drawn so far."""
+        """Show the drawing of the new source or area."""
         self.state.kind, self.state.clicks = self.drawing.kind, len(self.drawing.points)
         self.shown.show_drawing(self.drawing)
         self.view.update()
 
     def _say(self, kind: str, text: str) -> None:
-        """Show a message on the page, once."""
+        """Show a message on the page, unless the page already shows it."""
         if (message := {"kind": kind, "text": text}) not in self.state.messages:
             self.state.messages = [*self.state.messages, message]
 
     def _later(self, work: Callable[[], None]) -> None:
-        """Do something in the server's thread, now or when browsers can connect."""
+        """Call a function in the server's thread: soon, or once browsers can connect."""
         with self._connecting:
             if self._loop is None:
                 self._waiting.append(work)
@@ -311,7 +321,7 @@ class Desk:
                 self._loop.call_soon_threadsafe(self._do, work)
 
     def _do(self, work: Callable[[], None]) -> None:
-        """Do something and send what has changed to the page."""
+        """Call a function, and send the changes of the page's values to the browser."""
         with self.state:
             work()
 

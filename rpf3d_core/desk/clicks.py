@@ -1,4 +1,4 @@
-"""What the user draws by clicking on the terrain, and the sources and areas of interest that it becomes."""
+"""Turn the places that the user clicks on the terrain into sources and areas of interest."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -10,21 +10,21 @@ from rpf3d_core.formats.polygons import polygon_of
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
 POINTS, LINE, AREA = "points", "line", "area"
-"""What is drawn: release points of a source, a crest line along which rocks are released, or an area of interest."""
+"""Kinds of drawings: release points of a source, a crest line along which rocks start, or an area of interest."""
 LEAST = {POINTS: 1, LINE: 2, AREA: 3}
-"""Smallest number of clicks for each kind."""
+"""Smallest number of clicks for each kind of drawing."""
 DECIMALS = 2
-"""Decimals of a coordinate (m) that a click gives: centimetres."""
+"""Number of decimals of a clicked coordinate (m): centimetres."""
 
 
 class Drawing(NamedTuple):
-    """Clicked places; kind : POINTS, LINE or AREA, "" for none; points : (N, 3) m, local frame."""
+    """The clicked places; kind : POINTS, LINE or AREA, "" if nothing is drawn; points : (N, 3) m, local frame."""
 
     kind: str = ""
     points: tuple[tuple[float, float, float], ...] = ()
 
     def clicked(self, point: FloatArray) -> "Drawing":
-        """Return the drawing with one more place (3,) m; unchanged if nothing is drawn."""
+        """Return the drawing with one more place (3,) m; unchanged if its kind is ""."""
         x, y, z = (float(value) for value in point)
         return self._replace(points=(*self.points, (x, y, z))) if self.kind else self
 
@@ -34,9 +34,9 @@ class Drawing(NamedTuple):
 
 
 def source_of(drawing: Drawing, frame: Frame, name: str, rocks: int, above_ground: float) -> dict[str, Any]:
-    """Return the source that was drawn, as the values of a scene in the coordinates of the input.
+    """Return the drawn source as the values of a scene file, in the coordinates of the input.
 
-    rocks : their number; above_ground : m, height of the release
+    rocks : number of rocks; above_ground : height of the release above the ground (m)
 
     Raises
     ------
@@ -49,7 +49,7 @@ def source_of(drawing: Drawing, frame: Frame, name: str, rocks: int, above_groun
 
 
 def area_of(drawing: Drawing, frame: Frame, name: str) -> dict[str, Any]:
-    """Return the area of interest that was drawn, as the values of a scene in plan coordinates of the input.
+    """Return the drawn area of interest as the values of a scene file, in plan coordinates of the input.
 
     Raises
     ------

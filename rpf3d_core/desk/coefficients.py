@@ -1,4 +1,4 @@
-"""Coefficients of materials as the user types them: a number, a range such as `0.3 to 0.5`, or a distribution."""
+"""Convert coefficients of materials to and from the user's text: a number, a range `0.3 to 0.5`, or a distribution."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -19,14 +19,14 @@ NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 RANGE = re.compile(rf"\s*({NUMBER})\s*(?:to|-|\.\.)\s*({NUMBER})\s*")
 OF_POINTS = ("normal_restitution", "tangential_restitution", "friction_angle_deg")
 OF_BODIES = ("restitution", "friction", "rolling_resistance")
-"""Coefficients that are always shown, also if the scene leaves them out: of points and spheres, of other shapes."""
+"""Coefficients that are always shown, even if the scene does not state them: for points and spheres, and for bodies."""
 
 
 class Coefficient(NamedTuple):
     """A value of a material.
 
-    key : of the scene; text : as the user types it, "" if left out
-    fixed : why the desk does not edit it, "" if it does
+    key : key in the scene file; text : the value as the user types it, "" if the scene does not state it
+    fixed : why the desk cannot edit the value; "" if it can
     """
 
     key: str
@@ -35,14 +35,17 @@ class Coefficient(NamedTuple):
 
 
 def coefficients_of(material: Mapping[str, Any]) -> list[Coefficient]:
-    """Return all values of a material of a scene, and the usual coefficients that it leaves out."""
+    """Return all values of a material of a scene, and the usual coefficients that the material does not state.
+
+    material : its plain values, by key
+    """
     usual = OF_BODIES if any(key in material for key in BODY_KEYS) else OF_POINTS
     keys = dict.fromkeys((*material, *usual))
     return [Coefficient(key, coefficient_text(material[key]) if key in material else "") for key in keys]
 
 
 def coefficient_text(value: Any) -> str:
-    """Return a value of a scene as the user types it: `0.45`, `0.3 to 0.5` for unknown values, or a mapping."""
+    """Return a value of a scene as the user types it: `0.45`, `0.3 to 0.5` (range of an unknown), or a mapping."""
     if isinstance(value, Mapping):
         prior = value.get("prior")
         if set(value) == {"prior"} and isinstance(prior, Mapping) and set(prior) == {"min", "max"}:
@@ -52,7 +55,7 @@ def coefficient_text(value: Any) -> str:
 
 
 def coefficient_of(text: str) -> Any:
-    """Return the scene value that the text of a user stands for; a range gives a value that is unknown within it.
+    """Return the value of a scene that a user's text means; a range means an unknown with this prior.
 
     Raises
     ------
@@ -75,7 +78,10 @@ def coefficient_of(text: str) -> Any:
 def materials_of(
     values: Mapping[str, Any], fixed: Mapping[Steps, str] = MappingProxyType({})
 ) -> Iterator[tuple[str, list[Coefficient]]]:
-    """Yield name and values of each material of a scene's plain values; fixed : as `drawn_elsewhere` returns."""
+    """Yield the name and the coefficients of each material.
+
+    values : plain values of the scene's file; fixed : from `drawn_elsewhere`
+    """
     for name, material in values[MATERIALS].items():
         yield name, [
             each._replace(fixed=fixed.get((MATERIALS, str(name), each.key), "")) for each in coefficients_of(material)
@@ -83,7 +89,7 @@ def materials_of(
 
 
 def drawn_elsewhere(scene: Scene, values: Mapping[str, Any]) -> dict[Steps, str]:
-    """Return the values that `unknowns` draws, so that what stands in the material has no effect, with the reason.
+    """Return the reason why a value in a material has no effect, by its keys: `unknowns` of the scene draws the value.
 
     values : the plain values of the scene's file
     """
@@ -94,4 +100,4 @@ def drawn_elsewhere(scene: Scene, values: Mapping[str, Any]) -> dict[Steps, str]
         found |= dict.fromkeys(sampled(scene), f"drawn from the sample {own.get('sample')}; change it there")
         return {steps: why for path, why in found.items() for steps in steps_to(scene, path)}
     except InputError:
-        return {}  # the scene is refused where it is prepared, with the reason
+        return {}  # the scene is refused, with the reason, when it is prepared

@@ -17,15 +17,17 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 
 ONE = threading.Lock()
-"""Held while loops are compiled, so that scenes that are edited quickly do not compile at the same time."""
+"""Lock during a compilation, so that the loops of several quickly edited scenes are not compiled at the same time."""
 PAUSE = 0.05
-"""Seconds between two looks at whether the user has stopped the rocks."""
+"""Time (s) between two checks whether the user has stopped the rocks."""
 
 
 def prepared_for(scene: Scene, engine: str, ground: tuple[Terrain, FaultReport]) -> Prepared:
-    """Return a scene prepared for an engine, whatever engine it names; the scene in the result stays as it is.
+    """Return a scene prepared for the given engine, even if the scene names another; the scene itself is not changed.
 
-    Both engines give the same bits, so the results are those of the scene. Errors are as in `prepare`.
+    Both engines give the same results to the last bit. Errors are as in `prepare`.
+
+    engine : name of the engine; ground : the scene's terrain and its faults, already read
     """
     return replace(prepare(with_choices(scene, None, engine, None), terrain_read=ground), scene=scene)
 
@@ -34,7 +36,7 @@ class Compiling:
     """A thread that prepares a scene for the compiled engine, and compiles its loops."""
 
     def __init__(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
-        """Start the thread; without numba nothing is compiled."""
+        """Start the thread; without numba it is not started, and nothing is compiled."""
         self._found: Prepared | None = None
         self._ended = threading.Event()
         self._cancelled = False
@@ -44,15 +46,18 @@ class Compiling:
             self._ended.set()
 
     def cancel(self) -> None:
-        """Do not begin to compile; a compiler that works already is not interrupted."""
+        """Skip the compilation if it has not started; a running compiler is not interrupted."""
         self._cancelled = True
 
     def done(self) -> Prepared | None:
-        """Return the prepared scene if its loops are compiled."""
+        """Return the prepared scene if its loops are compiled, else None; it does not wait."""
         return self._found
 
     def wait(self, stop: threading.Event) -> Prepared | None:
-        """Return the prepared scene when its loops are compiled; None if the user stops, or if it is refused."""
+        """Wait until the loops are compiled; return the prepared scene, or None if the user stops or it is refused.
+
+        stop : set when the user stops
+        """
         while not self._ended.wait(PAUSE):
             if stop.is_set():
                 return None

@@ -1,4 +1,4 @@
-"""The page of the desk: the panel with everything to edit, the view, and the results below it."""
+"""Build the page of the desk: the panel for editing, the view, and the results below the view."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,11 +13,11 @@ NEEDS = "the desk needs"
 TOOLS = ((POINTS, "Points"), (LINE, "Crest line"), (AREA, "Area of interest"))
 LAYERS = ((REACH, "reach"), (ENERGY, "p95 energy"), ("", "none"))
 STILL = 5.0
-"""Pixels that the mouse may move during a click; with more, the user turns the view."""
+"""Largest distance (pixels) that the mouse may move during a click; a longer movement turns the view."""
 NO_RESULTS = {
     "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []}, "notes": [], "has_run": False,
 }  # fmt: skip
-"""The values of the page that show results, without results."""
+"""Values of the page that show results, as they are without results."""
 START = {
     "name": "", "path": "", "unsaved": False, "busy": "starting", "flying": False, "ready": False, "messages": [],
     "sources": [], "areas": [], "materials": [], "rock": "", "listed": 0, "kind": "", "clicks": 0, "new_name": "",
@@ -25,14 +25,18 @@ START = {
     "layer": REACH,
     **NO_RESULTS, "open_path": "", "new_terrain": "", "new_folder": "", "moved": 0, "pressed": [0, 0],
 }  # fmt: skip
-"""All values of the page at its start."""
+"""All values of the page when it is opened."""
 
 
 class Actions(NamedTuple):
-    """What the buttons and inputs of the page call.
+    """Functions that the buttons and inputs of the page call.
 
-    choose : a tool; click : a place in the view, with the event of vtk.js; undo_click; finish, cancel : the drawing
-    remove : a source or area, by list and name; edit : a coefficient, by material, key and text
+    choose : start a drawing, by kind; click : add a place, from the event of vtk.js; undo_click : remove the last place
+    finish, cancel : end the drawing; remove : remove a source or area, by list and name
+    edit : change a coefficient, by material, key and text; undo : undo the last edit
+    run, stop : start and stop the rocks; save, report : write the scene or the report
+    show_layer : show a hazard map, by kind; look : turn the camera
+    open : open a scene; create : write a scene for a terrain file
     """
 
     choose: Callable[[str], None]
@@ -54,7 +58,7 @@ class Actions(NamedTuple):
 
 
 def build_page(server: Any, window: Any, actions: Actions) -> Any:
-    """Build the page of a server of trame, and return its view of the window."""
+    """Build the page of a trame server, and return the widget that shows the VTK window in the browser."""
     html = library_of("desk", "trame.widgets.html", NEEDS)
     client = library_of("desk", "trame.widgets.client", NEEDS)
     layouts = library_of("desk", "trame.ui.html", NEEDS)
@@ -79,7 +83,7 @@ def build_page(server: Any, window: Any, actions: Actions) -> Any:
 
 
 def _head(html: Any, actions: Actions) -> None:
-    """Add the name of the scene, what is being done, and messages."""
+    """Add the name of the scene, the present work of the desk, and the messages."""
     html.H1("{{ name || 'rpf3d desk' }}")
     html.Div("{{ path }} {{ unsaved ? '(changed, not saved)' : '' }}", classes="quiet path")
     html.Div("{{ busy ? busy + ' ...' : '' }}", classes="busy", id="busy")
@@ -150,7 +154,7 @@ def _materials(html: Any, actions: Actions) -> None:
              classes="quiet")  # fmt: skip
     with html.Div(v_for="each in materials", key="each.name", classes="material"):
         html.Div("{{ each.name }}", style="font-weight: 600; margin-top: 6px")
-        # Without v-memo, each change of the page would put back what the user has typed and not entered yet.
+        # Without v-memo, each change of the page would reset a field while the user types into it.
         with html.Div(v_for="value in each.values", key="value.key", classes="row",
                       raw_attrs=['v-memo="[listed, flying]"']):  # fmt: skip
             html.Label("{{ value.key }}", classes="quiet")
@@ -162,7 +166,7 @@ def _materials(html: Any, actions: Actions) -> None:
 
 
 def _files(html: Any, actions: Actions) -> None:
-    """Add where the scene and the report are written."""
+    """Add the fields and buttons to save the scene and to write the report."""
     html.H2("Save the scene")
     _file_row(html, "Save", "save_path", "save_over", actions.save, "flying")
     html.H2("Report")
@@ -180,7 +184,7 @@ def _file_row(html: Any, words: str, path: str, over: str, action: Callable[[], 
 
 
 def _start_part(html: Any, actions: Actions) -> None:
-    """Add what is shown without a scene: open a scene file, or write one for a terrain file."""
+    """Add the fields of the page without a scene: open a scene file, or write a scene for a terrain file."""
     html.H2("Open a scene")
     with html.Div(classes="row"):
         html.Input(type="text", v_model="open_path", classes="grow", id="open_path", placeholder="scene.yaml")
@@ -198,7 +202,7 @@ def _start_part(html: Any, actions: Actions) -> None:
 
 
 def _view(html: Any, window: Any, actions: Actions) -> Any:
-    """Add the view of the window, in which a click without a drag places a point."""
+    """Add the view of the VTK window, in which a click without a drag adds a place to the drawing."""
     vtk = library_of("desk", "trame.widgets.vtk", NEEDS)
     watch = [
         '@pointerdown.capture="pressed = [$event.clientX, $event.clientY]"',

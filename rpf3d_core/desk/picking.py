@@ -6,16 +6,17 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 AT_ONCE = 250_000
-"""Facets that are compared with a ray together, to save memory."""
+"""Number of facets that are compared with a ray in one step, to save memory."""
 PARALLEL = 1e-30
-"""Smallest determinant (m^3) of a ray that is not parallel to a facet."""
+"""Determinant (m^3) up to which a ray counts as parallel to a facet."""
 
 
 def place_on(terrain: Terrain, near: FloatArray, far: FloatArray) -> FloatArray | None:
     """Return the first place (3,) m where a ray meets the terrain, local frame; None if it meets nothing.
 
-    near, far : (3,) m, the ray starts at `near` and leads through `far`
     Source: Moeller and Trumbore (1997), Fast, minimum storage ray/triangle intersection.
+
+    near, far : (3,) m, the ray starts at `near` and goes through `far`
     """
     start, along = np.asarray(near, dtype=float), np.asarray(far, dtype=float) - np.asarray(near, dtype=float)
     parts = (terrain.triangles[i : i + AT_ONCE] for i in range(0, len(terrain.triangles), AT_ONCE))
@@ -24,7 +25,7 @@ def place_on(terrain: Terrain, near: FloatArray, far: FloatArray) -> FloatArray 
 
 
 def _first(corners: FloatArray, start: FloatArray, along: FloatArray) -> float:
-    """Return the smallest t >= 0 at which start + t along meets one of N triangles (N, 3, 3) m; inf for none."""
+    """Return the smallest t >= 0 at which start + t * along is on one of the triangles (N, 3, 3) m; inf for none."""
     a, first, second = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(along, second)
     determinant = np.einsum("ij,ij->i", first, normal)

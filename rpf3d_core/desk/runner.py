@@ -1,7 +1,6 @@
 """Read scenes, fly rocks and write reports in one thread, so that the server answers the page at the same time.
 
-The process stays warm: terrain, search structure and compiled loops are kept until the scene or one of its files
-changes.
+Terrain, search structure and compiled loops are kept in memory until the scene or one of its files changes.
 """
 
 import queue
@@ -30,29 +29,29 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 
 FIRST = 16
-"""Rocks after which the first results are shown."""
+"""Number of rocks after which the first results are shown."""
 QUIETEST = 0.4
-"""Shortest time (s) between two results that are shown, so that the browser keeps up; the last is always shown."""
+"""Shortest time (s) between two results that are shown, for slow browsers; the last result is always shown."""
 
 
 FOLDER = "rpf3d-desk-"
-"""Begin of the names of folders for results that are in no report."""
+"""First letters of the names of the temporary folders with results."""
 LATEST = 20.0
-"""Seconds that the end of the desk waits for rocks that are flying."""
+"""Longest time (s) that the desk waits for flying rocks when it ends."""
 
 
 class Written(NamedTuple):
-    """A scene as the user edits it: its text, and the file whose folder its paths are relative to."""
+    """A scene as the user edits it: its text and the path of its file. Paths in the text start at the file's folder."""
 
     text: str
     path: Path
 
 
 class Listener(NamedTuple):
-    """Functions that the thread calls, each from the thread.
+    """Functions that the thread calls to report; they run in this thread.
 
-    prepared : a scene is ready to fly; results : results so far, True if they are the last
-    report : the report was written to a path; refused : an error that the user can correct; busy : what is done now
+    prepared : a scene is ready to fly; results : results so far, and True if they are the last results of the run
+    report : the report was written to a path; refused : text of an error; busy : text on the present work, "" for none
     """
 
     prepared: Callable[[Written, Prepared], None]
@@ -63,7 +62,7 @@ class Listener(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A scene that is ready to fly, and the stamp of its files from before they were read."""
+    """A scene that is ready to fly. stamp : of its files, taken before they were read."""
 
     written: Written
     stamp: Stamp
@@ -71,7 +70,7 @@ class Ready(NamedTuple):
 
 
 class Runner:
-    """A thread that does one thing after another: prepare a scene, fly its rocks, write a report."""
+    """A thread that does its tasks one after another: prepare a scene, fly its rocks, write a report."""
 
     def __init__(self, listener: Listener) -> None:
         """Start the thread."""
@@ -89,36 +88,36 @@ class Runner:
         self._thread.start()
 
     def prepare(self, written: Written) -> None:
-        """Prepare a scene and compile its loops, so that its rocks fly at once.
+        """Request the preparation of a scene and the compilation of its loops, so that its rocks can fly without delay.
 
-        Scenes that were to be prepared before and have not begun are left out.
+        Earlier requests that have not started are dropped.
         """
         self._asked = number = next(self._numbers)
         self._tasks.put(lambda: self._prepare(written) if number == self._asked else None)
 
     def fly(self, written: Written) -> None:
-        """Fly the rocks of a scene, and show results as they come."""
+        """Request the flight of a scene's rocks; results are reported during the flight."""
         self._stop.clear()
         self._asked = next(self._numbers)
         self._tasks.put(lambda: self._fly(written))
 
     def write_report(self, written: Written, path: Path) -> None:
-        """Write the report of the rocks that have flown, if they are those of this scene."""
+        """Request the report of the last run; it is refused if the run was of another scene."""
         self._tasks.put(lambda: self._report(written, path))
 
     def stop_flying(self) -> None:
-        """Let no further rock fly; the rocks flown so far are a result."""
+        """Start no further rocks; the rocks flown so far are the result."""
         self._stop.set()
 
     def close(self) -> None:
-        """Stop the rocks, end the thread, and delete the results that were not written to a report."""
+        """Stop the rocks, end the thread, and delete the folder of results."""
         self._stop.set()
         self._tasks.put(None)
         self._thread.join(LATEST)
         self._forget()
 
     def _work(self) -> None:
-        """Do the tasks in their order until the end."""
+        """Do the tasks in order until `close`; report their errors to the listener."""
         while (task := self._tasks.get()) is not None:
             try:
                 task()
@@ -129,7 +128,7 @@ class Runner:
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> Ready:
-        """Return the prepared scene with the reference engine; the last one if it and its files are the same."""
+        """Return a scene prepared for the reference engine; the last one is used again if nothing has changed."""
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
             return kept
@@ -144,20 +143,23 @@ class Runner:
         return ready
 
     def _compile(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
-        """Compile the loops of a scene in another thread, instead of those of the last scene."""
+        """Start to compile the loops of a scene in another thread; cancel the compilation for the previous scene."""
         if self._compiled is not None:
             self._compiled.cancel()
         self._compiled = None if scene.engine == Reference.name else Compiling(scene, ground)
 
     def _ground_of(self, scene: Scene, stamp: Stamp) -> tuple[Terrain, FaultReport]:
-        """Return the terrain of a scene and its faults, read again only if terrain, zones or files have changed."""
+        """Return the terrain of a scene and its faults; read them only if terrain, zones or files have changed."""
         key = scene.terrain, scene.zones, stamp
         if self._ground is None or self._ground[0] != key:
             self._ground = key, read_terrain(scene)
         return self._ground[1]
 
     def _fly(self, written: Written) -> None:
-        """Fly the rocks of a scene into a folder of this process, with the compiled engine if it is compiled."""
+        """Fly the rocks of a scene and write their results to a temporary folder.
+
+        While the loops are being compiled, the reference engine flies some rocks for first results.
+        """
         ready = self._prepare(written)
         prepared = ready.prepared
         self._forget()
@@ -174,7 +176,7 @@ class Runner:
         self._listener.results(run, True)
 
     def _preview(self, prepared: Prepared, compiling: Compiling) -> None:
-        """Show the first rocks, flown by the reference engine: both engines give the same bits.
+        """Show the first rocks, flown by the reference engine, whose results are the same to the last bit.
 
         The preview ends early when the loops are compiled.
         """
@@ -191,7 +193,7 @@ class Runner:
             ))  # fmt: skip
 
     def _report(self, written: Written, path: Path) -> None:
-        """Write the report of the last run."""
+        """Write the report of the last run; refuse it if the scene or one of its files has changed since the run."""
         from rpf3d_core.report.report import write_report
         from rpf3d_core.results.folder import SUMMARY, write_findings
 
@@ -208,7 +210,7 @@ class Runner:
                 write_report(self._folder, part)
                 check_unchanged(scene, ready.stamp)
         except InputError:
-            summary.unlink()  # its digest may be that of other files
+            summary.unlink()  # its digest may be of changed files
             raise
         self._listener.report(path)
 
@@ -221,7 +223,7 @@ class Runner:
 
 
 def _not_too_often(show: Callable[[Run, bool], None]) -> Callable[[Run], None]:
-    """Return a function that shows a result unless the last one was shown less than QUIETEST seconds ago."""
+    """Return a function that shows a result, unless another was shown less than QUIETEST seconds ago."""
     last = -QUIETEST
 
     def shown(run: Run) -> None:

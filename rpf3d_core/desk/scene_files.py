@@ -1,4 +1,4 @@
-"""The files that a scene names, and whether they have changed since the desk read them."""
+"""Find the files that a scene names, and detect whether they have changed since the desk read them."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -9,23 +9,23 @@ from rpf3d_core.formats.meshes import companion_of
 from rpf3d_core.scene.model import Scene
 
 Stamp = tuple[tuple[str, int, int], ...]
-"""Path, size (bytes) and time of the last change (ns) of each file of a scene; -1 for a file that is not there."""
+"""Path, size (bytes) and time of the last change (ns) of each file of a scene; -1 and -1 if the file is missing."""
 
 
 def stamp_of(scene: Scene) -> Stamp:
-    """Return the stamp of the files of a scene: as long as it stays equal, no file has changed."""
+    """Return the stamp of the files of a scene; equal stamps mean that no file has changed."""
     return tuple((str(path), *_size_and_time(path)) for path in sorted(set(files_of(scene))))
 
 
 def check_unchanged(scene: Scene, stamp: Stamp) -> None:
-    """Raise an `InputError` that names the files that differ from a stamp of the same scene."""
+    """Raise an `InputError` that names the changed files if any file has changed since a stamp of the same scene."""
     changed = sorted({path for path, *_ in set(stamp_of(scene)) ^ set(stamp)})
     if changed:
         raise InputError(f"{', '.join(changed)}: changed since the rocks flew; press Run, then Report")
 
 
 def files_of(scene: Scene) -> Iterator[Path]:
-    """Yield all files that a scene names: terrain, zones, points, shapes, samples, your own models."""
+    """Yield all files that a scene names, such as terrain, zones, points, shapes, samples and own models."""
     for path in _paths_in(scene.model_dump(exclude={"path", "data_hint"})):
         yield path
         if (other := companion_of(path)) is not None:

@@ -1,6 +1,7 @@
-"""The scene that the user edits: its text, the texts before it, and where it is saved. Nothing else is kept.
+"""The state of the scene that the user edits: its text, its earlier texts, and its file.
 
-An edit that makes the text no valid scene is refused with the sentence of `rpf3d check`, and the text stays.
+An edit after which the text is not a valid scene is refused with the message of `rpf3d check`; the text then stays
+as it was.
 """
 
 from collections.abc import Callable
@@ -15,13 +16,13 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_text
 
 SUFFIX = "_desk"
-"""What the name of a scene file gets by default when it is saved, so that the file that was opened stays."""
+"""Suffix of the default name under which a scene is saved, so that the opened file is not replaced."""
 
 
 class SceneState(NamedTuple):
     """A scene that is edited.
 
-    path : its file; text : as edited; saved : as in the file; before : the texts before each edit
+    path : of its file; text : the edited text; saved : the text in the file; before : the text before each edit
     """
 
 
@@ -37,28 +38,28 @@ class SceneState(NamedTuple):
 
     @property
     def written(self) -> Written:
-        """The scene for the runner."""
+        """Text and path of the scene, for the runner."""
         return Written(text=self.text, path=self.path)
 
     @property
     def scene(self) -> Scene:
-        """The scene as values."""
+        """The scene that the text means, with all defaults."""
         return scene_of_text(self.text, self.path)
 
     @property
     def values(self) -> dict[str, Any]:
-        """The plain values of the text, by key."""
+        """The plain values that the text states, by key."""
         return dict(parse_yaml(self.text, self.path).values)
 
     @property
     def default_path(self) -> Path:
-        """Where the scene is saved by default: a new file next to the one that was opened."""
+        """The path where the scene is saved by default: a new file next to the opened file."""
         stem = self.path.stem if self.path.stem.endswith(SUFFIX) else f"{self.path.stem}{SUFFIX}"
         return self.path.with_name(f"{stem}.yaml")
 
     @property
     def report_path(self) -> Path:
-        """Where the report is written by default."""
+        """The path where the report is written by default."""
         return self.path.with_name(f"{self.path.stem}_report.html")
 
     def edited(self, edit: Callable[[str], str]) -> "SceneState":
@@ -79,7 +80,7 @@ class SceneState(NamedTuple):
 
 
 def opened(path: Path) -> SceneState:
-    """Return the state of a scene file that was just opened; errors are as in `read_scene`."""
+    """Return the state of a newly opened scene file; errors are as in `read_scene`."""
     path = path.resolve()
     read_scene(path)
     text = path.read_text(encoding="utf-8-sig")
@@ -87,14 +88,15 @@ def opened(path: Path) -> SceneState:
 
 
 def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
-    """Write the scene to a file, and return the state with that file.
+    """Write the scene to a file, and return the state with this file as its own.
 
     replace : True if the file may exist
 
     Raises
     ------
     InputError
-        The file exists or cannot be written, or files that the scene names are not found from its folder.
+        The file exists or cannot be written, or a file that the scene names by a relative path does not exist relative
+        to the folder of the new file.
     """
     path = path.resolve()
     if path.suffix.lower() not in (".yaml", ".yml"):
@@ -106,7 +108,7 @@ def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
 
 
 def shown_path(path: Path) -> str:
-    """Return a path as the user types it: from the folder where the desk was started, if it lies there."""
+    """Return a path as the user types it: relative to the folder where the desk was started, if it lies there."""
     try:
         return str(path.relative_to(Path.cwd()))
     except ValueError:

@@ -1,9 +1,8 @@
-"""Edit the text of a scene file, and keep its comments, its order of keys and the way its values are written.
+"""Edit the text of a scene file, and keep its comments, its order of keys and the form of its values.
 
-All functions take a text that `scene_of_text` accepts, and return a new text. The text is written again as a whole:
-long lines are not broken, lists are indented by two blanks, and blanks that align comments may change.
-
-An edit that would change another value is refused, such as one of a value that the file repeats with an anchor (&name).
+The functions expect a text that `scene_of_text` accepts, and return a new text. The whole text is written again: long
+lines are not broken, lists are indented by two blanks, and blanks that align comments may change.
+An edit that would also change another value is refused, for example if the value has an anchor (&name) and an alias.
 """
 
 import io
@@ -18,13 +17,13 @@ from rpf3d_core.formats.yaml import KeyPath, key_name, parse_yaml
 
 SOURCES, AREAS, MATERIALS = "sources", "areas_of_interest", "materials"
 MISSING = object()
-"""Stands for a value that is not there, when two trees of values are compared."""
+"""Placeholder for a missing value in a comparison of two trees of values."""
 LONGEST_LINE = 100_000
-"""Characters up to which a line stays one line."""
+"""Largest length of a line (characters), so that no line is broken."""
 
 
 def with_item(text: str, key: str, item: Mapping[str, Any]) -> str:
-    """Return the text with one more item at the end of a list of the scene, such as a source in SOURCES."""
+    """Return the text with one more item at the end of a list of the scene; key : of the list, such as SOURCES."""
 
     def edit(scene: Any) -> None:
         if scene.get(key) is None:
@@ -35,7 +34,7 @@ def with_item(text: str, key: str, item: Mapping[str, Any]) -> str:
 
 
 def without_item(text: str, key: str, name: str) -> str:
-    """Return the text without the item of a name in a list of the scene; the whole key if the list is then empty.
+    """Return the text without the named item of a list of the scene; if the list is then empty, without the list's key.
 
     Raises
     ------
@@ -58,9 +57,9 @@ def without_item(text: str, key: str, name: str) -> str:
 
 
 def with_value(text: str, path: Sequence[str], value: Any) -> str:
-    """Return the text with another value at a path of keys, such as ("materials", "rock", "friction_angle_deg").
+    """Return the text with a new value at a path of keys, such as ("materials", "rock", "friction_angle_deg").
 
-    Mappings on the path that are missing are added.
+    Missing mappings on the path are added.
     """
 
     def edit(scene: Any) -> None:
@@ -75,7 +74,10 @@ def with_value(text: str, path: Sequence[str], value: Any) -> str:
 
 
 def without_value(text: str, path: Sequence[str]) -> str:
-    """Return the text of a scene without a key, so that the key has its default; unchanged if the key is not there."""
+    """Return the text without a key, whose default is then used; return the same text if the key is missing.
+
+    path : keys that lead to the key
+    """
 
     def parent(scene: Any) -> Any:
         for key in path[:-1]:
@@ -88,17 +90,19 @@ def without_value(text: str, path: Sequence[str]) -> str:
 
 
 def free_name(taken: Sequence[str], stem: str) -> str:
-    """Return the first of stem_1, stem_2, ... that is not taken."""
+    """Return the first of the names stem_1, stem_2, ... that is not in `taken`."""
     return next(name for n in range(1, len(taken) + 2) if (name := f"{stem}_{n}") not in taken)
 
 
 def _edited(text: str, edit: Callable[[Any], object]) -> str:
-    """Return the text after an edit of its values, which is made to the text and, as a check, to the plain values.
+    """Return the text after an edit, which is also applied to the plain values to check that nothing else changes.
+
+    edit : function that changes a tree of values
 
     Raises
     ------
     InputError
-        The edit is refused, or it would change other values, too.
+        The edit is refused, or it would also change other values.
     """
     yaml, scene = _read(text)
     wanted = _values_of(text)
@@ -115,19 +119,22 @@ def _edited(text: str, edit: Callable[[Any], object]) -> str:
 
 
 def _values_of(text: str) -> Any:
-    """Return the plain values of a scene's text, in which each alias is a copy."""
+    """Return the plain values of a scene's text; each alias becomes a copy of its value."""
     return _plain(parse_yaml(text, Path("scene.yaml")).values)
 
 
 def _plain(value: Any) -> Any:
-    """Return values as dicts and lists without style."""
+    """Return a tree of values as plain dicts and lists."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def _first_difference(one: Any, other: Any, path: KeyPath) -> KeyPath | None:
-    """Return the key path of the first value in which two trees of values differ; None if they are equal."""
+    """Return the key path of the first value that differs between two trees of values; None if the trees are equal.
+
+    path : key path of the two trees
+    """
     if isinstance(one, dict) and isinstance(other, dict):
         items = [(key, one.get(key, MISSING), other.get(key, MISSING)) for key in {**one, **other}]
     elif isinstance(one, list) and isinstance(other, list):
@@ -139,7 +146,7 @@ def _first_difference(one: Any, other: Any, path: KeyPath) -> KeyPath | None:
 
 
 def _read(text: str) -> tuple[Any, Any]:
-    """Return a reader that keeps comments, and the scene as it reads it."""
+    """Return a YAML reader that keeps comments, and the tree of values that it reads from a text."""
     yaml = library_of("desk", "ruamel.yaml", "the desk needs").YAML()
     yaml.preserve_quotes = True
     yaml.width = LONGEST_LINE
@@ -154,7 +161,7 @@ def _written(yaml: Any, scene: Any) -> str:
 
 
 def _as_written(value: Any) -> Any:
-    """Return plain values with the style in which they are written: lists of numbers and small mappings on one line."""
+    """Return plain values with the YAML style to write them: lists of numbers and flat mappings are on one line."""
     comments = library_of("desk", "ruamel.yaml.comments", "the desk needs")
     if isinstance(value, Mapping):
         found = comments.CommentedMap((key, _as_written(item)) for key, item in value.items())

@@ -1,8 +1,8 @@
-"""Serve the desk to browsers on this machine: bound to the loopback address, with a token, and a content policy.
+"""Serve the desk to browsers on this machine only: with the loopback address, a token and a content policy.
 
-A request must name this server as its host, and its path begins with the token. So neither other users of the machine
-nor pages of other sites reach the desk. There is no cookie, because browsers send the cookies of 127.0.0.1 to the
-servers of all ports. The content policy lets the page send no request to another machine.
+A request must name this server as its host, and its path must begin with the token. So neither other users of the
+machine nor pages of other sites can reach the desk. The token is not in a cookie, because browsers send the cookies of
+127.0.0.1 to the servers of all ports. The content policy forbids the page to send requests to another machine.
 """
 
 import errno
@@ -29,7 +29,7 @@ OPENING = """\
 <title>rpf3d desk</title>
 <a href="{address}">rpf3d desk</a>
 """
-"""A page that leads to the address of the desk."""
+"""A page that forwards the browser to the address of the desk."""
 HEADERS = {
     "Content-Security-Policy": "; ".join([
         "default-src 'none'",
@@ -53,7 +53,7 @@ REFUSED = "This address needs the token that `rpf3d desk` printed: open the whol
 
 
 class Request(NamedTuple):
-    """The parts of a request that show who sends it; host, origin : headers, None if missing; path : decoded."""
+    """The parts of a request that show its sender; host, origin : headers, None if missing; path : decoded."""
 
     host: str | None
     origin: str | None
@@ -61,14 +61,14 @@ class Request(NamedTuple):
 
 
 class Gate(NamedTuple):
-    """Decides which requests are answered; port : of the server; token : random."""
+    """Decides which requests are answered; port : of the server; token : random text that each path must begin with."""
 
     port: int
     token: str
 
     @property
     def host(self) -> str:
-        """Address and port, as browsers name them."""
+        """Address and port, as in the header `Host` of a browser's request."""
         return f"{LOOPBACK}:{self.port}"
 
     @property
@@ -77,7 +77,7 @@ class Gate(NamedTuple):
         return f"http://{self.host}/{self.token}/"
 
     def admitted(self, request: Request) -> str | None:
-        """Return the path of a request behind the token; None if no page of this server, nor its user, sends it."""
+        """Return the path of a request without the token; None to refuse the request (wrong host, origin or token)."""
         if request.host != self.host or request.origin not in (None, f"http://{self.host}"):
             return None
         token, _, path = request.path.removeprefix("/").partition("/")
@@ -105,11 +105,11 @@ def new_gate(port: int) -> Gate:
 
 
 def serve(server: Any, gate: Gate, ready: Callable[[], None]) -> None:
-    """Run a server of trame until Ctrl-C; ready : called when browsers can connect."""
-    # trame reads options from the command line and from these variables; only those named here hold.
+    """Run a trame server until Ctrl-C; ready : function that is called when browsers can connect."""
+    # trame reads options from the command line and from these variables; here they are set to fixed values.
     os.environ["TRAME_ARGS"] = f"--host {LOOPBACK} --port {gate.port} --timeout 0 --server"
     os.environ["WSLINK_READY_MSG"] = ""
-    os.environ["WSLINK_WS_COMPRESS"] = "0"  # compression takes longer than sending, on one machine
+    os.environ["WSLINK_WS_COMPRESS"] = "0"  # on one machine, compression takes longer than sending
     os.environ.pop("WSLINK_HTTP_HEADERS", None)
     server.controller.on_server_bind.add(lambda web, **_: web.app.middlewares.append(guard(gate)))
     server.controller.on_server_ready.add(lambda **_: ready())
@@ -120,11 +120,11 @@ def serve(server: Any, gate: Gate, ready: Callable[[], None]) -> None:
 
 
 def guard(gate: Gate) -> Any:
-    """Return the middleware of aiohttp that refuses requests, takes the token off their paths, and adds headers."""
+    """Return aiohttp middleware that refuses requests, removes the token from paths, and adds headers to answers."""
     web = library_of("desk", "aiohttp.web", "the desk needs")
 
     @web.middleware  # type: ignore[untyped-decorator]
-    async def guarded(request: Any, handler: Any) -> Any:  # the path leads to another handler
+    async def guarded(request: Any, handler: Any) -> Any:  # `handler` is that of the path with the token
         asked = Request(host=request.headers.get("Host"), origin=request.headers.get("Origin"), path=request.path)
         path = gate.admitted(asked)
         if path is None:
@@ -143,7 +143,7 @@ def guard(gate: Gate) -> Any:
 
 
 async def _answer(request: Any, path: str) -> Any:
-    """Return the answer of a server of aiohttp to a request, as if its path were another one."""
+    """Return the answer of an aiohttp server to a request, with another path in place of the request's own."""
     inner = request.clone(rel_url=request.rel_url.with_path(path).with_query(request.rel_url.query))
     route = await request.app.router.resolve(inner)
     route.add_app(request.app)
@@ -154,9 +154,9 @@ async def _answer(request: Any, path: str) -> Any:
 
 @contextmanager
 def opening_page(address: str) -> Iterator[str]:
-    """Give the address of a page in a private folder that leads to an address, and delete the page at the end.
+    """Yield the address of a file in a private folder that forwards a browser to an address; delete it at the end.
 
-    All users of the machine see the arguments of the browser's process, so the token must not be among them.
+    All users of the machine can see the arguments of the browser's process, so the token must not be one of them.
     """
     with tempfile.TemporaryDirectory(prefix="rpf3d-desk-open-") as folder:  # only its owner may enter it
         page = Path(folder) / "open.html"
@@ -167,11 +167,11 @@ def opening_page(address: str) -> Iterator[str]:
 def open_browser(address: str) -> None:
     """Open an address in the user's browser, if there is one.
 
-    A thread opens the address, because a browser in the terminal returns only at its end.
+    It is opened in a thread, because a browser in the terminal blocks its caller until it ends.
     """
     threading.Thread(target=_open, args=(address,), name="browser", daemon=True).start()
 
 
 def _open(address: str) -> None:
-    with suppress(webbrowser.Error):  # the address is on the screen
+    with suppress(webbrowser.Error):  # the user can read the address on the screen
         webbrowser.open(address)

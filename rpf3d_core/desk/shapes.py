@@ -1,4 +1,4 @@
-"""What the view draws of a scene and of a run, as arrays: terrain, paths, hazard maps, places of releases, outlines."""
+"""Compute the arrays that the view of the desk draws: terrain, paths, hazard maps, releases and outlines."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -26,9 +26,9 @@ RAMP = np.array([[255, 255, 178], [254, 204, 92], [253, 141, 60], [240, 59, 32],
 """Colours of a hazard map from 0 to its largest value: YlOrRd of ColorBrewer."""
 
 NEARBY = 100.0
-"""Least distance (m) around sources within which lower ground is looked for."""
+"""Smallest distance (m) around sources in which lower ground is searched."""
 MARKS_RAISED = 0.001
-"""Height of marks above the terrain, as a share (-) of its extent."""
+"""Height of marks above the terrain, as a share (-) of the terrain's extent."""
 MOST_MARKS = 500
 """Largest number of release points that are marked."""
 
@@ -36,7 +36,7 @@ Colours = NDArray[np.uint8]
 
 
 class Mesh(NamedTuple):
-    """Triangles to draw; vertices : (V, 3) m, local frame; triangles : (F, 3); colours : (F, 3) of each triangle."""
+    """Triangles to draw; vertices : (V, 3) m, local frame; triangles : (F, 3); colours : (F, 3) red, green, blue."""
 
     vertices: FloatArray
     triangles: NDArray[np.int32]
@@ -44,7 +44,7 @@ class Mesh(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Polylines to draw; points : (P, 3) m; starts : (N + 1,) first point of each of N lines, and their number."""
+    """N polylines to draw; points : (P, 3) m, local frame; starts : (N + 1,) first point of each line, and P."""
 
     points: FloatArray
     starts: NDArray[np.int64]
@@ -56,7 +56,7 @@ NO_LINES = Lines(points=np.empty((0, 3)), starts=np.zeros(1, dtype=np.int64))
 class DrapedMap(NamedTuple):
     """A hazard map over the terrain.
 
-    title, unit : in words; largest : value of the last colour; mesh : None if no cell has a value
+    title, unit : for the legend; largest : value of the last colour, in `unit`; mesh : None if no cell has a value
     """
 
 
@@ -67,7 +67,7 @@ class DrapedMap(NamedTuple):
 
 
 def ground_seen(terrain: Terrain) -> Seen:
-    """Return the terrain with at most about MOST_TRIANGLES triangles, because browsers turn more only with a jerk."""
+    """Return the terrain with at most about MOST_TRIANGLES triangles, which browsers can turn smoothly."""
     number = len(terrain.triangles)
     vertices, triangles = terrain.vertices, terrain.triangles
     if number > MOST_TRIANGLES:
@@ -76,7 +76,7 @@ def ground_seen(terrain: Terrain) -> Seen:
 
 
 def ground_mesh(seen: Seen) -> Mesh:
-    """Return the terrain with shade from a light in the north-west, as on maps."""
+    """Return the triangles of the terrain in colours that are shaded by a light in the north-west, as on maps."""
     shade = np.clip(0.5 + 0.5 * (unit_normals(seen.vertices, seen.triangles) @ LIGHT), 0.0, 1.0)[:, None]
     colours = (DARK + shade * (LIGHT_COLOUR - DARK)).astype(np.uint8)
     return Mesh(vertices=seen.vertices, triangles=seen.triangles, colours=colours)
@@ -110,14 +110,14 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
 
 
 def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:
-    """Return the values (C,) of all map cells as a map, NaN where there is none or 0."""
+    """Return the values (C,) of all map cells as a grid; NaN in cells whose value is unknown or 0."""
     raster = maps.raster
     values = np.where(laid_out > 0.0, laid_out, np.nan).reshape(raster.ny, raster.nx)
     return HazardGrid(values=values, x=raster.x, y=raster.y, dx=raster.cell, dy=raster.cell)
 
 
 def _near(seen: Seen, grid: HazardGrid) -> Seen:
-    """Return the part of the terrain around the cells with a value; a map is raised by a share of this extent."""
+    """Return the part of the terrain around the cells with a value; a map is raised by a share of its extent."""
     rows, columns = np.nonzero(~np.isnan(grid.values))
     low = np.array([grid.x + grid.dx * (columns.min() - 1), grid.y + grid.dy * (rows.min() - 1)])
     high = np.array([grid.x + grid.dx * (columns.max() + 2), grid.y + grid.dy * (rows.max() + 2)])
@@ -128,9 +128,9 @@ def _near(seen: Seen, grid: HazardGrid) -> Seen:
 
 
 def downhill(seen: Seen, places: FloatArray) -> FloatArray:
-    """Return the unit vector (2,) in plan from places (N, 3) m to lower ground around them, south if there is none.
+    """Return the unit vector (2,) in plan from places (N, 3) m to the lower ground around them; south if there is none.
 
-    Ground counts up to three times as far away as the places reach, and at least NEARBY.
+    Ground counts within three times the extent of the places, and at least within NEARBY.
     """
     middle = places.mean(axis=0)
     reach = max(NEARBY, 3.0 * float(np.ptp(places[:, :2], axis=0).max()))
@@ -148,9 +148,9 @@ def ramp_colours(shares: FloatArray) -> Colours:
 
 
 def release_lines(sources: Sequence[Source], seen: Seen) -> tuple[FloatArray, Lines]:
-    """Return points (N, 3) m of sources to mark, at most MOST_MARKS, and their lines.
+    """Return the points (N, 3) m of sources to mark, at most MOST_MARKS, and the lines of line sources.
 
-    Areas are marked by middles of their triangles.
+    Area sources are marked at the middles of their triangles.
     """
     points, parts = [np.empty((0, 3))], list[FloatArray]()
     for source in sources:
@@ -166,7 +166,7 @@ def release_lines(sources: Sequence[Source], seen: Seen) -> tuple[FloatArray, Li
 
 
 def lines_of(parts: Sequence[FloatArray]) -> Lines:
-    """Return polylines from their points (N, 3) m each."""
+    """Return polylines, given the points (N, 3) m of each."""
     if not parts:
         return NO_LINES
     starts = np.concatenate([[0], np.cumsum([len(part) for part in parts])]).astype(np.int64)
@@ -174,7 +174,7 @@ def lines_of(parts: Sequence[FloatArray]) -> Lines:
 
 
 def outline_lines(seen: Seen, rings: Sequence[FloatArray], step: float) -> Lines:
-    """Return outlines in plan, rings (N, 2) m, laid on the terrain; step : longest distance (m) between two points."""
+    """Return outlines in plan, rings (N, 2) m, as lines on the terrain; step : longest distance (m) between points."""
     return lines_of([on_ground(seen, _refined(ring, step)) for ring in rings])
 
 
@@ -189,7 +189,7 @@ def _refined(ring: FloatArray, step: float) -> FloatArray:
 
 
 def on_ground(seen: Seen, points: FloatArray) -> FloatArray:
-    """Return points (N, 3) m just above the nearest vertex in plan, so that marks are seen on the terrain."""
+    """Return points (N, 3) m moved to just above the height of the nearest vertex in plan, so that they can be seen."""
     found, plan = points.copy(), seen.vertices[:, :2]
     raised = MARKS_RAISED * float(np.ptp(plan, axis=0).max())
     for row, point in enumerate(points):

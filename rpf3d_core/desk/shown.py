@@ -1,4 +1,4 @@
-"""What the view shows of the scene and of the last results, and the arrays that this needs."""
+"""Show the scene and the last results in the view of the desk."""
 
 from typing import Any, NamedTuple
 
@@ -28,11 +28,11 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 LEAST_SEEN = 60.0
-"""Smallest extent (m) of what the camera looks at around sources."""
+"""Smallest extent (m) of the surroundings of sources at which the camera looks."""
 
 
 class RunShown(NamedTuple):
-    """What the view shows of results: paths, and the hazard maps by kind."""
+    """The results in the view: paths, and the hazard maps by kind (REACH, ENERGY)."""
 
     paths: Lines
     maps: dict[str, DrapedMap]
@@ -42,10 +42,10 @@ NO_RUN = RunShown(paths=NO_LINES, maps={})
 
 
 class SceneView:
-    """The window, and what it shows; only the thread of the server calls what changes it."""
+    """The window and its content; only the server's thread may call methods that change them."""
 
     def __init__(self) -> None:
-        """Show nothing."""
+        """Make an empty window."""
         self.window = Window()
         self.terrain: Terrain | None = None
         self._seen: Seen | None = None
@@ -53,7 +53,7 @@ class SceneView:
         self._run = NO_RUN
 
     def show_scene(self, prepared: Prepared) -> bool:
-        """Show terrain, sources and areas of a scene, without results; return True if the terrain is another one."""
+        """Show terrain, sources and areas of a scene, without results; return True if the terrain has changed."""
         new = self._seen is None or self.terrain is not prepared.terrain
         if self._seen is None or new:
             self.terrain, self._seen = prepared.terrain, ground_seen(prepared.terrain)
@@ -71,14 +71,14 @@ class SceneView:
         return new
 
     def laid_out(self, run: Run) -> RunShown:
-        """Return what to show of results so far; any thread may call it."""
+        """Return the paths and hazard maps of the results so far, as `show_run` needs them; any thread may call it."""
         if self._seen is None:
             return NO_RUN
         maps = {kind: hazard_map(self._seen, run.maps, kind) for kind in (REACH, ENERGY)}
         return RunShown(paths=path_lines(run), maps=maps)
 
     def show_run(self, run: RunShown) -> None:
-        """Show the paths of results; `drape` shows a map of them."""
+        """Show the paths of results, and store the results for `drape`, which shows a hazard map."""
         self._run = run
         self.window.show_lines(PATHS, run.paths, THIN)
 
@@ -96,7 +96,7 @@ class SceneView:
         self.window.show_points(DRAWN, np.array(drawing.points).reshape(-1, 3))
 
     def look(self, where: str) -> None:
-        """Turn the camera to "sources", or to "all" of the terrain."""
+        """Turn the camera to the sources or the whole terrain; where : "sources" or "all"."""
         if self.terrain is None or self._seen is None:
             return
         if where == "sources" and len(self._releases):
@@ -104,7 +104,7 @@ class SceneView:
             extent = float(np.ptp(self._releases, axis=0).max())
             half = 0.5 * min(max(LEAST_SEEN, 2.0 * extent), float(np.ptp(self.terrain.vertices, axis=0).max()))
             side = downhill(self._seen, self._releases)
-            middle = middle + 0.5 * half * np.array([*side, -1.0])  # rocks fall out of the view otherwise
+            middle = middle + 0.5 * half * np.array([*side, -1.0])  # else rocks would fall out of the view
             self.window.look_at(np.stack([middle - half, middle + half]), side)
         else:
             self.window.look_at(self.terrain.vertices)

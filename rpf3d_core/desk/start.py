@@ -1,4 +1,4 @@
-"""Start the desk: check what it needs, serve it until Ctrl-C, and leave nothing behind."""
+"""Start the desk: check its libraries, serve it until Ctrl-C, and delete its temporary files."""
 
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -15,7 +15,7 @@ def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], 
     """Serve the desk until it is interrupted.
 
     scene : file to open, or None; port : 0 for any free port; browser : True to open the user's browser
-    say : prints a line for the user
+    say : function that prints a text for the user
 
     Raises
     ------
@@ -24,7 +24,7 @@ def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], 
     """
     for module in LIBRARIES:
         library_of("desk", module, "the desk needs")
-    from rpf3d_core.desk.app import Desk  # needs the libraries
+    from rpf3d_core.desk.app import Desk  # it needs the libraries
 
     gate = new_gate(port)
     desk = Desk()

@@ -1,4 +1,4 @@
-"""The tables of the desk as plain values for the page: benches with both intervals, sources, areas, materials."""
+"""Make the tables of the desk as plain values for the page: bench table, sources, areas and materials."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ from rpf3d_core.scene.releases import PLACES
 
 
 def bench_section(run: Run) -> dict[str, Any]:
-    """Return the bench table of the rocks flown so far, as the screen of `rpf3d run` shows it.
+    """Return the bench table of the rocks flown so far, in the form that `rpf3d run` prints.
 
-    The wider interval stands first. `header` : words; `rows` : words; `notes` : sentences below the table.
+    The keys are `header` (texts), `rows` (lists of texts) and `notes` (sentences below the table).
     """
     benches = bench_table(run.terrain, run.maps)
     more = left_out(benches)
@@ -23,7 +23,7 @@ def bench_section(run: Run) -> dict[str, Any]:
 
 
 def progress_words(run: Run, last: bool = True) -> str:
-    """Return how many of the planned rocks have flown, in words; last : False while further rocks fly."""
+    """Return the numbers of rocks flown and planned, and of impacts, as text; last : False while further rocks fly."""
     totals = run.totals
     partial = run.planned > totals.rocks
     planned = f" of {run.planned:,}" if partial else ""
@@ -33,12 +33,12 @@ def progress_words(run: Run, last: bool = True) -> str:
 
 
 def run_notes(run: Run) -> list[str]:
-    """Return the warnings that the screen of `rpf3d run` shows, and where its answer is surer than it may be."""
+    """Return the warnings that `rpf3d run` prints, and the sentences on where the answer looks surer than it is."""
     return [*warnings_of_run(run), *(f"surer than it may be: {why}" for why in surer_than_it_may_be(run))]
 
 
 def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
-    """Return the lists of the page on a scene; values : the plain values of its file."""
+    """Return the lists of sources, areas and materials of a scene for the page; values : plain values of its file."""
     return {
         "sources": [{"name": each.name, "rocks": each.rocks, "kind": _kind(each)} for each in scene.sources],
         "areas": [{"name": area.name} for area in scene.areas_of_interest],
@@ -51,7 +51,7 @@ def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _kind(source: Any) -> str:
-    """Return what the rocks of a source start from, in words."""
+    """Return the kind of place that the rocks of a source start from, as text."""
     if source.points is not None:
         return f"{len(source.points)} points"
     return next(kind for kind in PLACES if getattr(source, kind) is not None)

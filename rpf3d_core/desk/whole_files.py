@@ -1,4 +1,4 @@
-"""Write files completely or not at all, where the user says."""
+"""Write files completely or not at all, at paths that the user chooses."""
 
 import os
 import tempfile
@@ -10,14 +10,14 @@ from rpf3d_core.errors import InputError
 
 
 def _mask() -> int:
-    """Return the mask of permissions of new files."""
+    """Return the permission mask (umask) for new files."""
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
 MASK = _mask()
-"""The mask of permissions, read once: while it is read, another thread would create files that all may write."""
+"""The permission mask. It is read only once, because while it is read, files of other threads are writable by all."""
 
 
 def check_target(path: Path, replace: bool) -> None:
@@ -30,7 +30,7 @@ def check_target(path: Path, replace: bool) -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give the path of a file to write, which becomes the file at `path` at the end; after an error, nothing changes.
+    """Yield the path of a temporary file to write, which is moved to `path` at the end; after an error it is deleted.
 
     Raises
     ------
@@ -52,6 +52,6 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text file completely, or leave what was there; `InputError` if it cannot be written."""
+    """Write a text file completely; raise an `InputError` and keep an existing file if it cannot be written."""
     with whole_file(path) as part:
         part.write_text(text, encoding="utf-8")

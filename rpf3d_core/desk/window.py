@@ -1,4 +1,4 @@
-"""The window of VTK whose content trame sends to the browser, where vtk.js draws it; nothing is drawn here."""
+"""The VTK window whose content trame sends to the browser, where vtk.js draws it; this process draws nothing."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ from rpf3d_core.terrain.frame import FloatArray
 NAMES = GROUND, MAP, PATHS, RELEASES, CRESTS, AREAS, DRAWN = (
     "ground", "map", "paths", "releases", "crests", "areas", "drawn",
 )  # fmt: skip
-"""Names of the things that the window shows."""
+"""Names of the parts that the window shows; DRAWN is the drawing of the user."""
 COLOURS = {
     PATHS: (0.06, 0.13, 0.25), RELEASES: (0.70, 0.0, 0.48), CRESTS: (0.70, 0.0, 0.48), AREAS: (0.0, 0.35, 0.75),
     DRAWN: (0.0, 0.55, 0.1),
@@ -25,18 +25,18 @@ COLOURS = {
 POINT_SIZE, LINE_WIDTH, THIN = 9.0, 3.0, 1.2
 SOUTH = np.array([0.0, -1.0])
 DISTANCE, LEVEL, RAISED = 1.6, 0.8, 0.6
-"""Distance of the eye from what is looked at, in extents of it, and its parts in plan and upwards."""
+"""Distance of the eye from the viewed points, as a multiple of their extent; its parts in plan and upwards (-)."""
 
 
 class Window:
-    """The content of the view, by name.
+    """The content of the view, with a VTK actor for each name of NAMES.
 
-    Each name keeps its objects of VTK: trame-vtk identifies objects by their addresses, and a new object may get the
-    address of one that was deleted. The browser would then draw new triangles in old colours.
+    The actors are never replaced: trame-vtk identifies objects by their addresses, and a new object may get the address
+    of a deleted one. The browser would then draw new triangles in old colours.
     """
 
     def __init__(self) -> None:
-        """Make a window that shows nothing; a generic window needs no display."""
+        """Make an empty window; a generic VTK window needs no display."""
         self.render_window: Any = vtkGenericOpenGLRenderWindow()
         self.renderer: Any = vtkRenderer()
         self.renderer.SetBackground(1.0, 1.0, 1.0)
@@ -44,7 +44,7 @@ class Window:
         self._actors = {name: self._hidden(name) for name in NAMES}
 
     def show_mesh(self, name: str, mesh: Mesh | None) -> None:
-        """Show triangles in their own colours; None for nothing."""
+        """Show the triangles of a mesh in their own colours under a name of NAMES; None hides this part."""
         data = self._data(name, mesh is not None)
         if mesh is None:
             return
@@ -55,7 +55,7 @@ class Window:
         data.GetCellData().SetScalars(colours)
 
     def show_lines(self, name: str, lines: Lines, width: float = LINE_WIDTH) -> None:
-        """Show polylines; width : pixels."""
+        """Show polylines under a name of NAMES; width : pixels."""
         data = self._data(name, len(lines.points) > 0)
         if len(lines.points):
             data.SetPoints(_points(lines.points))
@@ -63,7 +63,7 @@ class Window:
             self._actors[name].GetProperty().SetLineWidth(width)
 
     def show_points(self, name: str, points: FloatArray) -> None:
-        """Show points (N, 3) m, joined by a line if they are being drawn."""
+        """Show points (N, 3) m under a name of NAMES; those of DRAWN are joined by a line."""
         data = self._data(name, len(points) > 0)
         if not len(points):
             return
@@ -73,7 +73,9 @@ class Window:
             data.SetLines(_cells(np.array([0, len(points)]), np.arange(len(points))))
 
     def look_at(self, points: FloatArray, side: FloatArray = SOUTH) -> None:
-        """Turn the camera so that points (N, 3) m fill the view; side : (2,) unit vector in plan from them to the eye.
+        """Turn the camera so that points (N, 3) m fill the view.
+
+        side : (2,) unit vector in plan from the points to the eye
         """
         low, high = points.min(axis=0), points.max(axis=0)
         middle, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 1.0)
@@ -83,12 +85,12 @@ class Window:
         camera.SetViewUp(0.0, 0.0, 1.0)
 
     def _data(self, name: str, shown: bool) -> Any:
-        """Return the data of a name, to be filled, and show or hide it."""
+        """Show or hide the part with a name, and return its VTK data, to be filled."""
         self._actors[name].SetVisibility(shown)
         return self._actors[name].GetMapper().GetInput()
 
     def _hidden(self, name: str) -> Any:
-        """Return what draws the data of a name, in its colour or in the colours of its triangles; hidden at first."""
+        """Return a hidden actor for the part with a name, in its colour of COLOURS or in the colours of its mesh."""
         mapper, actor = vtkPolyDataMapper(), vtkActor()
         mapper.SetInputData(vtkPolyData())
         actor.SetMapper(mapper)
@@ -114,7 +116,7 @@ def _points(points: FloatArray) -> Any:
 
 
 def _cells(starts: NDArray[Any], corners: NDArray[Any]) -> Any:
-    """Return cells of VTK; starts : (N + 1,) first corner of each cell; corners : (K,) numbers of points."""
+    """Return a VTK cell array; starts : (N + 1,) first corner of each cell, and K; corners : (K,) numbers of points."""
     cells = vtkCellArray()
     cells.SetData(
         numpy_to_vtkIdTypeArray(starts.astype(np.int64), deep=True),

@@ -23,7 +23,7 @@ Arrays = dict[str, Any]
 
 
 def read_apart(path: Path, reader: str, *options: str) -> Arrays:
-    """Return the arrays of a file that a separate process reads, so that a crash of a library does no harm.
+    """Read a file in a separate process, so that a crash of a library does not end this process; return its arrays.
 
     reader : module and function, as `rpf3d_core.formats.vtk_files:read_here`; the function takes the path and the
     options, and returns arrays by name
@@ -31,7 +31,7 @@ def read_apart(path: Path, reader: str, *options: str) -> Arrays:
     Raises
     ------
     TerrainError
-        If the file is refused, or the process crashes or exceeds its limits on the file.
+        The file is refused, or the separate process crashes or exceeds its limits of memory or time.
     """
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "arrays.npz"
@@ -52,7 +52,7 @@ def read_apart(path: Path, reader: str, *options: str) -> Arrays:
 
 
 def reader_named(name: str) -> Callable[..., Arrays]:
-    """Return the function with a name such as `rpf3d_core.formats.vtk_files:read_here`."""
+    """Return the function that a text such as `rpf3d_core.formats.vtk_files:read_here` names."""
     module, _, function = name.partition(":")
     found: Callable[..., Arrays] = getattr(importlib.import_module(module), function)
     return found

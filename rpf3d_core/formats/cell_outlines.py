@@ -1,4 +1,4 @@
-"""Find the outlines of areas of a grid in which all cells have the same number, to write them as polygons."""
+"""Find the outlines of grid cells with the same number, and write them as polygons."""
 
 import json
 from collections import defaultdict
@@ -13,11 +13,14 @@ from rasterio.features import shapes
 CELLS_THAT_TOUCH = 4
 """Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
 CELLS_AROUND = 8
-"""Cells of a hole may also share only a corner (rasterio's connectivity 8), because no square there has ground."""
+"""Cells of a gap may also share only a corner (rasterio's connectivity 8): there is no ground at that corner."""
 
 
 def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:
-    """Return the polygons around the cells (H, W) of each number except 0, as rings in plan coordinates (m)."""
+    """Return the polygons around the cells of each number except 0, as rings in plan coordinates (m), by number.
+
+    numbers : (H, W) number of each cell; transform : from columns and rows to plan coordinates
+    """
     rings: dict[int, list[Any]] = defaultdict(list)
     there = numbers != 0
     for geometry, number in shapes(numbers, mask=there, connectivity=CELLS_THAT_TOUCH, transform=transform):
@@ -32,9 +35,9 @@ def write_outlines(path: Path, rings: list[Any]) -> None:
 
 
 def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return row and column of a cell without value inside a grid, so that messages can name a gap; None without gaps.
+    """Return row and column of a cell in a gap inside a grid, to name the gap in a message; None without gaps.
 
-    Cells without value that reach the boundary of the grid are not a gap.
+    A gap is a group of cells without value that does not reach the boundary of the grid.
 
     missing : (H, W) True where a cell has no value
     """

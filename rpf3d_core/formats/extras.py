@@ -9,12 +9,13 @@ from rpf3d_core.errors import InputError
 def library_of(extra: str, module: str, user: str, fault: type[InputError] = InputError) -> Any:
     """Return a module of a library that an extra installs, such as "plotly.graph_objects".
 
-    user : what needs the library, as the subject of a sentence with its verb, such as "a report needs"
+    user : begin of the message, which says what needs the library, such as "a report needs"
+    fault : class of the error to raise
 
     Raises
     ------
     InputError
-        Or the given `fault`: the library is not installed; the message states how to install it.
+        Or `fault`, if given: the library is not installed; the message states how to install it.
     """
     try:
         return importlib.import_module(module)

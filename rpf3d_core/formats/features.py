@@ -16,7 +16,7 @@ FEATURE_EXTENSIONS = (".geojson", ".json", ".gpkg", ".shp", ".dxf", ".str")
 def features_of(path: Path, family: str) -> Any:
     """Return the geometries of a file as the content of a GeoJSON file.
 
-    family : "polygon", "line" or "point", what the scene needs
+    family : kind of geometry that the scene needs: "polygon", "line" or "point"
 
     Raises
     ------
@@ -70,7 +70,10 @@ def _strings(path: Path, family: str) -> list[dict[str, Any]]:
 
 
 def _line(path: Path, points: list[list[float]], closed: bool, family: str, where: str) -> dict[str, Any]:
-    """Return a line as a GeoJSON line in plan, or as a polygon if polygons are needed."""
+    """Return a line as a GeoJSON line in plan, or as a polygon if polygons are needed.
+
+    points : (N, 2 or 3) m; family : as in `features_of`; where : the place of the line in the file, for messages
+    """
     plan = [point[:2] for point in points]
     if closed and plan and plan[0] != plan[-1]:
         plan.append(plan[0])

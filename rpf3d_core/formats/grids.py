@@ -45,16 +45,17 @@ def read_dem(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        If the file is not a raster, is truncated, or is in degrees.
+        The file is not a raster, is truncated, or is in degrees.
     """
     return _surface(*read_grid(path))
 
 
 def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
-    """Return the numbers (H, W) of a grid in the unit of the file, and how its columns and rows map to x, y.
+    """Return the numbers (H, W) of a grid in the file's unit, and the transform from its columns and rows to x and y.
 
-    Missing numbers are NaN. The transform counts columns and rows from the outer corner of the first cell. kind : the
-    word for a number in messages, such as "elevation"
+    Missing numbers are NaN. The transform counts columns and rows from the outer corner of the first cell.
+
+    kind : the word for a number in messages, such as "elevation"
 
     Raises
     ------
@@ -99,10 +100,9 @@ def _refuse_unusable(path: Path, grid: Any) -> None:
 
 
 def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
-    """Return the numbers below the header of an ESRI ASCII grid; a truncated file is refused.
+    """Return the numbers (rows, columns) below the header of an ESRI ASCII grid; refuse a truncated file.
 
-    GDAL is not used for the numbers, because GDAL reads words, and the missing part of a truncated file, as heights of
-    0.
+    GDAL does not read the numbers, because it takes words, and the missing part of a truncated file, as heights of 0.
     """
     data = gzip.decompress(path.read_bytes()) if path.suffix.lower() == ".gz" else path.read_bytes()
     words = data.split()

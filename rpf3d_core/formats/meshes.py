@@ -13,7 +13,7 @@ def read_stl(path: Path) -> FileMesh:
     return _read_ascii_stl(path) if is_ascii_stl(path) else read_binary_stl(path)
 
 
-# The import of VTK takes 0.2 s, so VTK is imported only to read a file with VTK.
+# The import of VTK takes 0.2 s, so the functions below import the readers of VTK only when they are called.
 
 
 def _read_ascii_stl(path: Path) -> FileMesh:
@@ -89,7 +89,7 @@ LAYERED = (".dxf", ".xml", ".landxml", ".dtm", ".omf")
 
 
 def companion_of(path: Path) -> Path | None:
-    """Return the second file of a terrain: the points of a Surpac .dtm file; None if there is none."""
+    """Return the path of the .str file with the points of a Surpac .dtm file; None if missing, or for other files."""
     if path.suffix.lower() != ".dtm":
         return None
     from rpf3d_core.formats.mine.surpac import strings_of
@@ -108,4 +108,4 @@ EXPORTS = {
     ".shp": "a Shapefile can be an area, a line or points; export the surface as DXF",
     ".gpkg": "a GeoPackage can be an area, a line or points; export the surface as DXF",
 }
-"""What to do with files of terrain that are not read, by file name extension."""
+"""Advice to the user for each format of terrain that rpf3d cannot read, by file name extension."""

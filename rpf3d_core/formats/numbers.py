@@ -12,7 +12,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 class NumberColumn(NamedTuple):
-    """A column of numbers in a file; values : (N,) in the file's own unit; name : by the header, or None without."""
+    """A column of numbers in a file. values : (N,) in the file's own unit; name : from the header, None without one."""
 
     values: FloatArray
     name: str | None
@@ -33,7 +33,8 @@ def read_column(path: Path, column: str | None = None) -> NumberColumn:
     Raises
     ------
     InputError
-        The file cannot be read, has no number or no such column, or a line has anything else; names the line.
+        The file cannot be read, has no number or no such column, or a line has other content than a number; the message
+        names the line.
     """
     rows = list(rows_of(path, text_of(path)))
     header: list[str] = []
@@ -48,7 +49,7 @@ def read_column(path: Path, column: str | None = None) -> NumberColumn:
 
 
 def _place(path: Path, header: list[str], column: str) -> int:
-    """Return the place of a column in the header."""
+    """Return the index of a column, found by its name in the header."""
     if header.count(column) == 1:
         return header.index(column)
     known = f"its columns are {', '.join(header)}" if header else "its first line does not name columns"
@@ -57,7 +58,7 @@ def _place(path: Path, header: list[str], column: str) -> int:
 
 
 def _cell(path: Path, row: Row, place: int, column: str) -> float:
-    """Return the number of a line in a column."""
+    """Return the number in one column of a line; place, column : index and name of the column."""
     text = row.cells[place] if place < len(row.cells) else ""
     if not NUMBER.fullmatch(text) or not math.isfinite(float(text)):
         raise InputError(

@@ -25,7 +25,7 @@ _HEADER_LIMIT = 100_000
 class Element(NamedTuple):
     """The description of one table in a PLY file, from the file's header.
 
-    It contains the name, the number of rows and the columns: (name, type), or (name, count type, type) for lists.
+    columns : for each column (name, type) or, if it has lists, (name, type of the list's length, type of its numbers)
     """
 
     name: str

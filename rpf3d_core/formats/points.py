@@ -33,7 +33,7 @@ COLUMN_NAMES = {
     "y": ("north", "northing", "n"),
     "z": ("elevation", "elev", "height", "altitude", "alt", "rl"),
 }
-"""Names of coordinate columns in survey files that are understood in addition to x, y and z."""
+"""Names that a coordinate's column may have in survey files in addition to x, y or z."""
 
 UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
 QUOTED = re.compile(r'"[^"]*"')
@@ -65,8 +65,8 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
     Raises
     ------
     InputError
-        If the file cannot be read, has no point, or has a point that is not made of finite numbers; names the line and
-        the column, or the position in GeoJSON.
+        The file cannot be read, has no point, or a coordinate is not a finite number; the message names the line and
+        the column, or shows the position in GeoJSON.
     """
     if path.suffix.lower() in OTHERS:
         content = features_of(path, "point")
@@ -78,7 +78,7 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file, without a byte order mark; `InputError` if it cannot be read."""
+    """Return the text of a file, without a byte order mark; raise an `InputError` if it cannot be read."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as fault:
@@ -108,16 +108,18 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
 
 
 def rows_of(path: Path, text: str) -> Iterator[Row]:
-    """Return the lines of a text or CSV as cells, without empty lines, comments and surrounding blanks."""
+    """Return the lines of a text or CSV file as rows of cells, without empty lines, comments and surrounding blanks."""
     separator = _separator(text)
     rows = _blank_rows(text) if separator is None else _csv_rows(path, text, separator)
     return (row for row in rows if any(row.cells) and not row.cells[0].startswith("#"))
 
 
 def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[int, ...]]:
-    """Return the separator of a text or CSV (None for blanks), its number of lines up to a header, and x, y, z columns.
+    """Return the layout of a text or CSV file: separator of cells, number of lines to skip, and columns of x, y and z.
 
-    text : the first lines of the file. Without a header, the number of lines is 0.
+    The separator is None for blanks. The lines to skip are those up to and including the header; 0 without a header.
+
+    text : the first lines of the file
 
     Raises
     ------
@@ -132,7 +134,7 @@ def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[int, ...]]
 
 
 def _separator(text: str) -> str | None:
-    """Return the separator of cells, from the first line with content; None for blanks."""
+    """Return the separator of cells, found in the first line with content; None if blanks separate the cells."""
     begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
     return next((mark for mark in SEPARATORS if mark in REMARK.sub("", QUOTED.sub("", begin))), None)
 
@@ -157,7 +159,7 @@ def _plan_axes(up: Up) -> str:
 
 
 def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, int]:
-    """Return which column holds x, y and z, from the names in a header; an optional height may be missing.
+    """Return the column of each axis, found by the names in a header; an optional height may have no column.
 
     Raises
     ------
@@ -186,7 +188,7 @@ def _listed(axes: Sequence[str]) -> str:
 
 
 def _known(up: Up) -> str:
-    """Return the names of columns that are understood, for messages."""
+    """Return the names that coordinate columns may have, for messages."""
     names = [", ".join((axis, *(COLUMN_NAMES[axis] if up == "z" else ()))) for axis in AXES]
     return "; ".join(names) + ", in capitals too, with or without _m, (m) or [m]"
 
@@ -236,9 +238,9 @@ def _positions(path: Path, content: Any) -> Iterator[Any]:
 
 
 def _position(path: Path, position: Any, up: Up, heights: bool) -> tuple[float, ...]:
-    """Return the coordinates of a point after a check.
+    """Return the coordinates (3,) m of a GeoJSON position after a check.
 
-    If heights are optional, two horizontal coordinates are enough.
+    If heights are optional, two horizontal coordinates are enough; the height is then 0.
     """
     numbers = isinstance(position, list) and all(type(number) in (int, float) for number in position)
     counts = (3,) if heights else (2, 3)

@@ -24,7 +24,7 @@ def read_polygons(path: Path) -> MultiPolygon:
     Raises
     ------
     InputError
-        If the file cannot be read, has other geometries than polygons, no polygon, or a polygon that crosses itself.
+        The file cannot be read, has other geometries than polygons, no polygon, or a polygon that crosses itself.
     """
     content = features_of(path, "polygon")
     polygons = [polygon for geometry in geometries(path, content, KINDS) for polygon in _polygons(path, geometry)]
@@ -58,7 +58,7 @@ def plan_triangles(polygons: MultiPolygon) -> NDArray[np.float64]:
 
 
 def local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
-    """Convert plan coordinates (..., 2) m of the input (x y, or x z if y is up) to rpf3d's local axes."""
+    """Return plan coordinates (..., 2) m of the local frame, from those of the input (x y, or x z if y is up)."""
     level = np.zeros(plan.shape[:-1])
     columns = (plan[..., 0], plan[..., 1], level) if frame.up == "z" else (plan[..., 0], level, plan[..., 1])
     return frame.points_to_local(np.stack(columns, axis=-1))[..., :2]

@@ -17,7 +17,7 @@ Along = Path | tuple[tuple[float, float], ...]
 
 
 def lines_along(along: Along) -> list[FloatArray]:
-    """Return the lines (P, 2) m of a scene entry in plan, such as a road; repeated consecutive points are removed.
+    """Return the lines (P, 2) m in plan of a scene entry such as a road; repeated consecutive points are removed.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def read_lines(path: Path) -> list[FloatArray]:
     Raises
     ------
     InputError
-        If the file cannot be read, has other geometries than lines, no line, or a line with fewer than two points.
+        The file cannot be read, has other geometries than lines, no line, or a line with fewer than two points.
     """
     content = features_of(path, "line")
     lines = []

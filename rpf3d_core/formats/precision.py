@@ -11,9 +11,9 @@ from rpf3d_core.formats.surface import FileMesh
 from rpf3d_core.terrain.frame import FloatArray
 
 LEAST_LOSS = 0.01
-"""Least shift of a vertex, in median edges (-), that is reported; it turns a facet by about 0.6 degrees."""
+"""A loss is reported if it moves vertices by more than this share (-) of the median edge (facets turn by 0.6 deg)."""
 MOST_FACETS = 100_000
-"""Largest number of facets from which the median edge is found."""
+"""Largest number of facets that are used to compute the median edge."""
 
 
 def lost_precision(path: Path, surface: FileMesh) -> str | None:
@@ -32,7 +32,7 @@ def lost_precision(path: Path, surface: FileMesh) -> str | None:
 
 
 def _steps(surface: FileMesh) -> FloatArray:
-    """Return the step (3,) m of single precision at the largest coordinate of each axis; 0 for an axis without loss."""
+    """Return the step (3,) of single precision at the largest coordinate of each axis; 0 for an axis without loss."""
     largest = np.array([max(abs(float(c.min())), abs(float(c.max()))) for c in surface.points.T])
     step = np.spacing(largest.astype(np.float32)).astype(float)
     if surface.points.dtype == np.float32:
@@ -41,16 +41,17 @@ def _steps(surface: FileMesh) -> FloatArray:
 
 
 def _was_single(column: FloatArray, step: float) -> bool:
-    """True if numbers (N,) of double precision were rounded to single precision before.
+    """True if numbers (N,) in double precision were rounded to single precision earlier, for example by an export.
 
-    All are multiples of the step at their size, and not all are multiples of two steps, as on a coarse grid.
+    Then all numbers exist in single precision. If all are also multiples of two steps, they are on a coarse grid, and
+    nothing was lost.
     """
     single = column.astype(np.float32)
     return bool((single == column).all() and (np.mod(column, 2.0 * step) != 0.0).any())
 
 
 def _median_edge(surface: FileMesh) -> float:
-    """Return the median length (m) of the sides of facets, from at most MOST_FACETS of them."""
+    """Return the median length of the sides of facets, in the unit of the file, from at most MOST_FACETS facets."""
     points = surface.points
     every = -(-(len(points) // 3 if surface.triangles is None else len(surface.triangles)) // MOST_FACETS)
     if surface.triangles is None:

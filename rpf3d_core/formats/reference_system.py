@@ -74,7 +74,7 @@ def reference_system_of_file(path: Path) -> str | None:
 
 
 def stated_reference_system(path: Path) -> str | None:
-    """Return the coordinate reference system that any input file states, also one in degrees; None if it states none.
+    """Return the coordinate reference system that an input file states, even one in degrees; None if it states none.
 
     GeoTIFF, LandXML, LAS, GeoPackage, Shapefile and GeoJSON with the member `crs` can state one.
     """
@@ -136,7 +136,7 @@ def _of_geojson(path: Path) -> str | None:
 
 
 def _named(name: str) -> "CRS":
-    """Return the coordinate reference system with a name; raise CRSError if the name is unknown."""
+    """Return the coordinate reference system that a name such as EPSG:31287 means; raise CRSError if it is unknown."""
     import rasterio
     from rasterio.crs import CRS
 

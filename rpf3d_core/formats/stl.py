@@ -19,9 +19,9 @@ HEADER = 84
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 RECORDS_AT_A_TIME = 2**14
-"""Number of facets of a binary STL that are read at a time: 0.8 MB, so that they stay in the processor's cache."""
+"""Number of facets of a binary STL that are read in one step: 0.8 MB, which fits into the processor's cache."""
 LINES_AT_A_TIME = 2**24
-"""Number of bytes of an ASCII STL that are read at a time, to limit memory."""
+"""Size (bytes) of the parts in which an ASCII STL is read, to limit memory."""
 
 _VERTEX = ("vertex", 3)
 _FACET_LINES = (("facet normal", 3), ("outer loop", 0), _VERTEX, _VERTEX, _VERTEX, ("endloop", 0), ("endfacet", 0))
@@ -40,7 +40,7 @@ def read_binary_stl(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        If the size of the file does not match the number of facets in its header.
+        The size of the file does not match the number of facets in its header.
     """
     size = path.stat().st_size
     if size < HEADER:
@@ -70,7 +70,10 @@ def read_binary_stl(path: Path) -> FileMesh:
 
 
 def ascii_stl_corners(path: Path, count: int) -> FloatArray:
-    """Return the corners (count, 3) m of an ASCII STL that was already checked, with all digits of the text."""
+    """Return the corners (3 count, 3) m of an ASCII STL that was already checked, with all digits of the text.
+
+    count : number of facets
+    """
     try:
         corners = _numbers_of_vertices(path)
     except ValueError as fault:

@@ -25,9 +25,9 @@ class FileMesh(NamedTuple):
     triangles : (F, 3) int32, indices into points; None if every three consecutive points are the corners of one facet
     zone : (F,) int32, indices into zones; None if the file states no zones
     zones : names of the layers or surfaces of the file, which become zones
-    remarks : sentences on what the file has and the mesh does not have, and on what the reader assumed
+    remarks : sentences on content of the file that was not read, and on assumptions of the reader
     crs : the coordinate reference system that the file states; None if it states none
-    unit : key of the unit that the file states (`units.LENGTHS`) if it is not metres; the points are not converted
+    unit : unit of the points that the file states, a key of `units.LENGTHS`; None for metres or if it states none
     """
 
     points: NDArray[Any]
@@ -54,7 +54,7 @@ def usable(path: Path, surface: FileMesh, metres: float = 1.0, remedy: str = "co
     ------
     TerrainError
         The surface is empty, has too many facets, has points that are not finite or too far from the origin, or has
-        facets with missing points; names the file.
+        facets with missing points; the message names the file.
     """
     facets = facet_count(surface)
     if facets == 0:
@@ -91,7 +91,10 @@ def _used_only(surface: FileMesh, triangles: NDArray[np.int32]) -> FileMesh:
 
 
 def _refuse_wrong_points(path: Path, surface: FileMesh, farthest: float, remedy: str) -> None:
-    """Raise a TerrainError for a point that is NaN, infinite or beyond `farthest` (unit of the file)."""
+    """Raise a TerrainError that names the first facet with a vertex that is NaN, infinite or beyond `farthest`.
+
+    farthest : largest coordinate, in the unit of the file; remedy : as in `usable`
+    """
     wrong = ~(np.abs(surface.points) <= farthest).all(axis=1)
     corners = wrong if surface.triangles is None else wrong[surface.triangles]
     facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))

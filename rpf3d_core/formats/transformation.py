@@ -15,9 +15,10 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def transformed(path: Path, geometries: Sequence[Any], begin: str, end: str) -> list[Any]:
-    """Return shapely geometries of a file in another coordinate reference system; heights are kept.
+    """Return shapely geometries of a file in another coordinate reference system; heights do not change.
 
-    begin, end : names of the reference systems, such as EPSG:4326; longitude and easting first
+    begin, end : names of the old and the new reference system, such as EPSG:4326
+    Coordinates have longitude or easting first in both systems, whatever the axis order of the system is.
 
     Raises
     ------
@@ -27,7 +28,7 @@ def transformed(path: Path, geometries: Sequence[Any], begin: str, end: str) -> 
     moved = shapely.transform(
         np.array(geometries, dtype=object), lambda places: transformed_places(path, places, begin, end), include_z=True
     )
-    # `include_z` gives geometries without heights a height of NaN.
+    # `include_z` adds the height NaN to geometries without heights.
     flat = ~shapely.has_z(np.array(geometries, dtype=object))
     moved[flat] = shapely.force_2d(moved[flat])
     return list(moved)
@@ -36,9 +37,10 @@ def transformed(path: Path, geometries: Sequence[Any], begin: str, end: str) -> 
 def feature_collection(
     path: Path, geometries: Sequence[dict[str, Any]], begin: str | None, end: str | None
 ) -> dict[str, Any]:
-    """Return geometries in the form of GeoJSON as the content of a GeoJSON file, transformed if `end` is given.
+    """Return the content of a GeoJSON file with geometries in the form of GeoJSON, transformed if `end` is given.
 
-    path : file of the geometries, for messages; begin, end : names of the reference systems; begin is None if unknown
+    path : file of the geometries, for messages
+    begin : name of the reference system of `geometries`, None if unknown; end : of the result, None for no change
 
     Raises
     ------
@@ -60,13 +62,13 @@ def feature_collection(
 
 
 def _urn(system: str) -> str:
-    """Return the name of a reference system as GeoJSON files of GDAL have it."""
+    """Return the name of a reference system such as EPSG:4326 as a URN, which GDAL also writes to GeoJSON files."""
     authority, _, code = system.partition(":")
     return f"urn:ogc:def:crs:{authority}::{code}" if code.isdecimal() else system
 
 
 def transformed_places(path: Path, places: FloatArray, begin: str, end: str) -> FloatArray:
-    """Return places (N, 2) or (N, 3) in another coordinate reference system; errors are as in `transformed`."""
+    """Return places (N, 2 or 3) in another coordinate reference system; arguments and errors as in `transformed`."""
     pyproj = needed(path, "pyproj")
     try:
         change = pyproj.Transformer.from_crs(begin, end, always_xy=True)

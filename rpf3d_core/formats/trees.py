@@ -16,7 +16,7 @@ NAMES = {
     "kind": ("kind", "type", "species"),
     "foot": ("z", "foot"),
 }
-"""Names of the columns of a tree file that are understood, besides the horizontal coordinates."""
+"""Names that the columns of a tree file may have, by property; `_columns` adds the horizontal coordinates."""
 WITHOUT_A_HEADER = ("east", "north", "dbh", "height", "kind")
 MUST = ("east", "north", "dbh")
 THICKEST, HIGHEST = 500.0, 150.0
@@ -24,10 +24,11 @@ THICKEST, HIGHEST = 500.0, 150.0
 
 
 class Tree(NamedTuple):
-    """One tree of a tree file: its place, diameter, height and kind, for the forest effect.
+    """One tree of a tree file: its position, diameter, height and kind, for the forest effect.
 
-    line : line in the file; east, north : plan coordinates of the input, m; dbh : cm; height, foot : m. DBH is the
-    diameter at breast height, foot the altitude of the ground. height, foot : None if not in the file
+    line : line in the file, from 1; east, north : plan coordinates of the input (m)
+    dbh : diameter at breast height (cm); height : m; foot : altitude of the ground (m)
+    height and foot are None if the file does not have them.
     """
 
     line: int
@@ -58,7 +59,7 @@ def read_trees(path: Path, up: Up) -> list[Tree]:
 
 
 def _columns(path: Path, header: Row, up: Up) -> dict[str, int]:
-    """Return which column holds each property of a tree, from the names in a header."""
+    """Return the column of each property of a tree, found by the names in a header."""
     names = [UNIT.sub("", cell.lower()) for cell in header.cells]
     plan = ("x", "y") if up == "z" else ("x", "z")
     known = {

@@ -38,7 +38,7 @@ _ANNOUNCED = re.compile(
 
 
 def read_ascii_stl(path: Path) -> FileMesh:
-    """Return the facets of an ASCII STL, three points for each facet; a TerrainError names the wrong line.
+    """Return the facets of an ASCII STL, three points for each facet; raise a TerrainError that names a wrong line.
 
     VTK's reader only checks the file. The corners are read again from the text, because VTK uses float32, whose steps
     are half a metre at survey coordinates.
@@ -65,7 +65,7 @@ def read_vtk(path: Path) -> FileMesh:
 
 
 def read_here(path: Path) -> Arrays:
-    """Return the polygons of a .vtp or .vtk file as arrays `points` and `triangles`, read in the calling process."""
+    """Return the polygons of a .vtp or .vtk file as arrays `points` and `triangles`, read in this process."""
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
     surface = _surface(path, _output(path, reader))
     arrays = {"points": surface.points, "triangles": surface.triangles}
@@ -112,7 +112,7 @@ def _first_sentence(messages: str | bytes) -> str:
 
 
 def _surface(path: Path, data: vtkPolyData) -> FileMesh:
-    """Return the triangles of data that VTK has read; polygons and strips are cut, lines and points are ignored."""
+    """Return the triangles of data that VTK has read: polygons and strips are cut, lines and points are ignored."""
     if data.GetPoints() is None or data.GetNumberOfPolys() + data.GetNumberOfStrips() == 0:
         return FileMesh(np.empty((0, 3)))
     points = vtk_to_numpy(data.GetPoints().GetData())

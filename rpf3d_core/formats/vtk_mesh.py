@@ -1,4 +1,4 @@
-"""Convert triangles into VTK's own data type, so that VTK's filters can work on a terrain."""
+"""Convert triangles into VTK's data type, which VTK's filters and locators need."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPo
 
 
 def _cells(offsets: NDArray[np.integer], connectivity: NDArray[np.integer]) -> Any:
-    """Return the triangles as VTK's cell array, with 32-bit indices.
+    """Return cells such as triangles as VTK's cell array, with 32-bit indices.
 
     The corners of cell i are connectivity[offsets[i]:offsets[i + 1]].
     """

@@ -1,8 +1,8 @@
 """Write .vtp files (VTK XML, polygonal data): binary arrays in compressed blocks, for example the trace map.
 
 VTK's writer is not used, because VTK needs all arrays complete in memory: a map of millions of facets has 25 arrays,
-and rocks reach only a thousandth of the facets. If an array has one value nearly everywhere, a block of this value is
-compressed once and written for all equal blocks. (Format: VTK file formats, "XML File Formats", docs.vtk.org.)
+and rocks may reach only a thousandth of the facets. If an array has one value nearly everywhere, a block of this value
+is compressed once and written for all equal blocks. (Format: VTK file formats, "XML File Formats", docs.vtk.org.)
 """
 
 import html
@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 BLOCK = 2**15
-"""Size (bytes) of a piece of an array that is compressed by itself, as in VTK."""
+"""Size (bytes) of the parts of an array that are compressed separately; the same as in VTK's writer."""
 CODEC = pa.Codec("lz4_raw")
 WIDEST = 2**63
 """Placeholder for an offset that is not yet known, with the largest possible number of digits."""
 
 
 class Scattered(NamedTuple):
-    """An array with one number for each cell, stored compactly because nearly all numbers are equal.
+    """An array (cells,) in which nearly all numbers are equal, stored as the few other numbers and their positions.
 
-    cell : (S,) cells with other numbers, ascending; values : (S,) numbers of these cells
-    elsewhere : the number of all other cells; cells : total number of cells
+    cells : length of the array; elsewhere : the number that nearly all cells have
+    cell : (S,) cells with other numbers, ascending; values : (S,) the numbers of these cells
     """
 
     cells: int
@@ -44,7 +44,7 @@ class PolyData(NamedTuple):
     """The content of a .vtp file: points, the polygons or lines between them, and data by name.
 
     points : (N, 3) m; kind : "Polys" or "Lines"
-    ends, corners : cell i connects the points corners[ends[i - 1] : ends[i]]
+    ends, corners : cell i connects the points corners[ends[i - 1] : ends[i]]; the first cell starts at corners[0]
     point_data, cell_data : arrays (N,) and (C,) by name; the first array of each is the active array in VTK
     names : lists of texts by name, written as field data
     """
@@ -69,8 +69,8 @@ def write_poly_data(path: Path, data: PolyData) -> None:
     arrays = _arrays(data)
     try:
         with path.open("wb") as file:
-            # The header states the offset of each array, but offsets are known only after compression, so space is
-            # reserved.
+            # The header states the offset of each array. Offsets are known only after compression, so space for the
+            # header is reserved.
             room = len(_header(data, arrays, [WIDEST] * len(arrays)))
             file.write(b" " * room + b'<AppendedData encoding="raw">\n_')
             begin, offsets = file.tell(), []
@@ -101,7 +101,7 @@ def _narrow_array(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _header(data: PolyData, arrays: Sequence[Array], offsets: Sequence[int]) -> bytes:
-    """Return the XML header of a .vtp file; its arrays begin at the given offsets (bytes)."""
+    """Return the XML header of a .vtp file; offsets : begin of each array in the appended data (bytes)."""
     following = zip(arrays, offsets, strict=True)
     cells = f'NumberOfVerts="0" NumberOfStrips="0" NumberOf{data.kind}="{len(data.ends)}"'
     other = "Lines" if data.kind == "Polys" else "Polys"
@@ -136,7 +136,7 @@ def _array(name: str, values: Array, offset: int) -> str:
 
 
 def _texts(name: str, texts: Sequence[str]) -> str:
-    """Return a list of texts as an XML element of a .vtp file: the byte codes of each text, ended by a 0."""
+    """Return a list of texts as an XML element of a .vtp file: the byte codes of each text, and a 0 after each text."""
     codes = " ".join(str(code) for text in texts for code in (*text.encode(), 0))
     return f'<Array type="String" Name={_quoted(name)} NumberOfTuples="{len(texts)}" format="ascii">{codes}</Array>'
 
@@ -146,7 +146,7 @@ def _quoted(text: str) -> str:
 
 
 def _write_array(file: BinaryIO, values: Array) -> None:
-    """Write an array as VTK reads it: number and size of the blocks, their compressed sizes, and the blocks."""
+    """Write an array in the form that VTK reads: number, sizes and compressed sizes of the blocks, then the blocks."""
     if isinstance(values, Scattered):
         size, blocks = values.cells * values.values.itemsize, list(_scattered_blocks(values))
     else:
@@ -156,7 +156,7 @@ def _write_array(file: BinaryIO, values: Array) -> None:
 
 
 def _blocks(values: NDArray[Any]) -> Iterator[bytes]:
-    """Yield an array in compressed blocks, as the .vtp format stores it."""
+    """Yield the compressed blocks of an array, each of BLOCK bytes before compression."""
     if values.size:
         content = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
         for begin in range(0, len(content), BLOCK):
@@ -164,7 +164,7 @@ def _blocks(values: NDArray[Any]) -> Iterator[bytes]:
 
 
 def _scattered_blocks(some: Scattered) -> Iterator[bytes]:
-    """Yield a scattered array in compressed blocks; all blocks with equal numbers share one compression."""
+    """Yield the compressed blocks of a scattered array; a block without other numbers is compressed only once."""
     step = BLOCK // some.values.itemsize
     same = np.full(step, some.elsewhere, dtype=some.values.dtype)
     whole = _compressed(same)

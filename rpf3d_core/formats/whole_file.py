@@ -1,4 +1,4 @@
-"""Read a file with a reader of its format, and say why it cannot be read."""
+"""Read a file with a reader of its format; if it cannot be read, the error says why."""
 
 from collections.abc import Callable
 from pathlib import Path

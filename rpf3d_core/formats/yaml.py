@@ -40,12 +40,12 @@ class Fault(NamedTuple):
 
 
 def report_of(path: Path, faults: Iterable[Fault]) -> str:
-    """Return the errors of a file as a message: one line for each, in the order of the file, without repetitions."""
+    """Return the errors of a file as a message: a line for each error, in the order of the file, without duplicates."""
     return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))
 
 
 class Document(NamedTuple):
-    """The content of a YAML file: values, line of every key, and errors, so that messages can name lines.
+    """The content of a YAML file: its values, the line of each key, and its errors.
 
     Mappings are dicts, sequences are tuples.
 
@@ -85,8 +85,8 @@ class _Composer(yaml.BaseLoader):
 class _Reading:
     """The state while the content of a YAML file is converted into plain values.
 
-    alias : the alias that is being copied; of nested aliases, the outermost
-    repeated : number of values copied so far
+    alias : the alias that is being copied; the outermost one if aliases are nested; None outside aliases
+    repeated : number of values that aliases have repeated so far
     """
 
     def __init__(self, document: Document) -> None:
@@ -116,7 +116,7 @@ class _Reading:
         return values
 
     def _copy(self, alias: _Alias, path: KeyPath) -> Any:
-        """Return a copy of the values that an alias (*name) stands for."""
+        """Return a copy of the values at the anchor of an alias (*name)."""
         if any(alias.value is node for node in self._open):
             raise _RefusedAlias(alias, f"the alias *{alias.name} stands inside its own anchor, so the value has no end")
         outermost, self.alias = self.alias, self.alias or alias
@@ -164,7 +164,7 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
     Raises
     ------
     SceneError
-        If the file cannot be opened, is not UTF-8 text or is not YAML; names the file and, if known, the line.
+        The file cannot be opened, is not UTF-8 text or is not YAML; the message names the file and, if known, the line.
     """
     return parse_yaml(_text(path, kind), path, kind)
 
@@ -180,7 +180,7 @@ def parse_yaml(text: str, path: Path, kind: str = "scene") -> Document:
 
 
 def yaml_values(text: str, name: str) -> Any:
-    """Return the plain values of a YAML text that is not a file; `name` stands for its path in messages.
+    """Return the plain values of a YAML text that is not from a file; messages show `name` in place of a path.
 
     Raises
     ------
@@ -197,14 +197,14 @@ def yaml_values(text: str, name: str) -> Any:
 
 
 def _document(text: str, kind: str = "scene") -> Document:
-    """Return the text of a YAML file as plain values with line numbers; errors of YAML itself are raised."""
+    """Return the text of a YAML file as plain values with line numbers; raise YAMLError if it is not YAML."""
     document = Document(values=None, lines={}, faults=[], kind=kind)
     root = yaml.compose(text, Loader=_Composer)
     return document if root is None else document._replace(values=_Reading(document).value(root, ()))
 
 
 def yaml_text(values: Any) -> str:
-    """Return plain values (mappings, sequences, numbers, words) as the text of a YAML file, keys in their order."""
+    """Return plain values (mappings, sequences, numbers, words) as the text of a YAML file; keys keep their order."""
     return yaml.safe_dump(values, sort_keys=False, default_flow_style=None, allow_unicode=True, width=110)
 
 

@@ -1,4 +1,4 @@
-"""Group grid cells with equal ground into classes, because a scene has zones and not a value for each cell.
+"""Group grid cells with equal ground into classes, because a scene has values for zones and not for cells.
 
 A facet has the ground of the cell that contains the centroid of the facet. The vertices of the mesh are the centres of
 cells, and the diagonal of each square runs from north-west to south-east. Therefore the centroids of the two facets lie
@@ -15,10 +15,10 @@ from rpf3d_core.imports.grids import Cells
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CLASSES = 200
-"""Largest number of zones of an imported scene: to assign a zone to a million facets takes about 0.1 s."""
+"""Largest number of zones of an imported scene, because each zone takes about 0.1 s on a million facets."""
 
 BINS = (4096, 1024, 512, 200, 150, 100, 75, 50, 40, 30, 25, 20, *range(16, 0, -1))
-"""Numbers of equal intervals (bins) into which the numbers of a grid are sorted, in the order of trial."""
+"""Numbers of equal intervals (bins) for the numbers of a grid, in the order in which they are tried."""
 
 
 class Classes(NamedTuple):
@@ -39,7 +39,7 @@ class Classes(NamedTuple):
 
 
 def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
-    """Return the number (H, W) of facets that each cell gives its ground to: 2 inside the grid, fewer at its boundary.
+    """Return the number (H, W) of facets that get their ground from each cell: 2 inside the grid, fewer at its rim.
 
     A facet belongs to the cell that contains its centroid.
 
@@ -55,14 +55,14 @@ def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
 def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: NDArray[np.int64]) -> Classes:
     """Return the classes of all cells with facets: cells with equal numbers in all grids are in one class.
 
-    Classes are in ascending order of their numbers. With more than MOST_CLASSES distinct classes, the numbers of some
-    grids (`binned`) are put into equal bins: the finest bins that give at most MOST_CLASSES. The number of a class is
-    then the mean of its cells.
+    Classes are in ascending order of their numbers. To get at most MOST_CLASSES classes, the numbers of some grids
+    (`binned`) are sorted into equal bins, which are as fine as possible. The number of a class is then the mean of its
+    cells.
 
     Parameters
     ----------
     grids : K grids (H, W), each in its own unit, finite where there are facets
-    binned : (K,) True if the numbers of a grid may be put into bins (codes may not)
+    binned : (K,) True if the numbers of a grid may be sorted into bins (codes may not)
     facets : (H, W) from `facets_of_cells`
     """
     there = facets > 0
@@ -85,7 +85,7 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 
 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
-    """Return the class (N,) of each distinct row of numbers (N, K), as finely as at most MOST_CLASSES classes allow."""
+    """Return the class (N,) of each distinct row of numbers (N, K), with the finest bins that MOST_CLASSES allows."""
     for bins in BINS:
         _, place = _distinct(_steps(rows, binned, bins))
         if place.max() < MOST_CLASSES:
@@ -107,9 +107,9 @@ def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
-    """Return numbers (N, K) with nearly equal numbers made equal: a bin index replaces each number that may be binned.
+    """Return numbers (N, K) with the index of the bin in place of each number of the columns to bin.
 
-    binned : (K,) True for columns to bin; bins : number of equal bins between the least and the largest number
+    binned : (K,) True for columns to bin; bins : number of equal bins between the smallest and the largest number
     """
     low, high = numbers.min(axis=0), numbers.max(axis=0)
     width = np.where(high > low, high - low, 1.0)
@@ -118,9 +118,11 @@ def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
 
 
 def _means(rows: FloatArray, place: NDArray[np.int64], count: NDArray[np.int64]) -> FloatArray:
-    """Return the numbers (C, K) of each class: the means of the rows (N, K) in it, weighted by their cells (N,).
+    """Return the numbers (C, K) of each class: the mean of its rows (N, K), weighted by the rows' numbers of cells.
 
-    place : (N,) class of each row. The mean is exact if all rows of a class are equal.
+    The mean is exact if all rows of a class are equal.
+
+    place : (N,) class of each row; count : (N,) number of cells with each row
     """
     first = rows[np.unique(place, return_index=True)[1]]
     off = [np.bincount(place, weights=count * column) for column in (rows - first[place]).T]

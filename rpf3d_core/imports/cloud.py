@@ -23,7 +23,7 @@ ZONE = "terrain"
 class ImportedCloud(NamedTuple):
     """A terrain made from clouds.
 
-    surface : the surface; sentences : how it was made, for the user; warnings : what was lost
+    sentences : for the user, on how the surface was made; warnings : on what reading and writing lost
     crs : the coordinate reference system that the files state; None if they state none
     """
 
@@ -56,7 +56,7 @@ def import_cloud(files: Sequence[Path], out: Path, choice: CloudChoice = DEFAULT
 
 
 def _one_system(files: Sequence[Path], clouds: Sequence[Cloud]) -> str | None:
-    """Return the reference system of all clouds; a TerrainError if they have different ones."""
+    """Return the reference system of all clouds, None if no file states one; raise a TerrainError if they differ."""
     stated = {path: cloud.crs for path, cloud in zip(files, clouds, strict=True) if cloud.crs is not None}
     if not stated:
         return None
@@ -83,7 +83,7 @@ def _terrain_of(surface: CloudSurface) -> Terrain:
 
 
 def _warnings(files: Sequence[Path], clouds: Sequence[Cloud], surface: CloudSurface, out: Path) -> list[str]:
-    """Return sentences on what reading and writing lost."""
+    """Return sentences on content that was not read, and on precision lost in reading and writing."""
     found = [remark for cloud in clouds for remark in cloud.remarks]
     classified = [cloud.classes is not None for cloud in clouds]
     if any(classified) and not all(classified):

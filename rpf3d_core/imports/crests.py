@@ -1,7 +1,7 @@
 """Find crests of a terrain: lines where flat ground ends above a steep face, as candidates for sources of rocks.
 
-The upper borders of faces (`face_borders`) are rough lines near crests. Each point of such a line is moved to the brow,
-and a little over it.
+The upper borders of faces (`face_borders`) are rough lines near crests. Each point of such a line is moved to the brow
+and a little beyond it, so that rocks fall.
 """
 
 import math
@@ -19,25 +19,25 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at
 
 SHORTEST, LONGEST = 10.0, 300.0
-"""Least length (m) of a crest, and length from which it is cut into several."""
+"""Smallest length (m) of a crest, and largest length, above which a crest is cut."""
 SPACING = 3.0
-"""Distance (m) between points of a crest that are moved to the brow."""
+"""Distance (m) between the points of a crest."""
 OVER = 0.2
-"""Distance (m) in plan by which a crest lies over the brow, so that rocks fall instead of resting behind it."""
+"""Distance (m) in plan of a crest in front of the brow, so that rocks fall and do not stop behind the brow."""
 SEARCHED = 3.0
-"""Distance (m) before and behind the border of a face in which the brow is searched."""
+"""The brow is searched within this distance (m) in front of and behind the border of a face."""
 STRAY = 1.0
-"""Distance (m) of the brow at a point from the median of five neighbours beyond which the survey's noise made it."""
+"""A brow farther than this (m) from the median of five neighbours is taken as noise of the survey."""
 BEHIND = 5
-"""Number of steps behind the brow on which there must be ground: the edge of the survey is no crest."""
+"""Number of steps FINE behind the brow where there must be ground, because the edge of the survey is not a crest."""
 HIGHEST = 40.0
-"""Distance (m) in plan in which the foot of the face below a crest is searched."""
+"""The foot of the face below a crest is searched within this distance (m) in plan."""
 FINE, PIXEL = 0.1, 0.2
 """Step (m) of the search for brow and foot, and side (m) of the pixels of the image in which they are searched."""
 COARSE = 1.0
 """Smallest side (m) of the pixels in which faces are searched."""
 MOST_CRESTS = 16
-"""Largest number of crests that are moved to the brow; the others are lower or shorter, and below the highest one."""
+"""Largest number of crests that are found: the highest one, and those with the largest faces."""
 
 
 class Crest(NamedTuple):
@@ -52,7 +52,7 @@ class Crest(NamedTuple):
 
 
 def crests_of(terrain: Terrain) -> list[Crest]:
-    """Return the crests of a terrain, up to MOST_CRESTS, those with the largest product of length and height first."""
+    """Return at most MOST_CRESTS crests of a terrain, ordered by the product of length and height, largest first."""
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lines = [part for line in upper_borders(image, SHORTEST) for part in _stretches(line)]
     rough = [(crest, line) for line in lines for crest in _on_the_brow(image, line)]
@@ -63,12 +63,12 @@ def crests_of(terrain: Terrain) -> list[Crest]:
 
 
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
-    """Return the largest crests up to a number, among them the highest of all, in descending order of their size."""
+    """Return at most `most` of the crests, largest first; the highest crest is always one of them."""
     return [crests[i] for i in _largest_and_highest(crests, most)]
 
 
 def _largest_and_highest(crests: Sequence[Crest], most: int) -> list[int]:
-    """Return the places of the largest crests up to a number, the largest first; the highest one is among them.
+    """Return the indices of at most `most` crests, largest first; the highest crest is always one of them.
 
     The brow at the top of a wall matters even if lower faces are larger: rocks from there fall farthest.
     """
@@ -93,7 +93,7 @@ def _stretches(line: FloatArray) -> list[FloatArray]:
 
 
 def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
-    """Yield the crests along a line (N, 2) m, moved to the brow; points below which no face is found are left out.
+    """Yield the crests along a line (N, 2) m, moved to the brow; points without a face in front of them are left out.
 
     A stretch of such points that is longer than JOINED cuts the crest in two.
     """
@@ -110,14 +110,14 @@ def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
 
 
 def _outwards(line: FloatArray) -> FloatArray:
-    """Return the unit vectors (N, 2) to the left of a line (N, 2) m, into the face."""
+    """Return the unit vectors (N, 2) to the left of a line (N, 2) m, where the face is."""
     tangent = np.gradient(line, axis=0)
     outwards = np.column_stack([-tangent[:, 1], tangent[:, 0]])
     return np.asarray(outwards / np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12))
 
 
 def _in_line(brow: FloatArray) -> FloatArray:
-    """Return the distances (N,) m of the brow, where a distance that only noise explains becomes the neighbours'."""
+    """Return the distances (N,) m of the brow, with noise replaced by the median of the neighbours (see STRAY)."""
     if len(brow) < 3:
         return brow
     around = np.median(sliding_window_view(np.pad(brow, 2, mode="reflect"), 5), axis=1)
@@ -125,7 +125,7 @@ def _in_line(brow: FloatArray) -> FloatArray:
 
 
 def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
-    """Yield the crest through points (N, 3) m, if its part on ground is long enough; height : (N,) m of the face."""
+    """Yield the crest through the points (N, 3) m on ground, unless it is too short; height : (N,) m of the face."""
     on_ground = np.isfinite(points[:, 2])
     points, height = points[on_ground], height[on_ground]
     if len(points) < 2:
@@ -137,9 +137,9 @@ def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
 
 
 def _brow_and_height(distance: FloatArray, ground: FloatArray) -> tuple[float, float]:
-    """Return the distance (m) of the brow on a line across a crest, and the height (m) of the face below; or NaN, 0.
+    """Return the distance (m) of the brow on a line across a crest, and the face's height (m); NaN and 0 without face.
 
-    distance, ground : (S,) m
+    distance, ground : (S,) m, distances and elevations of the line's points
     """
     face = first_face(distance, ground)
     if face is None or face.brow >= SEARCHED:

@@ -1,8 +1,8 @@
-"""Find the upper borders of faces in an image of heights: rough lines near crests, whole where a crest is whole.
+"""Find the upper borders of faces in an image of heights: rough lines near crests, without gaps along a crest.
 
-A face is what is steeper than STEEP. Its border is a contour of the slope; the part of the border where the face falls
-away from the border is the upper one. Noise of a survey leaves gaps in a border and cuts faces into islands, so parts
-are joined where the brow continues within JOINED.
+A face is ground steeper than STEEP. Its border is a contour line of the slope. The upper border is the part at which
+the face falls away from the border. Noise of a survey leaves gaps in a border and cuts faces into islands, so parts are
+joined if the brow continues within JOINED.
 """
 
 import math
@@ -19,15 +19,16 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import HeightImage, heights_at
 
 JOINED = 6.0
-"""Longest gap (m) between two parts of a crest that are joined if the brow continues."""
+"""Longest gap (m) between two parts of a crest that may be joined."""
 SMALLEST = 5.0
-"""Least length (m) of the border of a face; shorter ones are noise."""
+"""Smallest length (m) of the border of a face; shorter borders are noise."""
 FALLS = 0.3
-"""Least cosine (-) between the way into the face and the way down at its upper border: sides of a face are none."""
+"""Smallest cosine (-) of the angle between the directions into the face and downhill at an upper border; at the
+sides of a face the cosine is smaller."""
 TURNS = 0.5
-"""Least cosine (-) between the directions of two parts that are joined."""
+"""Smallest cosine (-) of the angle between the directions of two parts that are joined."""
 HEADING = 4.0
-"""Length (m) at the end of a part over which its direction is taken."""
+"""Length (m) at the end of a part from which its direction is computed."""
 
 
 class _Grid(NamedTuple):
@@ -39,9 +40,10 @@ class _Grid(NamedTuple):
 
 
 def upper_borders(image: HeightImage, shortest: float) -> list[FloatArray]:
-    """Return lines (N, 2) m along the upper borders of faces, from a length (m) on; the face is on their left.
+    """Return lines (N, 2) m along the upper borders of faces; the face is on the left of a line.
 
     image : of the terrain with a margin of two pixels, so that faces end within the image
+    shortest : smallest length (m) of a line
     """
     grid = _grid(image)
     if min(grid.heights.shape) < 3:
@@ -68,22 +70,22 @@ def _grid(image: HeightImage) -> _Grid:
 
 
 def _downhill(grid: _Grid) -> FloatArray:
-    """Return the slope (H, W, 2) as a vector down the hill, seen over three pixels; 0 next to missing ground."""
+    """Return the slope (H, W, 2) as vectors downhill, computed over three pixels; 0 next to missing ground."""
     along_y, along_x = np.gradient(grid.heights, grid.y, grid.x)
     return np.asarray(np.nan_to_num(-np.stack([along_x, along_y], axis=-1)))
 
 
 def _at(grid: _Grid, points: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return row and column (N,) of the pixels at points (N, 2) m, the nearest for points outside."""
+    """Return row and column (N,) of the pixels at points (N, 2) m; for points outside the grid, the nearest pixel."""
     row = np.rint((points[:, 1] - grid.y[0]) / (grid.y[1] - grid.y[0])).astype(np.int64)
     column = np.rint((points[:, 0] - grid.x[0]) / (grid.x[1] - grid.x[0])).astype(np.int64)
     return np.clip(row, 0, len(grid.y) - 1), np.clip(column, 0, len(grid.x) - 1)
 
 
 def _upper(grid: _Grid, downhill: FloatArray, contour: FloatArray) -> Iterator[FloatArray]:
-    """Yield the parts (N, 2) m of the border (P, 2) m of a face on which the face falls away from the border.
+    """Yield the parts (N, 2) m of the border of a face at which the face falls away from the border.
 
-    Steeper ground is on the left of a contour.
+    contour : (P, 2) m, the border, with the steeper ground on its left; downhill : (H, W, 2) from `_downhill`
     """
     way = np.diff(contour, axis=0)
     inwards = np.column_stack([-way[:, 1], way[:, 0]])
@@ -100,9 +102,12 @@ def _upper(grid: _Grid, downhill: FloatArray, contour: FloatArray) -> Iterator[F
 
 
 def _without_gaps(falls: NDArray[np.bool_], lengths: FloatArray, closed: bool) -> tuple[NDArray[np.bool_], int]:
-    """Return which segments (S,) of a border are of its upper part, with gaps up to JOINED filled, and a start.
+    """Return which segments of a border belong to its upper part, with gaps up to JOINED filled, and a start.
 
-    lengths : (S,) m; closed : a closed border is turned, so that it starts in the longest gap
+    The start is the index of the segment with which the returned flags begin: of a closed border, the first segment of
+    its longest gap; else 0.
+
+    falls : (S,) True if the face falls away from a segment; lengths : (S,) m; closed : True if the border is closed
     """
     gaps = list(_runs(~falls))
     spans = [float(lengths[begin:end].sum()) for begin, end in gaps]
@@ -116,7 +121,7 @@ def _without_gaps(falls: NDArray[np.bool_], lengths: FloatArray, closed: bool) -
 
 
 def _runs(flags: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Yield begin and end of the runs of True in flags (S,)."""
+    """Yield begin and end (exclusive) of each run of True in flags (S,)."""
     changes = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     yield from zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True)
 
@@ -127,9 +132,9 @@ def _heights_of_ends(grid: _Grid, part: FloatArray) -> FloatArray:
 
 
 def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArray]:
-    """Return parts (N, 2) m joined end to start where the brow continues, the nearest first.
+    """Return parts (N, 2) m of borders, joined end to start where the brow continues; the smallest gaps come first.
 
-    heights : (2,) m at the ends of each part
+    heights : (2,) m at the first and the last point of each part
     """
     after: dict[int, int] = {}
     before: dict[int, int] = {}
@@ -141,7 +146,7 @@ def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArr
 
 
 def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[tuple[float, int, int]]:
-    """Yield the gap (m) and the numbers of two parts, of which the second one continues the first one."""
+    """Yield the gap (m) and the numbers of two parts, for each pair in which the second part continues the first."""
     if not parts:
         return
     starts = shapely.STRtree([shapely.Point(part[0]) for part in parts])
@@ -153,7 +158,7 @@ def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[
 
 
 def _continues(part: FloatArray, other: FloatArray) -> bool:
-    """Return True if the line to another part, and the other part, go on in the direction of a part."""
+    """True if another part, and the gap before it, continue in about the same direction as a part."""
     leaving, entering = _heading(part[::-1]) * -1.0, _heading(other)
     gap = other[0] - part[-1]
     across = abs(float(leaving[0] * gap[1] - leaving[1] * gap[0]))
@@ -172,7 +177,7 @@ def _last(after: dict[int, int], number: int) -> int:
 
 
 def _chain(after: dict[int, int], first: int) -> list[int]:
-    """Return the numbers of the parts that follow one another from a first one on."""
+    """Return the numbers of the parts that follow one another, starting with `first`; after : part -> next part."""
     chain = [first]
     while chain[-1] in after:
         chain.append(after[chain[-1]])

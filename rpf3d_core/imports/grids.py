@@ -16,7 +16,7 @@ from rpf3d_core.terrain.frame import FloatArray
 Cells = NDArray[np.bool_]
 
 SAME_CORNER = 1e-3
-"""Tolerance for equal corners and cell sides (-, share of a cell), because numbers in files are rounded."""
+"""Tolerance, as a share (-) of a cell, within which corners and cell sides are equal: files have rounded numbers."""
 
 DEM = "dem"
 
@@ -75,19 +75,21 @@ def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
 
 
 def _grid_name(path: Path) -> str:
-    """Return the grid that a file name stands for, in lower case and without extension; "" if it is not a grid."""
+    """Return the name of the grid in a file: the file name in lower case without extension; "" for other files."""
     name = path.name.lower()
     extension = next((known for known in sorted(DEM_EXTENSIONS, key=len)[::-1] if name.endswith(known)), None)
     return name.removesuffix(extension) if extension else ""
 
 
 def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], program: str) -> None:
-    """Raise an error if a folder lacks a grid that the import needs.
+    """Check that a folder has all grids that the import needs.
+
+    found : grids in the folder; names : needed grids; program : name of the other program, for the message
 
     Raises
     ------
     InputError
-        A needed grid is missing; names the missing and all needed grids.
+        A needed grid is missing; the message names the missing and all needed grids.
     """
     if missing := [f"{name}.asc" for name in names if name not in found]:
         raise InputError(f"{folder}: has no {', '.join(missing)}; {program} needs {', '.join(names)}, each as .asc")
@@ -99,8 +101,8 @@ def read_grids(files: Mapping[str, Path]) -> Grids:
     Raises
     ------
     InputError
-        A file is damaged or has other cells than dem; or the cells of dem are not square; or dem has a gap. Names the
-        file.
+        A file is damaged or has other cells than dem; or the cells of dem are not square; or dem has a gap. The message
+        names the file.
     """
     read = {name: read_grid(path, "elevation" if name == DEM else "value") for name, path in files.items()}
     heights, transform = read[DEM]
@@ -145,7 +147,7 @@ def refuse_where(grids: Grids, name: str, wrong: Cells, what: str) -> None:
     Raises
     ------
     InputError
-        A cell is wrong; names the file, the first wrong cell, its value and the number of wrong cells.
+        A cell is wrong; the message names the file, the first wrong cell, its value and the number of wrong cells.
     """
     if not wrong.any():
         return

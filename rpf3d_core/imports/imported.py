@@ -1,4 +1,4 @@
-"""The last step of all imports: write the scene folder (terrain, zones, sources, scene file) and read the scene."""
+"""Write the scene folder of an import (terrain, zones, sources, scene file), and read the scene as a check."""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ COMPANIONS = (".prj",)
 
 
 class Imported(NamedTuple):
-    """The report of an import: the path of the new scene, and which input is in the scene and which is not.
+    """The report of an import: the path of the new scene, and sentences on which input the scene includes.
 
     scene : path of the scene file; taken : sentences on imported input; left : sentences on input that is not imported
     """
@@ -56,7 +56,7 @@ def write_imported(out: Path, made: ImportedScene) -> Imported:
     Raises
     ------
     InputError
-        As `new_folder`; no folder is left in this case.
+        As `new_folder`, or the scene is not valid; no folder is left in this case.
     """
     with new_folder(out) as folder:
         _copy_terrain(made.grids.files[DEM], folder)
@@ -92,7 +92,7 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
-    """Return a sentence that warns of cells with nearly equal numbers put into one class; [] if there are none.
+    """Return a sentence that warns that cells with different numbers are in one class; [] if no class has such cells.
 
     The sentence states the number of classes and the largest change of a number.
 
@@ -108,7 +108,7 @@ def binning(classes: Classes, what: Sequence[str]) -> list[str]:
 
 
 def shifted_maps(grids: Grids) -> list[str]:
-    """Return a sentence that warns if hazard maps have their cells in other places than the input grids; else [].
+    """Return a sentence that warns that the cells of hazard maps do not lie on the cells of the grids; [] if they do.
 
     The cells of hazard maps begin at whole multiples of the cell size.
     """

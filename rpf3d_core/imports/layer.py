@@ -17,7 +17,7 @@ TYPES: dict[str, tuple[str, ...]] = {
     "line": ("LineString", "MultiLineString"),
     "point": ("Point", "MultiPoint"),
 }
-"""Types of GeoJSON geometries by kind."""
+"""GeoJSON types of the geometries of each kind."""
 
 
 def import_layer(
@@ -25,12 +25,14 @@ def import_layer(
 ) -> int:
     """Write the geometries of one kind in a file as GeoJSON, and return their number.
 
-    begin, end : names of reference systems, to transform from one to the other; begin None for what the file states
+    layer : name of the layer, "" for the only layer with this kind of geometries
+    begin : reference system of the file, None for the one that the file states; end : of the result, None for no change
 
     Raises
     ------
     InputError
-        The file is refused, its reference system is unknown but another is asked for, or `out` exists or is no GeoJSON.
+        The file is refused, `end` is given but the reference system of the file is unknown, or `out` exists or is not
+        a .geojson file.
     """
     if out.suffix.lower() != ".geojson" or out.exists():
         raise InputError(f"{out}: must be the path of a new .geojson file")

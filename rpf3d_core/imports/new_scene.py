@@ -1,4 +1,4 @@
-"""Write a commented scene for a terrain file: what was found in the file, and what the user must decide."""
+"""Write a scene for a terrain file, with comments on the content of the file and on what the user must decide."""
 
 import json
 import os
@@ -30,7 +30,7 @@ MOST_CRESTS = 8
 
 
 class FileChoice(NamedTuple):
-    """How a terrain file is read; up : axis that points up; unit : of its coordinates; crs : or None if unknown."""
+    """How to read a terrain file. up : axis that points up; unit : of the coordinates; crs : None if unknown."""
 
     up: str = "z"
     unit: str = METRE
@@ -38,9 +38,9 @@ class FileChoice(NamedTuple):
 
 
 class NewSceneFiles(NamedTuple):
-    """The scene that was written, and what it is made from.
+    """The scene that was written, and sentences on it.
 
-    path : of the scene file; sentences : what was found, for the screen; warnings : what the user must look at
+    path : of the scene file; sentences : on the content of the terrain file; warnings : on what the user must check
     """
 
     path: Path
@@ -76,7 +76,7 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
 
 
 def _bare_scene(path: Path, choice: FileChoice) -> Scene:
-    """Return a scene with which the terrain can be read; its material and source are not used."""
+    """Return a scene for reading the terrain; its material and source are placeholders."""
     file: dict[str, Any] = {"path": path} if choice.unit == METRE else {"path": path, "unit": choice.unit}
     terrain = {"files": (file,), "up": choice.up} | ({} if choice.crs is None else {"crs": choice.crs})
     return scene_of_values({
@@ -86,7 +86,7 @@ def _bare_scene(path: Path, choice: FileChoice) -> Scene:
 
 
 def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoice) -> NewScene:
-    """Return what was found in the terrain file, for the text of the scene."""
+    """Return the content of the terrain file, for the text of the scene."""
     points = terrain.frame.points_to_input(terrain.vertices)
     crs = choice.crs or next(iter(scene.terrain.crs_of_files().values()), None)
     return NewScene(
@@ -99,7 +99,7 @@ def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoi
 
 
 def _zones(terrain: Terrain) -> list[ZoneFound]:
-    """Return area and mean slope of each zone, weighted by area."""
+    """Return the area and the mean slope, weighted by area, of each zone."""
     areas = area_vectors(terrain.vertices, terrain.triangles)
     size = np.linalg.norm(areas, axis=1)
     flatness = np.clip(np.divide(areas[:, 2], size, out=np.ones_like(size), where=size > 0.0), -1.0, 1.0)
@@ -120,7 +120,7 @@ def _in_input(terrain: Terrain, crest: Crest) -> Crest:
 
 
 def _sentences(found: NewScene) -> list[str]:
-    """Return what was found in words, for the screen."""
+    """Return sentences for the screen on the content of the terrain file: triangles, holes, zones and crests."""
     zones = ", ".join(zone.name for zone in found.zones[:12]) + (", ..." if len(found.zones) > 12 else "")
     if not found.crests:
         crests = "no crest found: the source is a guess, so place it yourself"

@@ -1,4 +1,4 @@
-"""The text of a new scene: keys with comments on what was found in the terrain file and what the user must check."""
+"""Write the text of a new scene: keys, with comments on the terrain file and on what the user must check."""
 
 import json
 import re
@@ -14,17 +14,17 @@ from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 SCHEMA = "scene.schema.json"
-"""Name of the JSON Schema next to a new scene, which its first line names for editors."""
+"""File name of the JSON Schema next to a new scene; the first line of the scene names it for editors."""
 SETS, EACH = 64, 40
-"""Parameter sets of a run with ranges, and rocks of each that a new scene flies."""
+"""Number of parameter sets of a run with ranges, and number of rocks for each set in a new scene."""
 LIVE = re.compile("[\x7f-\x9f\u2028\u2029]")
-"""Characters that JSON writes as they are and YAML does not: controls, and separators of lines."""
+"""Characters that JSON does not escape, but YAML must: control characters and line separators."""
 LIBRARY = "bedrock"
-"""Entry of the library for all zones of a new scene: the widest range for hard ground."""
+"""Library entry for all zones of a new scene: the widest range for hard ground."""
 
 
 class ZoneFound(NamedTuple):
-    """A zone of the terrain: area in m2, and mean slope in degrees."""
+    """A zone of the terrain: its area (m2) and mean slope (degrees)."""
 
     name: str
     area: float
@@ -32,11 +32,12 @@ class ZoneFound(NamedTuple):
 
 
 class NewScene(NamedTuple):
-    """What was found in a terrain file.
+    """The content of a terrain file, for the text of a new scene.
 
-    path : of the file, from the scene; choice_up : axis that points up; unit : of the coordinates
+    path : of the file, relative to the scene; choice_up : axis that points up; unit : of the coordinates
     crs : reference system, or None; crs_is_stated : True if the file states it
-    low, high : (3,) m, extents of the input; highest : (3,) m, the highest point; crests : in the input's coordinates
+    low, high : (3,) m, smallest and largest coordinates; highest : (3,) m, the highest point
+    crests : with points in the input's coordinates
     split : zones of the file that consist of separate surfaces at different heights; `zones` holds their parts
     """
 
@@ -56,7 +57,7 @@ class NewScene(NamedTuple):
 
 
 def scene_text(found: NewScene) -> str:
-    """Return the text of a scene file that runs as it is."""
+    """Return the text of a scene file, which can be run without changes."""
     return "\n".join([
         f"# yaml-language-server: $schema={SCHEMA}",
         *comment("Written by `rpf3d new`. The scene runs as it is: rpf3d check scene.yaml, then rpf3d run scene.yaml "
@@ -91,7 +92,7 @@ def _terrain(found: NewScene) -> Iterator[str]:
 
 
 def _materials(found: NewScene) -> Iterator[str]:
-    """Yield the lines on materials: one range for everything, and a comment for each zone."""
+    """Yield the lines on materials: one library entry for all zones, and a commented line for each zone."""
     yield from comment(
         "CHECK: nothing in the file says what the ground is. Everything is bedrock from the library, with the range "
         "over all its sources, so intervals of the results are wide (predictive). `rpf3d materials` lists other "
@@ -111,7 +112,7 @@ def _rock() -> Iterator[str]:
 
 
 def _sources(found: NewScene) -> Iterator[str]:
-    """Yield the lines on sources: the largest crest, the others as comments; or the highest point without a crest."""
+    """Yield the lines on sources: the largest crest, and others as comments; without crests, the highest point."""
     if not found.crests:
         yield from comment(
             f"CHECK: no crest was found, that is, no face steeper than {STEEP:g} degrees and {LOWEST:g} m high. The "
@@ -131,7 +132,7 @@ def _sources(found: NewScene) -> Iterator[str]:
 
 
 def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
-    """Yield the lines on a source along a crest; up : axis that points up; mark : what comments the source out."""
+    """Yield the lines on a source along a crest; up : axis that points up; mark : "# " to comment the source out."""
     points = crest.points.tolist()
     brow = f"brow at {np.median(crest.points[:, 'xyz'.index(up)]):,.0f} m"
     yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, {brow}, above a face of {crest.height:.0f} m"
@@ -142,7 +143,7 @@ def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
 
 
 def _end() -> Iterator[str]:
-    """Yield the lines on areas, models and the seed."""
+    """Yield the last lines: areas of interest and effects as comments, and the seed."""
     yield from comment("Areas of interest, such as a ramp (polygons in the coordinates of the terrain):")
     yield "# areas_of_interest:"
     yield "#   - {name: ramp, polygons: ramp.geojson}"
@@ -153,13 +154,14 @@ def _end() -> Iterator[str]:
 
 
 def _point(point: Sequence[float]) -> str:
-    """Return a point as a list in YAML, with plain decimals to the centimetre."""
+    """Return a point as a YAML list, rounded to centimetres."""
     return f"[{', '.join(f'{value:.2f}' for value in point)}]"
 
 
 def _quoted(text: str) -> str:
-    """Return a name in double quotes, as YAML and JSON write it, on one line of YAML.
+    """Return a name as a YAML string in double quotes, on one line.
 
-    JSON leaves control characters above 0x7e and separators of lines as they are; YAML would end a comment there.
+    JSON does not escape control characters above 0x7e and line separators. They are escaped here, because they would
+    end a comment in YAML.
     """
     return LIVE.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(text, ensure_ascii=False))

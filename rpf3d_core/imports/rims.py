@@ -16,9 +16,9 @@ def within(shape: tuple[int, ...], rim: int) -> Cells:
 
 
 def surrounded(ground: Cells) -> Cells:
-    """Return flags (H, W): True if a cell and its eight neighbours have ground, so that a rock there is above a facet.
+    """Return flags (H, W): True if a cell and its eight neighbours have ground.
 
-    This holds for a rock anywhere in the cell.
+    A rock that starts anywhere in such a cell is above a facet.
 
     ground : (H, W) True where a cell has a height
     """

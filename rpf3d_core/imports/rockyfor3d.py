@@ -83,7 +83,7 @@ def _refuse_wrong_ground(grids: Grids) -> None:
 
 
 def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> ImportedScene:
-    """Return everything that the import will write: scene text, zones, materials, source points and forest outline."""
+    """Return the content of the scene folder: scene text, zones, materials, source points and forest outline."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(int(soil), moh, blocks.radius) for soil, *moh in classes.values.tolist()]
     forest, extra = forest_of(folder, grids), without_effect(folder, grids.files)

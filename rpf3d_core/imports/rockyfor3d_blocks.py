@@ -1,4 +1,4 @@
-"""Read the rocks of a Rockyfor3D folder (blocks in Rockyfor3D's words): source cells, densities and volumes."""
+"""Read the rocks of a Rockyfor3D folder, which Rockyfor3D calls blocks: source cells, densities and volumes."""
 
 import math
 from typing import NamedTuple
@@ -14,7 +14,7 @@ DENSITY, AXES, SHAPE = "rockdensity", ("d1", "d2", "d3"), "blshape"
 
 FILLED = {1: ("rectangular", 1.0), 2: ("ellipsoidal", math.pi / 6.0), 3: ("spherical", math.pi / 6.0),
           4: ("disc", math.pi / 4.0)}  # fmt: skip
-"""Rock shapes by code, each with the share (-) of the box d1 d2 d3 that the shape fills.
+"""Name of each rock shape, and the share (-) of its box d1 x d2 x d3 that it fills, by code.
 
 A disc is a cylinder of thickness d3.
 """
@@ -30,7 +30,7 @@ class Blocks(NamedTuple):
     """The rocks of N source cells, row by row.
 
     cells : (H, W) True for a source cell
-    left_out : numbers of ignored source cells, at the boundary of the grid and next to missing ground
+    left_out : two numbers of source cells that are not used: at the rim of the grid, and next to missing ground
     density : (N,) kg/m3; volume : (N,) m3; shapes : names of the shapes that occur
     """
 
@@ -52,8 +52,8 @@ def blocks_of(grids: Grids) -> Blocks:
     Raises
     ------
     InputError
-        A density is negative or missing, there is no source cell, or a source cell has no valid size or shape. Names
-        the file, and the cell with a wrong value.
+        A density is negative or missing, there is no source cell, or a source cell has no valid size or shape. The
+        message names the file, and the cell with a wrong value.
     """
     density = grids.values[DENSITY]
     wrong = grids.ground & ~(density >= 0.0)

@@ -43,7 +43,8 @@ def forest_of(folder: Path, grids: Grids) -> ImportedForest | None:
     Raises
     ------
     InputError
-        One of the four rasters is missing or has a value out of range; names the file, and the cell of the value.
+        One of the four rasters is missing or has a value out of range; the message names the file, and the cell of the
+        value.
     """
     given = [name for name in FOREST if name in grids.files]
     if not given:
@@ -80,9 +81,9 @@ def has_forest() -> bool:
 
 
 def forest_lines(forest: ImportedForest | None) -> list[str]:
-    """Return the lines of the effect `forest` in the scene file.
+    """Return the lines of the effect `forest` in the scene file; [] without forest.
 
-    Comment lines if this version does not have the effect.
+    The lines are comments if this version of rpf3d does not have the effect.
     """
     if forest is None:
         return []
@@ -95,12 +96,15 @@ def forest_lines(forest: ImportedForest | None) -> list[str]:
 
 
 def without_effect(folder: Path, files: Mapping[str, Path]) -> list[Path]:
-    """Return the files of trees and nets; the import copies them into the scene folder, but does not read them."""
+    """Return the files of single trees and nets in a folder, which the import copies but does not read.
+
+    files : grids of the folder, by name
+    """
     trees = sorted(path for path in folder.iterdir() if path.name.lower() in TREES)
     return trees + [files[name] for name in NETS if name in files]
 
 
 def without_effect_lines(extra: list[Path]) -> list[str]:
-    """Return comment lines for the scene file that name the copied files without effect."""
+    """Return comment lines for the scene file that name the files that are copied but not read; [] if none."""
     names = ", ".join(path.name.lower() for path in extra)
     return comment(f"Copied beside this file and without effect: {names}.") if extra else []

@@ -18,7 +18,7 @@ VARIATION = 0.1
 LEAST_R_T, MOST_R_T = 0.1, 0.99
 """Smallest and largest R_t (-), Rockyfor3D's tangential coefficient. Unconfirmed."""
 STEPS = 1000
-"""Number of evenly spaced values used to average over a uniform distribution; the error is below 1e-6."""
+"""Number of evenly spaced values for a mean over a uniform distribution; the error of the mean is below 1e-6."""
 
 
 class Soil(NamedTuple):
@@ -49,7 +49,7 @@ SWALLOWS = 0
 
 
 class CoefficientSpread(NamedTuple):
-    """The spread of a coefficient (-) in the scene: mean, standard deviation, least and largest value."""
+    """The distribution of a coefficient (-) in the scene: mean, standard deviation, smallest and largest value."""
 
     mean: float
     sd: float
@@ -62,9 +62,10 @@ def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
 
     R_t is 1 / (1 + MOH / R), unconfirmed, with obstacle height MOH and block radius R.
 
-    moh : (3,) m, obstacle heights; radius : of the block, m
     In Rockyfor3D, the obstacle height MOH includes the penetration depth of the block. This depth is ignored here,
     because the depth depends on the speed.
+
+    moh : (3,) m, obstacle heights; radius : of the block, m
     """
     return np.asarray(1.0 / (1.0 + np.array(moh) / radius))
 
@@ -72,9 +73,10 @@ def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
 def tangential_restitution(moh: Sequence[float], radius: float) -> CoefficientSpread:
     """Return the tangential restitution (-) for the scene, a ratio of speeds, that corresponds to Rockyfor3D's R_t.
 
-    moh : (3,) m, obstacle heights; radius : of the block, m
     In Rockyfor3D v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)), so R_t is a share of energy: a rolling sphere,
     w = v_t / R, keeps sqrt(R_t) of its speed. (The formula is unconfirmed; the root follows from the formula.)
+
+    moh : (3,) m, obstacle heights; radius : of the block, m
     """
     share = energy_share(moh, radius)[:, None]
     evenly = 1.0 + VARIATION * ((2.0 * np.arange(STEPS) + 1.0) / STEPS - 1.0)

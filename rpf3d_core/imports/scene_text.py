@@ -32,7 +32,7 @@ class SceneText(NamedTuple):
 
     head : sentences on the origin of the scene; left : sentences on input that is not imported
     terrain : path of the elevation grid, relative to the scene; zones : exactly one zone has no polygons
-    rock, sources, models : lines of YAML, which may hold comments
+    rock, sources, models : lines of YAML, with comments
     """
 
     head: Sequence[str]
@@ -74,19 +74,19 @@ def number(value: float) -> str:
 
 
 def normal(mean: float, sd: float, low: float, high: float) -> str:
-    """Return a truncated normal distribution as text for the scene file; only the mean if both bounds look the same."""
+    """Return a truncated normal distribution as text for the scene file; the mean if the bounds round to one number."""
     if number(low) == number(high):
         return number(mean)
     return f"{{mean: {number(mean)}, sd: {number(sd)}, min: {number(low)}, max: {number(high)}}}"
 
 
 def uniform(low: float, high: float) -> str:
-    """Return a uniform distribution as text for the scene file; one number if both bounds look the same."""
+    """Return a uniform distribution as text for the scene file; one number if both bounds round to it."""
     return number(low) if number(low) == number(high) else f"{{uniform: [{number(low)}, {number(high)}]}}"
 
 
 def names_of(words: Sequence[str]) -> list[str]:
-    """Return different names for zones: a repeated word gets a number as suffix."""
+    """Return distinct names for zones: a repeated word gets a suffix with a number."""
     seen: dict[str, int] = {}
     names = []
     for word in words:

@@ -43,7 +43,7 @@ NEEDED = (DEM, SOURCES, NORMAL, TANGENTIAL, FRICTION)
 
 GRAVITY = 9.805
 START_SPEED, START_VARIATION = 1.0, 0.1
-"""Start speed of rocks (m/s), and its relative variation (-) among the rocks of a cell: the defaults of r.stone.
+"""Start speed of rocks (m/s), and its relative variation (-) among the rocks of a cell; both are r.stone's defaults.
 
 The distribution of the variation is unconfirmed.
 """
@@ -62,7 +62,7 @@ The value is the tangent of 71.6 degrees; the largest published tangent is 0.95.
 PERCENT = 100.0
 
 ROLLING, ROLLING_KEY = "rolling_stone", "rolling_friction"
-"""Names of the ground model with STONE's rolling rule, and of the key of a material that this model needs.
+"""Name of the ground model with STONE's rolling rule, and the key of a material that this model needs.
 
 If this version of rpf3d has both, the import writes the coefficient, but does not select the ground model.
 """
@@ -79,7 +79,7 @@ HEAD = (
 
 
 class Restitution(NamedTuple):
-    """The unit of the restitution grids: its name, and `whole`, the number that stands for a restitution of 1."""
+    """The unit of the restitution grids. unit : its name; whole : the number that means a restitution of 1."""
 
     unit: str
     whole: float
@@ -122,9 +122,9 @@ def _refuse_wrong_ground(grids: Grids, needed: Cells) -> Restitution:
 
 
 def _unit_of(grids: Grids, needed: Cells) -> Restitution:
-    """Return the unit of the restitution grids: percent if a number is above 1, else shares.
+    """Return the unit of the restitution grids: percent if any number is above 1, else shares.
 
-    Mixed units are refused.
+    Grids with different units are refused. needed : (H, W) True for cells whose values count
     """
     most = {name: float(np.nanmax(grids.values[name][needed], initial=0.0)) for name in (NORMAL, TANGENTIAL)}
     low, high = sorted(most, key=lambda name: most[name])
@@ -137,7 +137,7 @@ def _unit_of(grids: Grids, needed: Cells) -> Restitution:
 
 
 def _made(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution) -> ImportedScene:
-    """Return everything that the import will write: scene text, zones, materials and source points."""
+    """Return the content of the scene folder: scene text, zones, materials and source points."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(row, unit) for row in classes.values.tolist()]
     sources = ["sources:"] + [line for start in starts.starts for line in _source(start)]
@@ -161,8 +161,8 @@ def _zone_name(stops: float, normal_: float, tangential: float, friction: float)
 def _material(ground: Sequence[float], unit: Restitution) -> list[str]:
     """Return the lines of a zone's material in the scene file, from the values of STONE's grids.
 
-    ground : flag (not 0 if rocks stop in the zone), normal and tangential restitution in the grids' unit, tangent of
-        the friction angle (-)
+    ground : four numbers: flag (not 0 if rocks stop in the zone), normal and tangential restitution in the grids'
+        unit, and tangent of the friction angle (-)
     """
     stops, normal_, tangential, friction = ground
     if stops:
@@ -183,13 +183,16 @@ def _within_a_tenth(value: float, most: float = 1.0) -> str:
 
 
 def _angle(tangent: float) -> str:
-    """Return the friction angle (degrees) for the scene file, as a distribution: its tangent varies by a tenth."""
+    """Return the friction angle (degrees) for the scene file, as a distribution within a tenth of its tangent."""
     low, mean, high = (math.degrees(math.atan(share * tangent)) for share in (1.0 - VARIATION, 1.0, 1.0 + VARIATION))
     return normal(mean, SD / VARIATION * 0.5 * (high - low), low, high)
 
 
 def _rolling(friction: str) -> list[str]:
-    """Return the material line for STONE's rolling rule; [] if this version of rpf3d does not have the rule."""
+    """Return the line of a material for STONE's rolling rule; [] if this version of rpf3d does not have the rule.
+
+    friction : coefficient or distribution, as text
+    """
     return [f"{ROLLING_KEY}: {friction}"] if _has_rolling() else []
 
 
@@ -198,7 +201,7 @@ def _has_rolling() -> bool:
 
 
 def _source(start: Start) -> list[str]:
-    """Return the lines of a source in the scene file: all rocks that start in the same direction."""
+    """Return the lines of a source in the scene file; a source has all rocks that start in one direction."""
     length = math.hypot(*start.step)
     vx, vy = (number(START_SPEED * step / length) for step in start.step)
     spread = number(START_SPEED * START_VARIATION)

@@ -19,9 +19,9 @@ NEIGHBOURS = {
     "north": (0, 1), "north_east": (1, 1), "east": (1, 0), "south_east": (1, -1),
     "south": (0, -1), "south_west": (-1, -1), "west": (-1, 0), "north_west": (-1, 1),
 }  # fmt: skip
-"""The eight neighbours of a cell, with steps (cells) to the east and north; rocks start towards the steepest.
+"""The eight neighbours of a cell, with steps (cells) to the east and north; rocks start towards one of them.
 
-Of equally steep neighbours, the first is used.
+They start towards the neighbour with the steepest fall; of equally steep neighbours, towards the first.
 """
 
 MOST_LINES = 5_000_000
@@ -32,7 +32,7 @@ class Start(NamedTuple):
     """All rocks that start in the same direction, towards one neighbour of their source cells.
 
     direction : name of the neighbour; step : cells to the east and north; rocks : number of rocks
-    points : (N, 2) m in plan, centres of the source cells. A cell is repeated in proportion to its number of rocks.
+    points : (N, 2) m in plan, centres of the source cells; a centre is repeated in proportion to the cell's rocks
     """
 
     direction: str
@@ -61,7 +61,7 @@ def starts_of(grids: Grids) -> StoneStarts:
     ------
     InputError
         A number is not one of -1, 0, 1, 2, ...; or there is no source cell; or the source points would have more than
-        MOST_LINES lines. Names the file.
+        MOST_LINES lines. The message names the file.
     """
     rocks = source_rocks(grids)
     wanted = grids.ground & (rocks > 0)
@@ -85,7 +85,7 @@ def starts_of(grids: Grids) -> StoneStarts:
 
 
 def source_rocks(grids: Grids) -> NDArray[np.int64]:
-    """Return how many rocks each cell releases (H, W): STOP where rocks stop, 0 where the grid has no value.
+    """Return the number (H, W) of rocks that each cell releases: STOP where rocks stop, 0 where the grid has no value.
 
     Raises
     ------
@@ -99,9 +99,9 @@ def source_rocks(grids: Grids) -> NDArray[np.int64]:
 
 
 def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return which neighbour of each cell is the steepest (H, W), as index in NEIGHBOURS, and the gradient (-) to it.
+    """Return the steepest neighbour (H, W) of each cell, as index in NEIGHBOURS, and the gradient (H, W) (-) to it.
 
-    The gradient is positive downhill; -inf for a cell without height, or with no neighbour that has one.
+    The gradient is positive downhill; -inf if the cell or all its neighbours have no height.
     """
     heights = grids.values["dem"]
     wide = np.pad(heights, 1, constant_values=np.nan)

@@ -13,9 +13,9 @@ from rpf3d_core.terrain.facets import Terrain
 TIMELINE = "sim_time"
 
 COVERING = ("world/trajectories", "world/ends")
-"""Parts of the recording that would cover the hazard maps, and are hidden in their views."""
+"""Parts of the recording that are hidden in the views of the hazard maps, because they would cover the maps."""
 LAYERS = {REACH: "Reach probability", ENERGY: "Energy, p95"}
-"""Parts of the recording with a hazard map each, and the titles of their views."""
+"""Title of the view of each hazard map, by the map's part of the recording."""
 
 EYE_DISTANCE, EYE_HEIGHT = 1.1, 0.7
 """Horizontal distance and height of the viewer's eye from its target (-), as shares of the extent of the paths.
@@ -24,13 +24,13 @@ From there, all paths are in view, seen from the side towards which the rocks tr
 """
 
 HEADROOM = 1.05
-"""Top of the axis of a plot over its largest value (-), so that the line does not touch the frame."""
+"""Ratio (-) of the top of a plot's axis to the largest value, so that the line does not touch the frame."""
 
 
 def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energy: float, hazard: bool = False) -> Any:
-    """Return the layout of a run's recording; the eye of the 3D views looks at the slope from ahead of the rocks.
+    """Return the layout of a run's recording in the viewer; the eye of the 3D views is ahead of the rocks and above.
 
-    fastest, most_energy : largest values of the series, m/s and J
+    fastest, most_energy : largest speed (m/s) and energy (J) in the plots
     hazard : True to add a view for each hazard layer, and a page for the bench table
     """
     import rerun.blueprint as rrb
@@ -55,9 +55,11 @@ def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energ
 
 
 def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
-    """Return the 3D views as tabs: one of the paths, and one of each hazard map.
+    """Return the 3D views as tabs: a view of the paths, and a view of each hazard map.
 
-    Each view hides what would cover it; users can show hidden parts again.
+    Each view hides the parts that would cover its content; users can show them again.
+
+    name : title of the view of the paths; eye : target and position of the viewer's eye, (3,) m each
     """
     import rerun.blueprint as rrb
 
@@ -69,7 +71,7 @@ def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
 
 
 def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] = ()) -> Any:
-    """Return a 3D view, looking from a given eye, with some parts of the recording hidden.
+    """Return a 3D view of the recording without some hidden parts.
 
     eye : target and position, (3,) m each
     """
@@ -82,7 +84,7 @@ def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] =
 
 
 def _series(origin: str, name: str, largest: float) -> Any:
-    """Return a view of the plots of several rocks, from 0 to their largest value.
+    """Return a view that plots one quantity of several rocks over time, from 0 to the largest value.
 
     The view has no legend, because 20 names would cover the lines.
     """
@@ -93,7 +95,7 @@ def _series(origin: str, name: str, largest: float) -> Any:
 
 
 def point_of_view(terrain: Terrain, samples: PathSamples) -> tuple[FloatArray, FloatArray]:
-    """Return where the eye of the 3D views looks and where it is: target and position, (3,) m each, local frame.
+    """Return the target and the position of the eye of the 3D views, (3,) m each, local frame.
 
     The target is the middle of the paths; the eye is ahead of the rocks and above. Without paths, the eye looks at the
     terrain from the south.

@@ -1,4 +1,4 @@
-"""Verify recordings, read their content, and repair a recording that was cut off; all with rerun's own tools."""
+"""Verify recordings, read their content, and repair incomplete recordings, with rerun's own tools."""
 
 import subprocess
 import sys
@@ -12,20 +12,20 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.log import import_rerun
 
 LONGEST = 600.0
-"""Longest time (s) that a tool of rerun may take before it counts as failed; a recording of 1 GB takes about 10 s."""
+"""Time (s) after which a tool of rerun counts as failed; a recording of 1 GB takes about 10 s."""
 
 IN_FLIGHT = "/trajectories/rocks"
-"""Ending of the name under which a recording stores where rocks will be; its times are predicted.
+"""End of the name of the part of a recording with the predicted positions of rocks.
 
-These times are ignored when the last moment of a recording is determined.
+Its times lie in the future, so they do not count for the last moment of a recording.
 """
 
 TIMELINES = ("ros_time", "sim_time")
-"""Timelines in order of preference: the last moment of a recording is given on the first of them that it has."""
+"""Timelines in order of preference: the last moment of a recording is on the first of these that the recording has."""
 
 
 class RecordingContent(NamedTuple):
-    """What a recording contains, for the report after a repair: rows of each entity, and the last moment.
+    """The content of a recording, for the report after a repair: the rows of each entity, and the last moment.
 
     rows : number of rows by entity, over all chunks
     until : timeline and last moment as text, "" for a recording without times
@@ -44,12 +44,12 @@ def verify(recording: Path) -> None:
 
 
 def rows_by_entity(recording: Path) -> dict[str, int]:
-    """Return the number of rows of each entity in a recording; InputError for a file that is not a recording."""
+    """Return the number of rows of each entity in a recording; raise InputError if the file is not a recording."""
     return content_of(recording).rows
 
 
 def bytes_by_entity(recording: Path) -> dict[str, int]:
-    """Return the bytes of each entity's rows, not compressed; InputError for a file that is not a recording."""
+    """Return the uncompressed size (bytes) of each entity's rows; raise InputError if the file is not a recording."""
     sizes: Counter[str] = Counter()
     for chunk in _chunks(recording):
         sizes[str(chunk.entity_path)] += chunk.to_record_batch().nbytes
@@ -57,7 +57,7 @@ def bytes_by_entity(recording: Path) -> dict[str, int]:
 
 
 def content_of(recording: Path) -> RecordingContent:
-    """Return the rows of each entity and the last moment of a recording; InputError for other files."""
+    """Return the rows of each entity and the last moment of a recording; raise InputError if it is not a recording."""
     rows: Counter[str] = Counter()
     last: dict[str, Any] = {}
     for chunk in _chunks(recording):
@@ -71,10 +71,10 @@ def content_of(recording: Path) -> RecordingContent:
 
 
 def repair(broken: Path, repaired: Path) -> RecordingContent:
-    """Repair a recording that was cut off: write its readable part to another file, and return what was saved.
+    """Repair an incomplete recording: write its readable part to another file, and return the content of that file.
 
-    Raises InputError if `broken` does not exist, `repaired` exists already, no row can be read, or the repaired
-    recording does not verify. In these cases no file is written.
+    Raise InputError if `broken` does not exist, `repaired` already exists, no row can be read, or the repaired
+    recording is not valid. In these cases no file is written.
     """
     if repaired.exists():
         raise InputError(f"{repaired}: is there already; remove it, or give another file with -o")
@@ -105,7 +105,7 @@ def _chunks(recording: Path) -> Iterator[Any]:
     reader = import_rerun().chunk.RrdReader
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the warning is about a missing footer, which `verify` reports
+            warnings.simplefilter("ignore")  # it warns of a missing footer, which `verify` reports
             yield from reader(str(recording)).stream().to_chunks()
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{recording}: cannot be read back: {error}") from error

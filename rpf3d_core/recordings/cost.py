@@ -15,10 +15,11 @@ LINE, POINT = 1.5, 4.0
 
 
 def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, document: str) -> None:
-    """Write cost.rrd: the points of error over time, the picture cost.png and a document (Markdown).
+    """Write cost.rrd: points of error against computing time, the picture cost.png and a document (Markdown).
+
+    The points are at (log10 seconds, -log10 error).
 
     path : of the recording; picture : path of the PNG file
-    The points are at (log10 seconds, -log10 error).
 
     Raises
     ------
@@ -49,7 +50,7 @@ def _log_series(recording: Any, one: Series) -> None:
 
 
 def places_of(one: Series) -> FloatArray:
-    """Return where the points of a series lie in the viewer (S, 2): log10 of the seconds, -log10 of the errors (-).
+    """Return the positions (S, 2) of a series' points in the viewer: log10 of the seconds, -log10 of the errors (-).
 
     The viewer's y axis points down, so the minus sign puts smaller errors lower.
     """

@@ -1,8 +1,8 @@
 """Write the hazard maps of the terrain's facets to a recording, as coloured meshes, with the bench table.
 
-rerun colours vertices, not facets. A layer is therefore a mesh of its own, slightly above the terrain, with duplicated
-vertices where the colour changes, so that each facet has exactly its own colour. A mesh has only the facets that rocks
-reached, so the size of the recording depends on these facets and not on the whole terrain.
+rerun colours vertices, not facets. Each hazard map is therefore a separate mesh, slightly above the terrain, with
+duplicated vertices where the colour changes, so that each facet has exactly its own colour. The mesh has only the
+facets that rocks reached, so the size of the recording depends on these facets and not on the whole terrain.
 """
 
 import math
@@ -23,7 +23,7 @@ REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
 """Names of the meshes of the hazard maps in the recording."""
 
 STEPS = 24
-"""Number of colours of a hazard map: neighbouring colours look the same, and most facets can share vertices."""
+"""Number of colours of a hazard map: neighbouring colours look the same, and most facets can still share vertices."""
 
 FEW_COLOUR = (125, 143, 179)
 """Colour of facets that too few rocks reached for a percentile."""
@@ -35,7 +35,7 @@ The height is enough for the viewer's depth buffer when the whole terrain is in 
 """
 
 LEGEND_STEPS = 5
-"""Number of values for which the legend in the document names the colour."""
+"""Number of values in the legend of the document, which names the colour of each value."""
 
 JOULE_PER_KJ = 1000.0
 
@@ -43,8 +43,9 @@ JOULE_PER_KJ = 1000.0
 class Layer(NamedTuple):
     """One hazard map of the S facets that rocks reached: its values, colour scale and unit.
 
-    values : (S,) in their own unit; scale : of the values; unit : the unit shown
-    per_unit : one unit shown, expressed in the values' own unit, such as 1000 for kJ if the values are in J
+    entity : name of the mesh in the recording
+    values : (S,) in SI units; scale : colour scale of `values`; unit : the unit shown
+    per_unit : size of the unit shown in the unit of `values`, such as 1000 for kJ
     """
 
     entity: str
@@ -101,7 +102,7 @@ def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
 def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -> ColouredMesh:
     """Return the mesh of one hazard map: the reached facets in its colours, lifted above the terrain and other maps.
 
-    number : of the layer, from 1; it is lifted by `number` times LIFT
+    number : number of the map, from 1; the map is lifted by `number` times LIFT
     """
     place = places(layer.scale, layer.values)
     step = np.where(np.isnan(place), STEPS, np.clip(place * STEPS, 0, STEPS - 1)).astype(np.int64)

@@ -33,16 +33,16 @@ FRAMES = 500
 """Number of moments for which the positions of moving rocks are recorded, evenly spaced until the last rock ends."""
 
 SERIES_ROCKS = 20
-"""Largest number of rocks with plots of speed and energy: more lines cannot be distinguished."""
+"""Largest number of rocks with plots of speed and energy, because more lines cannot be distinguished."""
 
 LOGGED_ROCKS = 10_000
-"""Largest number of rocks with a log line on their outcome; a last line states how many rocks are left out."""
+"""Largest number of rocks with a log line on their outcome; the last line states how many more rocks there are."""
 
 ROCK_COLOUR = (255, 140, 0)
 ROCK_PIXELS, DEPOSIT_PIXELS = 4.0, 3.0
-"""Sizes of rocks in the viewer (pixels), because a rock of 1 m cannot be seen in a pit of 1 km.
+"""Sizes of rocks in the viewer in pixels: in metres, a rock of 1 m could not be seen in a pit of 1 km.
 
-rerun takes negative radii as sizes on the screen.
+rerun interprets negative radii as sizes on the screen.
 """
 
 
@@ -62,9 +62,9 @@ def write_recording(
     Parameters
     ----------
     summary : mapping, optional
-        As in summary.json, for the log and the document.
+        Content of summary.json, for the log and the document.
     maps : HazardMaps, optional
-        Of the ensemble; adds the hazard of the facets and the bench table.
+        Hazard maps of the run; with them, the recording also has the hazard of the facets and the bench table.
     obstacles : Obstacles, optional
         Barriers and trees of the scene.
 
@@ -101,16 +101,16 @@ def write_recording(
 
 
 def close_recording(recording: Any, path: Path) -> None:
-    """Complete the file of a recording and close it; OSError if the file cannot be written."""
+    """Complete the file of a recording and close it; raise OSError if the file cannot be written."""
     try:
         recording.flush()
-    except RuntimeError as fault:  # rerun's only error if its file cannot be written, for example on a full disk
+    except RuntimeError as fault:  # if the file cannot be written, for example on a full disk
         raise OSError(f"{path}: the recording could not be written") from fault
     recording.disconnect()
 
 
 def import_rerun() -> Any:
-    """Return the package rerun; if it is missing, an `InputError` says how to install it."""
+    """Return the package rerun; raise an InputError that says how to install it if it is missing."""
     try:
         import rerun
     except ImportError as fault:
@@ -153,7 +153,7 @@ def log_ends(recording: Any, deposits: Deposits) -> None:
 
 
 def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: float) -> None:
-    """Write the positions of moving rocks as `world/rocks`, at FRAMES moments, so that the viewer can play the run.
+    """Write the positions of moving rocks at FRAMES moments as `world/rocks`, so that the viewer can play the run.
 
     rows : (N,) rows of the rocks in `Deposits`; gravity : m/s^2
     """
@@ -198,7 +198,9 @@ def log_outcomes(
 ) -> None:
     """Write a log line about the end of each rock: outcome, sentence, zone and figures.
 
-    There are lines for at most LOGGED_ROCKS rocks, then one line with the number of the others.
+    There are lines for at most LOGGED_ROCKS rocks, then one line with the number of further rocks.
+
+    names : of the sources; sentences : the sentence that explains each outcome
     """
     rr = import_rerun()
     order = np.argsort(deposits.t[:LOGGED_ROCKS], kind="stable")
@@ -212,5 +214,5 @@ def log_outcomes(
 
 
 def _send(recording: Any, entity: str, seconds: FloatArray, columns: Any) -> None:
-    """Write all values of an entity at once; seconds : (N,) s, simulated time of each value."""
+    """Write all values of an entity in one call; seconds : (N,) s, simulated time of each value."""
     recording.send_columns(entity, [import_rerun().TimeColumn(TIMELINE, duration=seconds)], columns)

@@ -47,7 +47,7 @@ class RecordedScene(Protocol):
 
     @property
     def path(self) -> Path:
-        """The scene file, quoted in the recording."""
+        """The scene file, whose text is included in the recording."""
 
     @property
     def seed(self) -> int:
@@ -59,11 +59,11 @@ class RecordedScene(Protocol):
 
     @property
     def sources(self) -> Sequence[RecordedSource]:
-        """Sources; `Deposits.source` is an index into them."""
+        """The sources; `Deposits.source` is an index into this sequence."""
 
     @property
     def materials(self) -> Mapping[str, Any]:
-        """Materials by name of a zone, or by pattern of zone names."""
+        """Materials by the name of a zone, or by a pattern of zone names."""
 
     @property
     def rock(self) -> RecordedRock:

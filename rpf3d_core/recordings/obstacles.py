@@ -1,4 +1,4 @@
-"""Write the obstacles of a scene (barriers and trees) to a recording, to be seen together with the trajectories."""
+"""Write the obstacles of a scene (barriers and trees) to a recording."""
 
 from typing import Any
 
@@ -6,14 +6,14 @@ from rpf3d_core.terrain.obstacles import Obstacles
 
 BARRIER_COLOUR, TREE_COLOUR = (30, 60, 200), (30, 120, 50)
 BARRIER_PIXELS, TREE_PIXELS = 1.5, 2.0
-"""Widths of barriers and sizes of trees in the viewer (pixels): a thin stem cannot be seen in a pit of 1 km.
+"""Widths of barriers and sizes of trees in the viewer in pixels: in metres, a stem could not be seen in a pit of 1 km.
 
-rerun takes negative radii as sizes on the screen.
+rerun interprets negative radii as sizes on the screen.
 """
 
 
 def log_obstacles(recording: Any, obstacles: Obstacles) -> None:
-    """Write barriers as named lines, `world/barriers`, and trees as points, `world/trees`, both at their feet.
+    """Write barriers as named lines, `world/barriers`, and trees as points, `world/trees`; both lie on the ground.
 
     Nothing is logged for a kind of obstacle that the scene does not have.
     """

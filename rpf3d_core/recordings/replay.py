@@ -15,18 +15,18 @@ LOOPBACK = "127.0.0.1"
 """Address at which the viewer listens for live data: only programs on this machine can reach it."""
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 SETTLED = 4.0
-"""Seconds after which a viewer that still runs counts as open; without a screen, the viewer ends after 1.6 s."""
+"""Time (s) after which a viewer that still runs counts as open; without a screen, a viewer ends after 1.6 s."""
 
 
 def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
-    """Open the viewer with the recording of a result folder, or with a file; return the viewer's process.
+    """Open the viewer with a recording file, or with the recording of a result folder; return the viewer's process.
 
-    Returns after SETTLED seconds, or when the viewer ends.
+    The function returns after SETTLED seconds, or earlier if the viewer ends.
 
     Raises
     ------
     InputError
-        The folder holds no recording, rerun is not installed, there is no display, or the viewer ends with an error.
+        The folder has no recording, rerun is not installed, there is no display, or the viewer ends with an error.
     """
     recording = recording_of(folder)
     command = viewer_command(recording)
@@ -45,7 +45,7 @@ def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
 
 
 def _check_display(recording: Path) -> None:
-    """Raise an error if there is no display, because the viewer's own message is long."""
+    """Raise an InputError if there is no display; its message is shorter than the viewer's own."""
     if sys.platform.startswith("linux") and not any(map(os.environ.get, DISPLAYS)):
         raise InputError(
             f"{recording}: there is no display to show it on (neither {' nor '.join(DISPLAYS)} is set); open it in a "
@@ -54,7 +54,7 @@ def _check_display(recording: Path) -> None:
 
 
 def recording_of(folder: str | Path) -> Path:
-    """Return the path of the recording in a result folder, or of a recording itself; `InputError` if there is none."""
+    """Return the path of a recording, given this path or its result folder; raise an InputError if there is none."""
     path = Path(folder)
     if path.suffix == SUFFIX and path.is_file():
         return path
@@ -69,7 +69,7 @@ def recording_of(folder: str | Path) -> Path:
 
 
 def viewer_command(recording: Path) -> list[str]:
-    """Return the command line that opens the viewer with a recording; `InputError` if rerun is not installed."""
+    """Return the command line that opens the viewer with a recording; raise an InputError if rerun is not installed."""
     check_rerun()
     return [sys.executable, "-m", "rerun", "--bind", LOOPBACK, str(recording)]
 

@@ -1,4 +1,4 @@
-"""Prepare meshes and lines for the viewer, which gives one colour to a vertex and one colour to a line."""
+"""Prepare meshes and lines for the viewer, which can only colour a whole line, and only the vertices of a mesh."""
 
 from typing import NamedTuple
 
@@ -11,13 +11,13 @@ from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.terrain.facets import Terrain
 
 SPEED_STEPS = 16
-"""Number of colours from speed 0 to the highest speed; a path is cut where its colour changes.
+"""Number of colours from speed 0 to the highest speed.
 
-rerun gives a line one colour.
+A path is cut where its colour changes, because rerun draws each line in one colour.
 """
 
 BLOCK = 2**14
-"""Number of facets whose areas are computed at a time, so that they stay in the processor's cache."""
+"""Number of facets whose areas are computed in one step, so that they fit into the processor's cache."""
 
 
 class ColouredMesh(NamedTuple):
@@ -43,11 +43,11 @@ def coloured_mesh(terrain: Terrain) -> ColouredMesh:
 def parted_mesh(
     vertices: FloatArray, triangles: NDArray[np.integer], kind: NDArray[np.integer], colours: Colours
 ) -> ColouredMesh:
-    """Return facets as a mesh for the viewer, in which each facet has exactly the colour of its kind.
+    """Return facets as a mesh for the viewer in which each facet has exactly the colour of its kind, such as its zone.
 
-    vertices : (V, 3) m; triangles : (F, 3); kind : (F,) index into colours (K, 3) sRGB
+    A vertex of facets of several kinds is duplicated for each kind. A vertex without facets is left out.
 
-    A vertex shared by several kinds is duplicated for each kind. A vertex without facets is left out.
+    vertices : (V, 3) m; triangles : (F, 3); kind : (F,) index into `colours` (K, 3) sRGB
     """
     vertex, own_kind, parted = _parted(triangles, kind, len(vertices))
     own = vertices[vertex]
@@ -62,10 +62,13 @@ def parted_mesh(
 def _parted(
     triangles: NDArray[np.integer], kind: NDArray[np.integer], count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the pairs of vertex and kind that occur in facets, in order: vertices (N,), kinds (N,), and facets (F, 3).
+    """Return the distinct pairs of a vertex and the kind of one of its facets, and facets as indices into the pairs.
 
-    The facets are indices into the pairs. Nearly all vertices have one kind, so only the few others are sorted: sorting
-    all corners of a large mesh would take most of the time of a recording.
+    The results are the vertices (N,) and kinds (N,) of the pairs, ordered by vertex, and the facets (F, 3). Nearly all
+    vertices have one kind, so only the others are sorted: sorting all corners of a large mesh would take most of the
+    time of a recording.
+
+    count : number of vertices
     """
     last, used, mixed = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, dtype=bool)
     for column in triangles.T:
@@ -91,7 +94,7 @@ def _parted(
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
     """Cut paths into lines of nearly constant speed, so that each line can have one colour.
 
-    Return the lines (N, 3) m, end to end, and the speed (m/s) of each line.
+    Return the lines (N, 3) m, each of which ends where the next line of the rock begins, and the speed (m/s) of each.
 
     fastest : highest speed of the colour scale (m/s)
     """
@@ -121,9 +124,9 @@ def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> Float
 
 
 def _areas(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
-    """Return the normals (3, F) m^2 of facets, with twice their areas as lengths.
+    """Return the normals (3, F) m^2 of facets; the length of a normal is twice the area of its facet.
 
-    In blocks, because the first use of new memory takes longer than the arithmetic.
+    They are computed in blocks, because the first use of new memory takes longer than the arithmetic.
     """
     area = np.empty((3, len(triangles)))
     for begin in range(0, len(triangles), BLOCK):

@@ -1,4 +1,4 @@
-"""Write rocks with a shape to a recording as blocks that tumble: a mesh for each, which moves and turns over time."""
+"""Write rocks with a shape to a recording as tumbling blocks: each is a mesh that moves and turns over time."""
 
 import math
 from collections.abc import Sequence
@@ -14,16 +14,19 @@ from rpf3d_core.results.orientations import moments_of
 from rpf3d_core.shapes.polyhedron import Polyhedron, scaled_to_volume
 
 BLOCKS = "world/blocks"
-"""Part of the recording that holds the blocks."""
+"""Part of the recording with the blocks."""
 
 SHOWN_BLOCKS = 48
-"""Largest number of rocks that are shown as blocks; rocks beyond are points only. 48 blocks take about 2 MB."""
+"""Largest number of rocks that are shown as blocks; further rocks are points. 48 blocks take about 2 MB."""
 
 RATE = 60
-"""Moments a second at which poses are recorded while a block moves: as often as a screen shows a new picture."""
+"""Number of poses per second that are recorded while a block moves: as many as a screen shows."""
 
 SEEN = 2e-3
-"""Movement of a block since the last recorded pose (-), as a share of its reach, below which no pose is recorded."""
+"""A pose is recorded only if a corner may have moved by more than this share (-) of the block's reach since the last.
+
+The reach is the largest distance of a corner from the centre.
+"""
 
 BLOCK_COLOUR = (196, 120, 62)
 
@@ -41,7 +44,7 @@ def log_blocks(
     A block is a mesh, written once, with its position and orientation at RATE moments a second while it moves. The
     mesh has the size of its rock. Positions are in the local frame.
 
-    blocks : shapes by number, none if rocks have no shape; density : kg/m^3; gravity : m/s^2
+    blocks : shapes by number, empty if rocks have no shape; density : kg/m^3; gravity : m/s^2
     """
     import rerun as rr
 
@@ -65,7 +68,7 @@ def frames_of(end: float) -> FloatArray:
 
 
 def moving_frames(x: FloatArray, q: FloatArray, reach: float) -> NDArray[np.int64]:
-    """Return the poses to record, as indices: the first, the last, and every pose that differs visibly from the last.
+    """Return the indices of the poses to record: the first, the last, and each that differs visibly from the previous.
 
     x : (T, 3) m; q : (T, 4); reach : largest distance of a corner from the centre (m)
     """
@@ -78,7 +81,7 @@ def moving_frames(x: FloatArray, q: FloatArray, reach: float) -> NDArray[np.int6
 
 
 def _mesh(block: Polyhedron) -> Any:
-    """Return a block as a mesh for the viewer, with a corner of its own for each face, so that edges look sharp."""
+    """Return a block as a mesh for the viewer; faces do not share corners, so that edges look sharp."""
     import rerun as rr
 
     corners = np.concatenate([block.corners[list(face)] for face in block.faces])

@@ -1,7 +1,7 @@
-"""The files of rerun's web viewer, from the program that rerun's wheel installs.
+"""Get the files of rerun's web viewer from the program that rerun's wheel installs.
 
-The wheel holds the files inside its program and has no function that returns them. So the program serves the files on
-the loopback address for about a second, and they are copied. `rerun.serve_web_viewer` is not used, because it listens
+The files are inside this program, and rerun has no function that returns them. So the program serves the files on the
+loopback address for about a second, and they are copied. `rerun.serve_web_viewer` is not used, because it listens
 on all interfaces.
 """
 
@@ -26,13 +26,13 @@ PAGES = {
 }
 """Files of the viewer and their content types."""
 LATEST = 30.0
-"""Seconds after which the program counts as failed; it serves its files after 0.5 s on an idle machine."""
+"""Time (s) after which the program counts as failed; it serves its files after 0.5 s on an idle machine."""
 PAUSE = 0.05
-"""Seconds between two attempts to reach the program."""
+"""Time (s) between two attempts to reach the program."""
 
 
 def viewer_pages() -> dict[str, bytes]:
-    """Return the files of the web viewer, by the names of PAGES.
+    """Return the content of the web viewer's files, by the names of PAGES.
 
     Raises
     ------
@@ -48,14 +48,14 @@ def viewer_pages() -> dict[str, bytes]:
 
 @contextmanager
 def _serving(page: int, data: int) -> Iterator["subprocess.Popen[bytes]"]:
-    """Run rerun's program while it serves its files; end the program and its child afterwards.
+    """Run rerun's program, which serves its files; end the program and its child when the `with` block ends.
 
-    page, data : ports of the files, and of live data, which the program also takes
+    page : port of the files; data : port on which the program also listens, for live data
     """
     command = [sys.executable, "-m", "rerun", "--serve-web", "--bind", LOOPBACK, "--port", str(data),
                "--web-viewer-port", str(page)]  # fmt: skip
     quiet = subprocess.DEVNULL
-    # A session of its own, because the program starts a child that only a signal to both of them ends.
+    # It runs in its own session, because it starts a child, and only a signal to the group ends both.
     program = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
     try:
         yield program

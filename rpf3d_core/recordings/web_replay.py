@@ -25,7 +25,7 @@ POLICY = "; ".join([
     "form-action 'none'",
     "frame-ancestors 'none'",
 ])  # fmt: skip
-"""Content policy of the page: the browser refuses every request to another machine, such as for fonts."""
+"""Content policy of the page: the browser sends no request to another machine, for example for fonts."""
 HEADERS = {
     "Content-Security-Policy": POLICY,
     # Without Access-Control-Allow-Origin, and with this, pages of other sites cannot read the recording.
@@ -37,7 +37,7 @@ HEADERS = {
 RECORDING_TYPE = "application/octet-stream"
 START = "index.html"
 PART = 2**20
-"""Bytes of a recording that are read together."""
+"""Size (bytes) of the parts in which a recording is read."""
 
 
 class WebReplay(ThreadingHTTPServer):
@@ -49,7 +49,7 @@ class WebReplay(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, recording: Path, pages: Mapping[str, bytes], port: int = 0) -> None:
-        """Bind a port; pages : by the names of PAGES; port : 0 for any free port.
+        """Bind a port; pages : content of the viewer's files, by the names of PAGES; port : 0 for any free port.
 
         Raises
         ------
@@ -64,7 +64,7 @@ class WebReplay(ThreadingHTTPServer):
 
     @property
     def host(self) -> str:
-        """Address and port, as browsers name them."""
+        """Address and port, as in the header `Host` of a browser's request."""
         return f"{LOOPBACK}:{self.server_port}"
 
     @property
@@ -75,11 +75,11 @@ class WebReplay(ThreadingHTTPServer):
 
     @property
     def recording_name(self) -> str:
-        """The name of the recording in the address, by which the viewer knows its format."""
+        """The name of the recording in the address; the viewer finds the format of the recording by its suffix."""
         return quote(f"{self.recording.stem}{SUFFIX}")
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore a browser that ends a connection early."""
+        """Ignore errors of a request, such as a browser that ends the connection early."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -96,7 +96,12 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(body=False)
 
     def _answer(self, body: bool) -> None:
-        """Send what the path names; refuse other hosts (a foreign name may point here) and paths without the token."""
+        """Send the page or the recording that the path names; refuse paths without the token, and other hosts.
+
+        The header `Host` is checked, because the name of another site may point to this address.
+
+        body : False to send the headers only
+        """
         _, token, name = [*self.path.partition("?")[0].split("/", 2), "", ""][:3]
         if self.headers.get("Host") != self.server.host or not secrets.compare_digest(
             token.encode(), self.server.token.encode()
@@ -117,14 +122,14 @@ class _Handler(BaseHTTPRequestHandler):
             with self.server.recording.open("rb") as file:
                 size = os.fstat(file.fileno()).st_size
                 self._begin(RECORDING_TYPE, size)
-                while body and size > 0 and (part := file.read(min(size, PART))):  # not what is recorded meanwhile
+                while body and size > 0 and (part := file.read(min(size, PART))):  # no data that are recorded meanwhile
                     self.wfile.write(part)
                     size -= len(part)
         except FileNotFoundError:
             self._refuse(HTTPStatus.NOT_FOUND)
 
     def _begin(self, content_type: str, length: int) -> None:
-        """Send the status and all headers of an answer with content of a length (bytes)."""
+        """Send the status and all headers of an answer; length : size of its content (bytes)."""
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", content_type)
         self.send_header("Content-Length", str(length))

@@ -1,4 +1,4 @@
-"""The part of a report on the barriers of the scene: shares, then energies and heights, each with both intervals."""
+"""The part of a report on the barriers of the scene: shares, energies and heights, with both kinds of intervals."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +12,7 @@ SHARES = {
     "first_broken_through": "first broken through",
     "first_flown_over": "first flown over",
 }
-"""Shares of the rocks that came, by their names in summary.json."""
+"""Label of each share of the rocks that reached a barrier, by its name in summary.json."""
 NOTE = (
     "Shares are of the rocks that came; energies and heights are those of the rocks when they first came. The largest "
     "energy is that of the rocks flown: more rocks may have a larger one."
@@ -27,7 +27,7 @@ LEAVES_OUT = "Predictive intervals at barriers leave out the misfit of the model
 def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
     """Yield the tables of what rocks did at the barriers of the scene.
 
-    barriers : the section of summary.json
+    barriers : the section `barriers` of summary.json
     """
     yield Heading("Barriers of the scene", 3)
     yield Table(("barrier", "came", "", "share", *BOTH), [
@@ -49,7 +49,10 @@ def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
 
 
 def _design(found: dict[str, Any], words: Any) -> list[str]:
-    """Return the p95 of a quantity at a barrier as three cells: value, predictive interval, sampling interval."""
+    """Return the p95 of a quantity at a barrier as three cells: value, predictive interval, sampling interval.
+
+    found : the quantity in summary.json; words : function that turns a number into text with its unit
+    """
     return [
         words(found["p95"]),
         interval(found.get("p95_predictive"), words),

@@ -32,9 +32,9 @@ from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 HELD = (50, 75, 90, 95)
-"""Percentiles of the distance beyond the toe that a report states."""
+"""Percentages of the rocks; for each, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
-"""Rows of the table of main figures from which it leaves out zones, and zones that it shows with many areas, too."""
+"""Largest number of rows of the table of main figures; but at least the second number of zones is always shown."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -51,7 +51,7 @@ PICTURES = (
      "unknowns the upper end of its 95 % interval."),
     ((ENERGY,), "95th percentile of the energy in each cell."),
 )  # fmt: skip
-"""Pictures of the run that a report shows: file names, of which the first that exists is taken, and caption."""
+"""Pictures of the run that a report shows: file names and caption. The first file that exists is shown."""
 SLIDES = (
     "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
     "not known and counts as larger than all others."
@@ -80,7 +80,7 @@ FIELDS = (
 
 
 def report_elements(run: RunFiles, site: str) -> list[Element]:
-    """Return the parts of the report in their order.
+    """Return the elements of the report in order.
 
     site : name of the site, as the report shows it
 
@@ -110,7 +110,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
 
 
 def _run_facts(run: RunFiles, site: str) -> Table:
-    """Return the table that identifies the run."""
+    """Return the table that identifies the run: site, scene, digest, version, seed, rocks and parameter sets."""
     facts, scene = run.summary, run.summary["scene"]
     rows = [
         ("site", site), ("scene file", scene["file"]), ("scene digest (SHA-256)", scene["digest"]),
@@ -122,7 +122,7 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
-    """Yield what the reader must know first."""
+    """Yield the warnings at the top of the report: interruption, warnings of the run, rocks without a toe, notes."""
     if run.summary["partial"]:
         yield f"The run was interrupted: {run.summary['rocks']:,} of {run.summary['rocks_planned']:,} rocks have flown."
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])
@@ -144,12 +144,12 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
 
 
 def _as_sentence(warning: str) -> str:
-    """Return a warning of the run with a capital and a full stop; a question keeps its mark."""
+    """Return a warning of the run as a sentence with a capital letter and a full stop or question mark."""
     return f"{warning[:1].upper()}{warning[1:]}{'' if warning.endswith('?') else '.'}"
 
 
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
-    """Return the main figures of the report."""
+    """Return the section with the main figures: distance beyond the toe, rocks that reach areas, retention of zones."""
     rows = [["distance beyond the toe of the first face that holds 90 % of the rocks",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
@@ -170,7 +170,7 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
 
 
 def _further_faces(beyond: BeyondToe) -> list[Element]:
-    """Return a sentence on rocks that went down further faces below the first one; nothing without such rocks."""
+    """Return a sentence on the rocks that went down a further face below the first one; [] without such rocks."""
     further = int(beyond.further.sum())
     if not further:
         return []
@@ -198,7 +198,7 @@ def _pictures(run: RunFiles) -> Iterator[Element]:
 
 
 def _cells_without_energy(run: RunFiles) -> str:
-    """Return how many cells of the energy map have no value because few rocks came, as a sentence; or nothing."""
+    """Return a sentence with the number of reached cells that have no energy, because few rocks came; "" if none."""
     reached, energy = read_hazard(run, "reach_probability"), read_hazard(run, "energy_j", "p95")
     if reached is None:
         return ""
@@ -213,13 +213,13 @@ def _cells_without_energy(run: RunFiles) -> str:
 
 def _trimmed(path: Path) -> bytes:
     """Return a picture of the run as PNG without its white margin."""
-    from rpf3d_core.results.plots.trimmed import trimmed  # imports matplotlib
+    from rpf3d_core.results.plots.trimmed import trimmed  # it imports matplotlib
 
     return trimmed(path)
 
 
 def _benches(run: RunFiles) -> Iterator[Element]:
-    """Yield the tables of what each zone and area retains, and of the energies there."""
+    """Yield the tables of the share of rocks that each zone and area retains, and of the p95 energies there."""
     places = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
     places |= {f"{name} (area)": area for name, area in run.summary["areas_of_interest"].items()}
     yield Heading("Retention of each bench")
@@ -240,7 +240,7 @@ def _benches(run: RunFiles) -> Iterator[Element]:
 
 
 def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
-    """Yield the table of distances beyond the toe that hold a share of the rocks."""
+    """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop."""
     yield Heading("Distance from the toe")
     if len(beyond.rows) == 0:
         yield Text("Not known: no face lies below the releases.")
@@ -257,7 +257,7 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
 
 
 def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
-    """Yield the tables of what a fence beyond the toe would meet, and of the barriers of the scene."""
+    """Yield the tables of the rocks that pass places beyond the toe, for the design of fences, and of the barriers."""
     yield Heading("Where a fence would stand")
     if not places:
         yield Text("Not known: no face lies below the releases.")

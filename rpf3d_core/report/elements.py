@@ -1,4 +1,4 @@
-"""The parts of a report, which the HTML and the PDF renderer lay out: headings, text, tables, pictures, the 3D view."""
+"""The kinds of elements of a report, which HTML and PDF lay out: headings, text, tables, pictures, the 3D view."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -25,14 +25,14 @@ class Bullets(NamedTuple):
 
 
 class Warnings(NamedTuple):
-    """Sentences that the reader must know first."""
+    """A box with a title and sentences that the reader must know before all others."""
 
     title: str
     sentences: Sequence[str]
 
 
 class Table(NamedTuple):
-    """A table; rows have as many cells as the header; right : True if all columns but the first hold numbers."""
+    """A table; rows have as many cells as the header; right : True to align all columns but the first on the right."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -48,7 +48,7 @@ class Picture(NamedTuple):
 
 
 class View(NamedTuple):
-    """The rotatable 3D view, as an HTML fragment; instead : what documents without scripts show in its place."""
+    """The rotatable 3D view, as an HTML fragment; instead : the text that a PDF shows in its place."""
 
     html: str
     caption: str

@@ -1,4 +1,4 @@
-"""Lay out a report as one HTML file: pictures and scripts are part of it, and its content policy forbids requests."""
+"""Lay out a report as one HTML file, which contains its pictures and scripts and sends no requests."""
 
 import base64
 from collections.abc import Sequence
@@ -8,7 +8,8 @@ from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignO
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval'; " \
          "img-src data: blob:; font-src data:; worker-src blob:"  # fmt: skip
-"""Content security policy: everything comes from the file itself. The script of plotly compiles parts of itself."""
+"""Content security policy: the browser loads nothing from outside the file. The script of plotly needs
+`unsafe-eval`, because it compiles parts of itself."""
 STYLE = """
 :root { color-scheme: light; }
 body { font: 15px/1.5 "Segoe UI", "Helvetica Neue", Arial, "Liberation Sans", sans-serif; color: #1b2430;
@@ -46,7 +47,7 @@ def html_document(title: str, elements: Sequence[Element], script: str) -> str:
 
 
 def _element(element: Element) -> str:
-    """Return one part of the report as HTML."""
+    """Return one element of the report as HTML."""
     match element:
         case Heading(text, level):
             return f"<h{level}>{escape(text)}</h{level}>"

@@ -1,4 +1,4 @@
-"""The part of a report on inputs: terrain, materials, rocks, sources, models, with where each value comes from."""
+"""The part of a report on inputs: terrain, rocks, sources, models and materials, with the origin of each value."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -21,7 +21,7 @@ GROUND = {
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
 IDLE = ("draw", "library", "stop_speed")
-"""Keys of a material that are no coefficients."""
+"""Keys of a material that are not shown as coefficients."""
 STATED = "stated in the scene"
 FROM_FILES = "stated in the scene or in its files"
 DEFAULT = "NOT stated: the default of rpf3d"
@@ -29,7 +29,7 @@ CONFIRMED = {
     "C": "read in the primary text", "CC": "read in an independent implementation", "S": "quoted by another text",
     "D": "derived in rpf3d", "UNCONFIRMED": "UNCONFIRMED",
 }  # fmt: skip
-"""How far a published figure is confirmed, in words, by the mark of the library."""
+"""Text on how a published figure was confirmed, by the mark in the library."""
 
 
 def inputs_part(run: RunFiles) -> list[Element]:
@@ -44,7 +44,7 @@ def inputs_part(run: RunFiles) -> list[Element]:
 
 
 def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows on terrain, rocks, sources, models and effects."""
+    """Yield a row (input, value, source of the value) for each input: terrain, rocks, sources, models and effects."""
     scene, facts = run.inputs["scene"], run.summary["terrain"]
     yield "terrain", _terrain(scene["terrain"], facts), _stated(run, "terrain.files", "terrain.pit", "terrain.benches")
     yield "reference system", facts["crs"] or UNKNOWN, FROM_FILES if facts["crs"] else DEFAULT
@@ -63,7 +63,7 @@ def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
 
 
 def _stated(run: RunFiles, *paths: str) -> str:
-    """Return STATED if the scene states a value at one of some key paths, else DEFAULT."""
+    """Return STATED if the scene states a value at any of the key paths, else DEFAULT."""
     return STATED if not set(paths).isdisjoint(run.inputs["given"]) else DEFAULT
 
 
@@ -77,7 +77,8 @@ def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Itera
 def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield a row (what, parameter with value, origin of the value) for each parameter of a model or an effect.
 
-    path : key path of the model or effect; of a user's own class, the name has dots, so the path has more than one
+    what : first cell of the rows; path : key path of the model or effect. If the model is an own model, its name has
+    dots, so that the path has more than one dot.
     """
     own = path.count(".") > 1
     for key, value in values.items():
@@ -95,7 +96,7 @@ def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def _made(spec: dict[str, Any]) -> str:
-    """Return in words what a terrain without files is."""
+    """Return the description of a terrain that is not from files: a slope of benches, or a synthetic pit."""
     if benches := spec.get("benches"):
         dimensions = ", ".join(f"{name.replace('_', ' ')} {given(value)}" for name, value in benches.items())
         return f"slope of benches, a design ({dimensions})"
@@ -113,7 +114,10 @@ def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]
 
 
 def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows on place, number and velocity of the rocks of a source; number : in the scene, from 0."""
+    """Yield the rows on place, sizes, number and velocity of the rocks of a source.
+
+    number : index of the source in the scene, from 0; source : its values
+    """
     kind = next(name for name in PLACES if source.get(name) is not None)
     place, what, at = source[kind], f"source {source['name']}", f"sources.{number}"
     where = f"{kind} of {len(place)} points" if isinstance(place, list) else f"{kind.replace('_', ' ')} {place}"
@@ -128,7 +132,7 @@ def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tupl
 
 
 def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
-    """Yield a row for each coefficient of each material, with its range and source."""
+    """Yield a row (material, coefficient, value or range, origin of the value) for each coefficient of a material."""
     for name, material in run.inputs["scene"]["materials"].items():
         body = material["friction"] is not None or material["slip_friction"] is not None
         for key, value in material.items():
@@ -139,7 +143,7 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _range(run: RunFiles, path: str) -> str | None:
-    """Return the range of an unknown as text, from the parameter sets that flew; None for a value that is known."""
+    """Return the range of the value at a key path over the parameter sets, as text; None if it is not an unknown."""
     key = _unknown_at(run, path)
     if key is None:
         return None
@@ -148,13 +152,16 @@ def _range(run: RunFiles, path: str) -> str | None:
 
 
 def _unknown_at(run: RunFiles, path: str) -> str | None:
-    """Return the key path of the unknown that gives the value at a key path; None for a value that is known."""
+    """Return the key path of the unknown that sets the value at a key path; None if no unknown sets it."""
     keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
-    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a path without `*` wins, as in the run
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # without `*` first, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:
-    """Return where the value at a key path comes from; library : entry that the material names, or None."""
+    """Return the origin of the value at a key path as text: scene, default, library or calibration.
+
+    library : library entry that the material names, or None; value : the value, to compare it with that of the entry
+    """
     unknown, coefficient = _unknown_at(run, path), path.rpartition(".")[2]
     entry = {} if library is None else run.inputs["library"][library]
     if unknown is None:
@@ -170,12 +177,15 @@ def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any 
 
 
 def _published(library: str | None, entry: dict[str, Any]) -> str:
-    """Return the published source of an entry of the library, and how far it is confirmed."""
+    """Return the published source of a library entry, how it was confirmed, and the entry's note, as text."""
     note = f"; {entry['note']}" if entry["note"] else ""
     return f"library {library}: {entry['source']} ({CONFIRMED[entry['confirmed']]}){note}"
 
 
 def _stands_for(key: str, path: str) -> bool:
-    """True if the key path of a parameter, in which `*` stands for any key, leads to a value or to a part of it."""
+    """True if an unknown sets the value at a key path, or a part of this value.
+
+    key : key path of the unknown, in which `*` matches any key; path : key path of the value
+    """
     ours, theirs = key.split("."), path.split(".")
     return len(ours) >= len(theirs) and all(a in ("*", b) for a, b in zip(ours, theirs, strict=False))

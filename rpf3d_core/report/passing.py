@@ -1,4 +1,4 @@
-"""How many rocks pass places beyond the toe, and with which energy and height: what a fence there would meet."""
+"""Compute how many rocks pass places beyond the toe, and their energies and heights there, for the design of fences."""
 
 from typing import NamedTuple
 
@@ -15,17 +15,17 @@ from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.predictive import holding, predictive_shares
 
 STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-"""Distances (m) between places, of which the first that gives at most MOST_PLACES is taken."""
+"""Possible distances (m) between places; the first that needs at most MOST_PLACES places is used."""
 MOST_PLACES = 9
 P95 = 95
 NEAREST = 0.01
-"""Least distance (m) from the release at which a rock passes a place, also if the misfit puts the place behind it."""
+"""Smallest distance (m) of a place from the release; the misfit could otherwise put the place behind the release."""
 
 
 class FencePlace(NamedTuple):
-    """What passes a place beyond the toe.
+    """The rocks that pass a place beyond the toe: their share, energies and heights.
 
-    distance : m beyond the toe; passed : share of rocks that pass
+    distance : m beyond the toe; passed : share (-) of rocks that pass
     energy, height : 95th percentiles (J, m) over the rocks that pass; crossed : number of these rocks
     """
 
@@ -37,7 +37,10 @@ class FencePlace(NamedTuple):
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
-    """Return the share of rocks that pass distances (D,) m beyond the toe, with both intervals."""
+    """Return the share (-) of rocks that pass each of the distances (D,) m beyond the toe, with both intervals.
+
+    sets : number of parameter sets, 0 without unknowns
+    """
     over = beyond.distance[:, None] > distance
     counts, total = over.sum(axis=0), len(beyond.distance)
     figures = []
@@ -54,7 +57,7 @@ def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Fi
 def _predictive(beyond: BeyondToe, sets: int, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the ends (D,) of the predictive intervals of the shares of rocks that pass distances (D,) m.
 
-    The misfit of the model displaces the rocks. The intervals hold the sampling intervals of the rocks that flew.
+    The rocks are displaced by draws of the misfit. The intervals include the sampling intervals of the rocks that flew.
     """
     places = len(distance)
     if beyond.set is None:
@@ -68,7 +71,7 @@ def _predictive(beyond: BeyondToe, sets: int, distance: FloatArray) -> tuple[Flo
 
 
 def places_for(beyond: BeyondToe) -> FloatArray:
-    """Return distances (m) beyond the toe for the table of fences: round numbers up to where hardly a rock comes."""
+    """Return round distances (D,) m beyond the toe for the table of fences, up to the 99th percentile of the stops."""
     stopped = beyond.distance[beyond.distance < FAR]
     last = max(float(np.percentile(stopped, 99)), 1.0) if len(stopped) else 10.0
     step = next((step for step in STEPS if last / step <= MOST_PLACES - 1), STEPS[-1])
@@ -76,7 +79,7 @@ def places_for(beyond: BeyondToe) -> FloatArray:
 
 
 def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[FencePlace]:
-    """Return what passes at round distances beyond the toe."""
+    """Return the rocks that pass each of the distances of `places_for`."""
     distances = places_for(beyond)
     passed = shares_beyond(beyond, run.sets, distances)
     return [
@@ -85,7 +88,7 @@ def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[
 
 
 def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
-    """Return what passes a distance (m) beyond the toe; figures of fewer than FEWEST_ROCKS rocks are not known."""
+    """Return the rocks that pass a distance (m); energy and height are unknown for fewer than FEWEST_ROCKS rocks."""
     rows, energy, height = passing(run, beyond, segments, distance)
     unknown = Figure(value=None, sampling=None, predictive=None)
     enough = len(rows) >= FEWEST_ROCKS
@@ -97,12 +100,15 @@ def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float
 
 
 def _with_sets(run: RunFiles, rows: NDArray[np.int64], values: FloatArray) -> SetValues | None:
-    """Return values (N,) of the rocks in some rows (N,) with their parameter sets; None without unknowns."""
+    """Return values (N,) of rocks together with the rocks' parameter sets; None without unknowns.
+
+    rows : (N,) rows of the rocks in `Ends`
+    """
     return None if run.ends.set is None else SetValues(values=values, set=run.ends.set[rows], sets=run.sets)
 
 
 def _displaced(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> SetValues | None:
-    """Return the energies (J) of rocks that the misfit of the model displaced, where they pass a distance (m)."""
+    """Return the energies (J) with which rocks pass a distance (m), after draws of the misfit displaced the rocks."""
     if run.ends.set is None:
         return None
     rows, energy, _ = passing(run, beyond._replace(toe=beyond.toe - beyond.shift), segments, distance)
@@ -112,10 +118,10 @@ def _displaced(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: f
 def passing(
     run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return which rocks (N,) pass a distance (m) beyond the toe, with energy (N,) J and height (N,) m there.
+    """Return the rocks that pass a distance (m) beyond the toe: row in `Ends` (N,), energy (N,) J and height (N,) m.
 
-    Energy is translational. Height is that of the point or the centre above the ground. Each rock counts at its first
-    passage. A height that is not known is BEYOND, so that percentiles do not leave it out.
+    Each rock counts at its first passage. Energy is translational. Height is that of the point or the rock's centre
+    above the ground. An unknown height is BEYOND, so that percentiles count it as larger than all others.
     """
     reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
     reach[beyond.rows], along[beyond.rows] = np.maximum(beyond.toe + distance, NEAREST), beyond.along

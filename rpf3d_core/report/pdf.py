@@ -1,4 +1,4 @@
-"""Lay out a report as PDF with typst, a small engine without network, browser or fonts of the system."""
+"""Lay out a report as PDF with typst, which needs no network, no browser and no fonts of the system."""
 
 import tempfile
 from collections.abc import Sequence
@@ -46,12 +46,12 @@ def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
 
 
 def quoted(text: str) -> str:
-    """Return a text as a string of typst, in which no character has a meaning of its own."""
+    """Return a text as a string literal of typst, with special characters escaped."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
 def _element(element: Element, folder: Path, number: int) -> str:
-    """Return one part of the report as typst; pictures are written to a folder under the number of the part."""
+    """Return one element of the report as typst; a picture is written into the folder under the element's number."""
     match element:
         case Heading(text, level):
             return f"#heading(level: {level}, {quoted(text)})"

@@ -28,16 +28,16 @@ PARAMETER_SETS = "parameter_sets.parquet"
 AS_TEXT = pyarrow.csv.ConvertOptions(
     column_types={"source": pa.string(), "outcome": pa.string()}, strings_can_be_null=False
 )
-"""Names of sources are text in deposits.csv, also "1" and "NA"."""
+"""Options for reading deposits.csv: names of sources are text, even "1" and "NA"."""
 KEY = ("source", "rock", "piece")
 """Columns that identify a rock in all tables."""
 
 
 class Ends(NamedTuple):
-    """Where N rocks started and ended, in local coordinates with z up (m).
+    """The releases and ends of N rocks, in local coordinates with z up (m).
 
     key : (N,) the rock as (source, rock, piece); at_rest : (N,) True for a rock that stopped or was caught
-    on_ground : (N,) True for a rock that stopped on the ground; t : (N,) s of the end; max_speed : (N,) m/s
+    on_ground : (N,) True for a rock that stopped on the ground; t : (N,) s, time of the end; max_speed : (N,) m/s
     release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
     set : (N,) number of the rock's parameter set; None without unknowns
     """
@@ -57,7 +57,8 @@ class Ends(NamedTuple):
 class KeptPaths(NamedTuple):
     """Points along the K paths that a run kept, in local coordinates with z up.
 
-    key : (K,) the rocks; starts : (K + 1,) first point of each path, and the number of points
+    key : (K,) the rocks as (source, rock, piece)
+    starts : (K + 1,) index of the first point of each path, and P at the end
     x : (P, 3) m; speed : (P,) m/s
     """
 
@@ -71,7 +72,7 @@ class RunFiles(NamedTuple):
     """The content of a result folder, for a report.
 
     summary, inputs : content of summary.json and inputs.json; terrain : without zones, in the local frame
-    moves : (S, 2) m, displacement in plan of each parameter set; None if the scene states no misfit of its model
+    moves : (S, 2) m, displacement in plan of the paths of each parameter set; None if the scene states no misfit
     """
 
     folder: Path
@@ -94,7 +95,7 @@ def read_run(folder: Path) -> RunFiles:
     Raises
     ------
     InputError
-        The folder holds no result, a damaged one, or one of a version without inputs.json; or no rock has flown.
+        The folder contains no result, or a damaged one, or one without inputs.json; or no rock has flown.
     """
     summary = read_summary(folder)
     inputs = _inputs(folder)
@@ -117,7 +118,7 @@ def read_run(folder: Path) -> RunFiles:
 
 
 def _moves(folder: Path, scene: dict[str, Any]) -> FloatArray | None:
-    """Return by how much the run displaced the paths of each parameter set (S, 2) m; None without a misfit."""
+    """Return the displacements in plan (S, 2) m of the paths of each parameter set; None if there is no misfit."""
     misfit = (scene["unknowns"] or {}).get("misfit")
     return displacements(read_parameter_sets(folder / PARAMETER_SETS), misfit, scene["seed"]) if misfit else None
 
@@ -143,7 +144,10 @@ def _inputs(folder: Path) -> dict[str, Any]:
 
 
 def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
-    """Return the ends of rocks from deposits.csv; sets : number of parameter sets, 0 without."""
+    """Return the ends of rocks from deposits.csv.
+
+    sources : names of the sources in the order of the scene; sets : number of parameter sets, 0 without unknowns
+    """
     table = pyarrow.csv.read_csv(path, convert_options=AS_TEXT)
     names = table["source"].to_pylist()
     rocks = table["rock"].to_numpy().astype(np.int64)
@@ -164,7 +168,10 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
 
 
 def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:
-    """Return the parameter set (N,) of each rock, as the run dealt its rocks to the sets."""
+    """Return the parameter set (N,) of each rock, computed as in the run, because the tables do not have it.
+
+    source : (N,) number of the source; rocks : (N,) number of the rock in its source; sets : number of parameter sets
+    """
     found = np.empty(len(rocks), dtype=np.int64)
     for number in np.unique(source):
         mine = source == number
@@ -186,14 +193,15 @@ def _paths(path: Path, frame: Frame) -> KeptPaths:
 
 
 def _columns(table: pa.Table, names: tuple[str, ...]) -> FloatArray:
-    """Return some columns of a table as an array (N, C)."""
+    """Return the named columns of a table as an array (N, C)."""
     return np.column_stack([table[name].to_numpy().astype(float) for name in names]).reshape(-1, len(names))
 
 
 class ImpactRows(NamedTuple):
     """I impacts, ordered by rock and time.
 
-    row : (I,) of the rock in `Ends`; t : (I,) s; x : (I, 3) m; speed_in, speed_out : (I,) m/s
+    row : (I,) row of the rock in `Ends`; t : (I,) s; x : (I, 3) m
+    speed_in, speed_out : (I,) m/s, before and after the impact
     """
 
     row: IntArray
@@ -204,7 +212,7 @@ class ImpactRows(NamedTuple):
 
 
 def read_impacts(run: RunFiles) -> ImpactRows | None:
-    """Return the impacts of all rocks; None if the run did not write any."""
+    """Return the impacts of all rocks; None if the run has no impacts or did not write them."""
     path = run.folder / "impacts.parquet"
     if not path.is_file():
         return None
@@ -220,9 +228,9 @@ def read_impacts(run: RunFiles) -> ImpactRows | None:
 
 
 class HazardGrid(NamedTuple):
-    """A hazard map: values (Y, X), NaN in cells without a value; x, y, dx, dy : corner and steps (m) in plan.
+    """A hazard map: values (Y, X), NaN in cells without a value.
 
-    The plan coordinates are those of the input turned z up, without the origin of the local frame.
+    x, y : outer corner of the first cell (m, in plan, local frame); dx, dy : steps (m) from cell to cell, dy may be < 0
     """
 
     values: FloatArray
@@ -248,9 +256,9 @@ class HazardGrid(NamedTuple):
 
 
 def read_hazard(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
-    """Return a hazard map of a result; None if the result has no such map or band, or no cell has a value above 0.
+    """Return a hazard map of a result; None if the file or the band is missing, or no cell has a value above 0.
 
-    name : of the file in hazard/, without suffix; band : description of the band, such as "p95"
+    name : of the file in hazard/, without suffix; band : description of the band, such as "p95"; None for the first
     """
     path = run.folder / "hazard" / f"{name}.tif"
     if not path.is_file():

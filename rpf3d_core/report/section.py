@@ -1,6 +1,6 @@
-"""The critical section of a run: through the release of the rock that stopped farthest away.
+"""Find the critical section of a run: it goes through the release of the rock with the longest runout.
 
-The section has the mean direction of the rocks that start there.
+Its direction is the mean direction of the rocks that start near this release.
 """
 
 from typing import NamedTuple
@@ -16,19 +16,21 @@ from rpf3d_core.terrain.height_image import height_image, heights_at
 POINTS = 600
 """Number of points of the terrain's profile."""
 WIDTH = 0.2
-"""Width of the strip whose paths are drawn, as a share (-) of the runout of the farthest rock."""
+"""Width of the strip along the section in which paths are drawn, as a share (-) of the longest runout."""
 NARROWEST = 10.0
-"""Least width (m) of the strip."""
+"""Smallest width (m) of the strip."""
 BEHIND, AHEAD = 0.15, 0.1
-"""How far the section goes on behind the release and beyond the end, as shares (-) of its length."""
+"""Extension of the section behind the release and beyond the farthest end, as shares (-) of its length."""
 
 
 class CriticalSection(NamedTuple):
     """The critical section; distances (m) are along it in plan, from the release of its rock.
 
-    source, rock : the rock that stopped farthest; runout : m; toe : m, NaN without a face below the release
+    source, rock : the rock with the longest runout; runout : m
+    toe : distance (m) of the foot of the first face; NaN without a face below the release
     distance, ground : (S,) m, the terrain's profile, elevations in the input's vertical coordinate
-    paths : for each kept path in the strip, (P, 2) distance and elevation, NaN outside; width : m, of the strip
+    paths : for each kept path in the strip, (P, 2) m, distance and elevation; NaN at points outside the strip
+    width : m, of the strip
     start : (2,) m in plan of the input's coordinates turned z up; azimuth : degrees, clockwise from north
     """
 
@@ -71,7 +73,10 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
 
 
 def _in_strip(run: RunFiles, start: FloatArray, along: FloatArray, width: float) -> list[FloatArray]:
-    """Return the kept paths in a strip around a line, as distance and elevation (P, 2) m; NaN outside the strip."""
+    """Return the kept paths in a strip around a line, as distance and elevation (P, 2) m; NaN outside the strip.
+
+    start : (2,) m, local frame; along : (2,) unit vector; width : of the strip (m)
+    """
     across, found = np.array([-along[1], along[0]]), []
     for begin, end in zip(run.paths.starts[:-1], run.paths.starts[1:], strict=True):
         away = run.paths.x[begin:end, :2] - start

@@ -1,4 +1,4 @@
-"""Find where the barriers of a scene stand in a section, so that the picture of the section shows them."""
+"""Find where the barriers of a scene cross the critical section, to draw them in its picture."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 class FenceInSection(NamedTuple):
-    """A barrier where it crosses a section: distance (m) along it, elevations (m) of foot and top."""
+    """The crossing of a barrier with a section: distance (m) along the section, elevations (m) of foot and top."""
 
     name: str
     distance: float
@@ -24,7 +24,7 @@ class FenceInSection(NamedTuple):
 
 
 def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSection], list[str]]:
-    """Return the barriers of a run's scene that cross a section, and the names of the others."""
+    """Return the crossings of a scene's barriers with a section, and the names of the barriers that do not cross it."""
     panels = panels_of(run)
     found = [fence for panel in panels for fence in _crossings(run, section, panel)]
     crossing = {fence.name for fence in found}
@@ -32,13 +32,13 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
 
 
 def panels_of(run: RunFiles) -> list[dict[str, Any]]:
-    """Return the panels of the barriers of a run's scene, as summary.json has them, with paths of files."""
+    """Return the panels of the barriers of a run's scene from summary.json, which has the full paths of their files."""
     barriers = run.summary["scene"]["effects"].get("barriers") or {}
     return list(barriers.get("panels", ()))
 
 
 def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -> Iterator[FenceInSection]:
-    """Yield where a barrier crosses a section, on ground."""
+    """Yield the crossings of a barrier with a section; crossings where the section has no ground are left out."""
     east, north, _ = run.terrain.frame.origin
     azimuth = np.radians(section.azimuth)
     start, along = section.start - (east, north), np.array([np.sin(azimuth), np.cos(azimuth)])
@@ -53,7 +53,10 @@ def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -
 
 
 def _lines(run: RunFiles, along: Any) -> list[FloatArray]:
-    """Return the lines (P, 2) m of a barrier in the local frame; none if its file is no longer there."""
+    """Return the lines (P, 2) m of a barrier in the local frame; [] if the file of its line cannot be read.
+
+    along : path of the file, or corners of the line
+    """
     try:
         lines = lines_along(Path(along) if isinstance(along, str) else tuple(map(tuple, along)))
     except InputError:
@@ -62,7 +65,10 @@ def _lines(run: RunFiles, along: Any) -> list[FloatArray]:
 
 
 def _distances(line: FloatArray, along: FloatArray) -> list[float]:
-    """Return the distances (m) along a ray at which a line (P, 2) m, seen from the start of the ray, crosses it."""
+    """Return the distances (m) along a ray at which a line crosses the ray.
+
+    line : (P, 2) m, relative to the start of the ray; along : (2,) unit vector of the ray
+    """
     ahead, across = line @ along, line @ np.array([-along[1], along[0]])
     crossed = np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0))
     share = across[crossed] / (across[crossed] - across[crossed + 1])

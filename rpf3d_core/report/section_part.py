@@ -14,7 +14,10 @@ from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
 
 
 def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Element]:
-    """Yield the critical section as a picture."""
+    """Yield the elements on the critical section: its place, its picture, and the barriers that do not cross it.
+
+    section : None if no rock stopped away from its release
+    """
     yield Heading("Critical section")
     if section is None:
         yield Text("Not known: no rock stopped away from its release.")

@@ -1,10 +1,10 @@
-"""The ways of rocks in straight pieces in plan: flights between impacts of all rocks, or points of the kept paths.
+"""Split the paths of rocks into segments, straight in plan, from the impacts of all rocks or from the kept paths.
 
-Impacts are known of every rock, and between two impacts a rock flies on a parabola that follows from both. Where speeds
-show that a piece is no such flight, because the rock slid or rolled first, the larger speed of both ends counts, and
-the height is not known: the rock may have left the ground over an edge. After its last impact, a rock that stopped is
-on the ground. Another rock, such as one that left the terrain, flies on to its end. If its times do not show such a
-flight, its largest speed counts.
+The impacts of every rock are known. Between two impacts, a rock flies on a parabola that follows from the places and
+times of both. If the speeds do not agree with this parabola, the rock slid or rolled first. Then the larger speed of
+both ends counts, and the height is not known, because the rock may have left the ground over an edge. After its last
+impact, a rock that stopped is on the ground. Any other rock, such as a rock that left the terrain, flies to its end; if
+its speeds do not agree with a flight, its largest speed counts.
 """
 
 from typing import NamedTuple
@@ -17,20 +17,20 @@ from rpf3d_core.terrain.frame import FloatArray
 
 IntArray = NDArray[np.int64]
 AGREES = 0.01
-"""Relative difference of speeds (-) up to which a piece between two impacts is a flight."""
+"""Relative difference of speeds (-) up to which a segment between two impacts is a flight."""
 SLOW = 0.05
-"""Difference of speeds (m/s) that counts as agreement, too."""
+"""Further difference of speeds (m/s) that is allowed in addition to the relative difference."""
 MOSTLY = 0.9
-"""Share of pieces (-) that are flights from which impacts describe the ways of rocks; with less, kept paths do."""
+"""Smallest share (-) of segments between impacts that must be flights; if fewer are, the kept paths are used."""
 IMPACTS, KEPT = "impacts of all rocks", "kept paths"
 
 
 class Segments(NamedTuple):
-    """M pieces of the ways of rocks, in local coordinates with z up, ordered by rock and time.
+    """M segments of the paths of rocks, in local coordinates with z up, ordered by rock and time.
 
-    row : (M,) row of the rock in `Ends`; begin, end : (M, 3) m; time : (M,) s of a flight, 0 on the ground and
-        between points of paths, NaN for other motion
-    speed : (M, 2) m/s at both ends; gravity : m/s^2; rocks : number of rocks that have pieces
+    row : (M,) row of the rock in `Ends`; begin, end : (M, 3) m
+    time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
+    speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
     source : IMPACTS or KEPT
     """
 
@@ -45,16 +45,17 @@ class Segments(NamedTuple):
 
 
 def segments_of(run: RunFiles) -> Segments:
-    """Return the ways of the kept paths if all rocks have one, else of all rocks from their impacts.
+    """Return the segments of the kept paths if the run kept the paths of all rocks, else segments from all impacts.
 
-    Kept paths also count where impacts do not describe the ways, because of air, or because they were not written.
+    Kept paths are also used if impacts do not describe the paths, because air slows the rocks, or if impacts were not
+    written.
     """
     found = _from_impacts(run) if len(run.paths.key) < len(run.ends.key) else None
     return _from_paths(run) if found is None else found
 
 
 def _from_impacts(run: RunFiles) -> Segments | None:
-    """Return the pieces between release, impacts and end of each rock; None if too few of them are flights."""
+    """Return the segments between release, impacts and end of each rock; None if too few are flights, or no impacts."""
     found = read_impacts(run)
     if found is None:
         return None
@@ -68,7 +69,7 @@ def _from_impacts(run: RunFiles) -> Segments | None:
     if not first.all() and (time[~first] > 0.0).mean() < MOSTLY:
         return None
     ends = _to_the_ends(run.ends, found, gravity)
-    order = np.argsort(np.concatenate([row, ends.row]), kind="stable")  # the way to the end is the last of a rock
+    order = np.argsort(np.concatenate([row, ends.row]), kind="stable")  # the segment to the end is a rock's last one
     return ends._replace(
         row=np.concatenate([row, ends.row])[order], begin=np.concatenate([begin, ends.begin])[order],
         end=np.concatenate([x, ends.end])[order], time=np.concatenate([time, ends.time])[order],
@@ -77,7 +78,7 @@ def _from_impacts(run: RunFiles) -> Segments | None:
 
 
 def _to_the_ends(ends: Ends, impacts: ImpactRows, gravity: float) -> Segments:
-    """Return the way of each rock from its last impact, or from its release if it has none, to its end."""
+    """Return the last segment of each rock: from its last impact, or its release if it has no impact, to its end."""
     count = len(ends.runout)
     last = np.flatnonzero(np.append(impacts.row[1:] != impacts.row[:-1], True)[: len(impacts.row)])
     struck = impacts.row[last]
@@ -96,9 +97,10 @@ def _to_the_ends(ends: Ends, impacts: ImpactRows, gravity: float) -> Segments:
 def _flights(
     begin: FloatArray, end: FloatArray, time: FloatArray, launched: FloatArray, landed: FloatArray, gravity: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the times (M,) s of pieces that are flights, NaN for others, and the speeds (M, 2) m/s at both ends.
+    """Return the durations (M,) s of segments that are flights, NaN for others, and the speeds (M, 2) m/s at both ends.
 
-    begin, end : (M, 3) m; time : (M,) s; launched, landed : (M,) m/s at the ends, NaN if unknown; gravity : m/s^2
+    begin, end : (M, 3) m; time : (M,) s, duration; gravity : m/s^2
+    launched, landed : (M,) m/s, recorded speeds at begin and end, NaN if unknown
     """
     safe = np.maximum(time, 1e-9)
     mean = (end - begin) / safe[:, None]
@@ -113,7 +115,7 @@ def _flights(
 
 
 def _from_paths(run: RunFiles) -> Segments:
-    """Return the pieces between the points of the kept paths."""
+    """Return the segments between consecutive points of the kept paths."""
     place = {key: row for row, key in enumerate(run.ends.key)}
     rows, starts = np.array([place[key] for key in run.paths.key], dtype=np.int64), run.paths.starts
     inner = np.setdiff1d(np.arange(len(run.paths.x)), starts[1:] - 1)
@@ -126,7 +128,7 @@ def _from_paths(run: RunFiles) -> Segments:
 
 
 class FirstPassage(NamedTuple):
-    """N rocks where they first pass a place; row : (N,) in `Ends`; speed : (N,) m/s; x : (N, 3) m."""
+    """The first passages of N rocks past a place; row : (N,) row in `Ends`; speed : (N,) m/s; x : (N, 3) m."""
 
     row: IntArray
     speed: FloatArray
@@ -134,9 +136,11 @@ class FirstPassage(NamedTuple):
 
 
 def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray) -> FirstPassage:
-    """Return where rocks first pass a distance along their own directions.
+    """Return the first passage of each rock past a distance along the rock's own direction.
 
-    origin : (R, 2) m, (R, 2) unit vectors and (R,) m of all R rocks in `Ends`; NaN for a rock that is left out
+    All R rocks of `Ends` have a row in each array; a rock with NaN is left out.
+
+    origin : (R, 2) m, where distances start; along : (R, 2) unit vectors in plan; distance : (R,) m
     """
     row = segments.row
     start = ((segments.begin[:, :2] - origin[row]) * along[row]).sum(axis=1) - distance[row]
@@ -149,7 +153,7 @@ def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, di
 
 
 def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
-    """Return the place (N, 3) m of a rock within some segments; z is NaN if it is not known.
+    """Return points (N, 3) m within segments, such as the place of a passage; z is NaN if it is not known.
 
     some : (N,) rows in `segments`; part : (N,) share (-) of the segment's length in plan, 0 at its begin
     """
@@ -159,7 +163,7 @@ def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArra
 
 
 def _speed_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
-    """Return the speed (N,) m/s within some segments; some : (N,) their rows in `segments`.
+    """Return the speeds (N,) m/s at points within segments; some : (N,) rows of the segments in `segments`.
 
     part : (N,) share (-) of the segment's length in plan, 0 at its begin and 1 at its end
     """

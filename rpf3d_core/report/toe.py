@@ -1,7 +1,8 @@
-"""Find how far beyond the toe of the face rocks stop, and how fast and high they pass there.
+"""Find how far beyond the toe of the face rocks stop, with the intervals of these distances.
 
 The toe of a rock is the foot of the first face below its release, along the straight line in plan from its release to
-its end (`terrain.faces`): where the ground is less steep for a metre after a stretch that is steep and high.
+its end (`terrain.faces`). At the foot, the ground becomes less steep for a metre, after a stretch that is steep and
+high.
 """
 
 import math
@@ -18,27 +19,27 @@ from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_a
 from rpf3d_core.unknowns.predictive import ranked_if_enough
 
 MOST_ROCKS = 100_000
-"""Largest number of rocks whose toe is searched; more are represented by an even selection."""
+"""Largest number of rocks whose toe is searched; if there are more, an evenly spread selection is used."""
 AT_ONCE = 200_000
-"""Number of points on lines that are processed together, which limits the memory."""
+"""Largest number of points on lines that are processed together, to limit memory."""
 STEP = 0.25
-"""Distance (m) between points on the line of a rock, from which the toe is found: the finest pixel of the ground."""
+"""Distance (m) between the points on a rock's line at which the toe is searched: the finest pixel of the ground."""
 NEAR = 50.0
-"""Length (m) of the line that is searched first, because most faces end before it."""
+"""Length (m) of the first part of a line to be searched; most faces end within it."""
 LEAST_REACH = 10.0
-"""Least length (m) of the line on which the toe of a rock is searched."""
+"""Smallest length (m) of the line on which the toe of a rock is searched."""
 SHORTEST = 1.0
-"""Runout (m) below which the direction of a rock is not its own, but the mean of all rocks."""
+"""Runout (m) below which a rock gets the mean direction of all rocks in place of its own direction."""
 BEYOND = 1e9
-"""Distance (m) that stands for rocks that did not stop: farther than any terrain."""
+"""Distance (m) of rocks that did not stop; it is larger than any terrain."""
 DESIGN = 90
-"""The percentile that the summary of a report states: the distance that holds 90 % of the rocks."""
+"""Percentage of the rocks that stop within the main distance of a report."""
 FAR = 1e6
-"""Distance (m) from which a result means beyond the terrain."""
+"""A result of at least this distance (m) means that the rocks did not stop on the terrain."""
 
 
 class Figure(NamedTuple):
-    """A result with both 95 % intervals; an end or interval that is not known is None."""
+    """A result with its 95 % sampling and predictive intervals; a value, end or interval that is not known is None."""
 
     value: float | None
     sampling: tuple[float | None, float | None] | None
@@ -46,12 +47,12 @@ class Figure(NamedTuple):
 
 
 class BeyondToe(NamedTuple):
-    """How far N rocks, an even selection of all, stop beyond the toe.
+    """The distances beyond the toe at which N rocks stop; the rocks are an evenly spread selection of all.
 
-    rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan
-    toe : (N,) m from the release to the toe; distance : (N,) m beyond the toe, negative before it, BEYOND if the rock
-        did not stop
-    shift : (N,) m by which the displacement of a rock's parameter set moves its path along its line; 0 without a misfit
+    rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan, from release to end
+    toe : (N,) m from the release to the toe
+    distance : (N,) m from the toe to the stop, negative before the toe, BEYOND if the rock did not stop
+    shift : (N,) m, displacement of a rock along its line by its parameter set's draw of the misfit; 0 without a misfit
     set : (N,) parameter set of each rock; None without unknowns
     further : (N,) True for a rock that went down a further face below the first one
     """
@@ -66,12 +67,12 @@ class BeyondToe(NamedTuple):
 
     @property
     def displaced(self) -> FloatArray:
-        """Distances (N,) m beyond the toe as predictive intervals take them: with a draw of the model's misfit."""
+        """Distances (N,) m beyond the toe with a draw of the misfit, for predictive intervals."""
         return self.distance + self.shift
 
 
 def beyond_toe(run: RunFiles) -> BeyondToe:
-    """Return how far rocks stop beyond the toe; rocks that have no face below them are left out."""
+    """Return the distances beyond the toe at which rocks stop; rocks with no face below their release are left out."""
     rows = np.unique(np.linspace(0, len(run.ends.runout) - 1, MOST_ROCKS).astype(np.int64))
     along = directions(run.ends)[rows]
     toe = toes(run, run.ends.release[rows], along, run.ends.runout[rows])
@@ -86,7 +87,10 @@ def beyond_toe(run: RunFiles) -> BeyondToe:
 
 
 def _further(run: RunFiles, rows: NDArray[np.int64], along: FloatArray, toe: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (N,): a rock went on beyond its toe (m) and down a further face, on its line (N, 2) to its end."""
+    """Return (N,) True for each rock that went down a further face between its toe and its end.
+
+    along : (N, 2) unit vectors in plan; toe : (N,) m from the release
+    """
     rest = run.ends.runout[rows] - toe
     further, on = np.zeros(len(rows), dtype=bool), np.flatnonzero(rest > FLAT)
     if len(on):
@@ -98,14 +102,20 @@ def _further(run: RunFiles, rows: NDArray[np.int64], along: FloatArray, toe: Flo
 
 
 def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatArray:
-    """Return by how much (N,) m the misfit of the model moves rocks along their lines (N, 2)."""
+    """Return the distance (N,) m by which the misfit displaces rocks along their lines; 0 without a misfit.
+
+    along : (N, 2) unit vectors in plan
+    """
     if run.moves is None or run.ends.set is None:
         return np.zeros(len(rows))
     return np.asarray((run.moves[run.ends.set[rows]] * along).sum(axis=1))
 
 
 def directions(ends: Ends) -> FloatArray:
-    """Return the direction (N, 2) in plan from the release to the end of each rock; the mean of all for short ones."""
+    """Return the unit vector (N, 2) in plan from the release to the end of each rock.
+
+    Rocks with a runout below SHORTEST get the mean direction of all rocks.
+    """
     way = ends.end[:, :2] - ends.release[:, :2]
     length = np.linalg.norm(way, axis=1)
     mean = way.sum(axis=0)
@@ -117,7 +127,8 @@ def directions(ends: Ends) -> FloatArray:
 def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArray) -> FloatArray:
     """Return the distance (N,) m in plan from each release to the foot of the first face; NaN where there is none.
 
-    release : (N, 3) m; along : (N, 2) unit vectors; runout : (N,) m, by which the search is limited
+    release : (N, 3) m; along : (N, 2) unit vectors
+    runout : (N,) m; the search ends at the runout or at the 95th percentile of all runouts, whichever is larger
     """
     if len(runout) == 0:
         return np.empty(0)
@@ -125,16 +136,16 @@ def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArr
     ends = release[:, :2] + length[:, None] * along
     image = height_image(run.terrain, np.concatenate([release[:, :2], ends]), LEAST_REACH)
     toe = _feet(image, release[:, :2], along, np.minimum(length, NEAR))
-    # A face that goes on, or a line that goes on, may end farther away.
+    # If no foot was found well within the first part of a line, the whole line is searched.
     again = np.flatnonzero((length > NEAR) & ~(toe < NEAR - FLAT - STEP))
     toe[again] = _feet(image, release[again, :2], along[again], length[again])
     return toe
 
 
 def _feet(image: HeightImage, start: FloatArray, along: FloatArray, length: FloatArray) -> FloatArray:
-    """Return the distance (N,) m to the foot of the first face on lines from points (N, 2) m; NaN where there is none.
+    """Return the distance (N,) m from the start of each line to the foot of the first face; NaN where there is none.
 
-    along : (N, 2) unit vectors; length : (N,) m of the lines
+    start : (N, 2) m; along : (N, 2) unit vectors; length : (N,) m
     """
     if len(length) == 0:
         return np.empty(0)
@@ -150,7 +161,7 @@ def _feet(image: HeightImage, start: FloatArray, along: FloatArray, length: Floa
 
 
 class SetValues(NamedTuple):
-    """Values (N,) of rocks from which a predictive interval is taken; set : (N,) of each; sets : number of sets."""
+    """Values (N,) of rocks for a predictive interval; set : (N,) parameter set of each rock; sets : their number."""
 
     values: FloatArray
     set: NDArray[np.int64]
@@ -158,11 +169,12 @@ class SetValues(NamedTuple):
 
 
 def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None) -> Figure:
-    """Return a percentile of values (N,) of rocks, with its sampling interval and its interval over parameter sets.
+    """Return a percentile of values (N,) of rocks, with its sampling interval and its predictive interval.
 
-    wanted : such as 90; set_values : the values with the misfit, as far as it is known; None without unknowns
+    The predictive interval includes the sampling interval.
 
-    The predictive interval holds the sampling interval.
+    wanted : the percentile, such as 90
+    set_values : the values with parameter sets, displaced by the misfit if one is known; None without unknowns
     """
     if len(values) == 0:
         return Figure(value=None, sampling=None, predictive=None)
@@ -176,7 +188,10 @@ def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None)
 
 
 def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
-    """Return the distance (m) beyond the toe that holds a percentage of the rocks; sets : number of parameter sets."""
+    """Return the distance (m) beyond the toe within which a percentage of the rocks stops.
+
+    wanted : the percentage, such as 90; sets : number of parameter sets
+    """
     set_values = None if beyond.set is None else SetValues(values=beyond.displaced, set=beyond.set, sets=sets)
     return percentile_of(beyond.distance, wanted, set_values)
 
@@ -184,15 +199,17 @@ def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
 def _holding(
     over: tuple[float, float], sampling: tuple[float | None, float | None]
 ) -> tuple[float | None, float | None]:
-    """Return an interval over parameter sets that holds the sampling interval; an end without a bound stays so."""
+    """Return an interval over parameter sets, widened to include the sampling interval; None for an unknown end."""
     low, high = sampling
     return None if low is None else min(over[0], low), None if high is None else max(over[1], high)
 
 
 def _over_sets(values: FloatArray, sets: NDArray[np.int64], count: int, wanted: int) -> tuple[float, float] | None:
-    """Return the predictive interval of a percentile; None if fewer than 39 sets have rocks enough for it.
+    """Return the predictive interval of a percentile; None if fewer than 39 parameter sets have enough rocks.
 
-    A set has rocks enough if at least one is expected beyond the percentile.
+    A set has enough rocks if at least one rock is expected beyond the percentile.
+
+    values : (N,); sets : (N,) parameter set of each value; count : number of parameter sets; wanted : the percentile
     """
     fewest = math.ceil(100.0 / (100.0 - wanted))
     each = np.full((count, 1), np.nan)

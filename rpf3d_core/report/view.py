@@ -1,6 +1,7 @@
-"""The 3D view of a report: terrain, kept paths and hazard maps as plotly figures, whose script is part of the file.
+"""Make the 3D view of a report with plotly: terrain, kept paths and hazard maps.
 
-plotly is the library because its script comes with its wheel, so that a report needs no network; the script is 4.8 MB.
+The HTML file of the report contains the script of plotly (4.8 MB), so that a report needs no network. The script is
+part of plotly's wheel.
 """
 
 from typing import Any, NamedTuple
@@ -15,20 +16,21 @@ from rpf3d_core.terrain.facets import unit_normals
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_TRIANGLES = 300_000
-"""Largest number of triangles of the terrain in a report; browsers turn more only with a jerk."""
+"""Largest number of triangles of the terrain in a report; browsers cannot turn more of them smoothly."""
 MARGIN = 0.5
 """Width of the terrain shown around the rocks, as a share (-) of the larger extent of the rocks in plan."""
 LEAST_MARGIN = 25.0
-"""Least width (m) of terrain around the rocks."""
+"""Smallest width (m) of the terrain shown around the rocks."""
 RAISED, LEAST_RAISED = 0.003, 0.25
-"""Distance of the hazard map from the ground, so that the terrain does not hide it: share (-) of the view, and m."""
+"""Distance of the hazard map from the ground, so that the terrain does not hide the map: as a share (-) of the
+view's extent, and at least (m)."""
 GROUND_SCALE = [[0.0, "#4c4437"], [0.5, "#9c8f76"], [1.0, "#e6dfd0"]]
 LIGHT = np.array([-0.5, 0.5, 0.7071])
-"""Direction to the light, unit vector, local frame."""
+"""Direction (3,) to the light: unit vector, local frame."""
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
 PARTS, FINEST, MOST_DRAPED = (0.5, 1.0, 2.0), 0.5, 40_000
-"""Triangles of a draped map are cut until their edges are below the first of these parts of a cell that gives at most
-this number of triangles, and never below FINEST (m).
+"""Largest edge of the triangles of a draped map, as shares (-) of a cell's side; smallest such edge (m); and largest
+number of triangles. The first of the shares that gives at most MOST_DRAPED triangles is used.
 """
 PATH = "#10203a"
 MAPS = (
@@ -36,11 +38,14 @@ MAPS = (
     ("reach_probability", None, "reach probability", 100.0, "%"),
     ("energy_j", "p95", "p95 energy", 1e-3, "kJ"),
 )
-"""Hazard maps of the view: file, band, title, factor to the unit shown, and that unit."""
+"""Hazard maps of the view: file, band, title, factor from the file's unit to the unit shown, and the unit shown."""
 
 
 class Seen(NamedTuple):
-    """The part of the terrain in the view; vertices (V, 3) m, local, and triangles (F, 3); of : triangles before."""
+    """The part of the terrain that the view shows; vertices (V, 3) m, local frame, and triangles (F, 3).
+
+    of : number of triangles of this part before it was reduced
+    """
 
     vertices: FloatArray
     triangles: NDArray[np.int32]
@@ -51,7 +56,7 @@ def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
     """Return the view as an HTML fragment without the script of plotly.
 
     seen : the terrain of the view, as from `terrain_seen`
-    looking : (2,) unit vector in plan, from the face outwards; the view looks against it
+    looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
 
     Raises
     ------
@@ -89,7 +94,7 @@ def terrain_seen(run: RunFiles) -> Seen:
 
 
 def _terrain(go: Any, seen: Seen) -> Any:
-    """Return the terrain, with shade from a light in the north-west, as on maps."""
+    """Return the terrain as a plotly mesh, shaded by a light in the north-west; go : module plotly.graph_objects."""
     points = seen.vertices.astype(np.float32)
     i, j, k = seen.triangles.T
     shade = (unit_normals(seen.vertices, seen.triangles) @ LIGHT).astype(np.float32)
@@ -107,7 +112,7 @@ def _hazard(go: Any, run: RunFiles, seen: Seen) -> list[Any]:
 
 
 def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Any:
-    """Return a hazard map as triangles just above those of the terrain."""
+    """Return a hazard map as a plotly mesh just above the terrain; what : entry of MAPS; shown : False to hide it."""
     _, _, title, factor, unit = what
     corners, values = draped(seen, grid)
     points = corners.reshape(-1, 3).astype(np.float32)
@@ -121,10 +126,10 @@ def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Any:
 
 
 def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
-    """Return the part of the terrain with values of a hazard map: corners (N, 3, 3) m, raised, and values (N,).
+    """Return a hazard map draped over the terrain: corners (N, 3, 3) m and values (N,) of triangles.
 
-    Triangles are cut until they are finer than a part of a cell, so that each has the value of one cell. With very
-    many cells, the triangles of the terrain stay whole, and each has the value of the cell below its middle.
+    The triangles are those of the terrain, a little higher. They are cut into triangles of about the size of a cell or
+    less, and each has the value of the cell at its middle. With very many cells the triangles are not cut.
     """
     corners = seen.vertices[seen.triangles]
     corners = corners[_near_values(grid, corners)]
@@ -139,9 +144,9 @@ def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
 
 
 def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = None) -> FloatArray | None:
-    """Return triangles (N, 3, 3) m cut into smaller ones near cells with a value; None if there are more than `most`.
+    """Cut triangles (N, 3, 3) m near cells with a value into smaller ones; None if there are more than `most`.
 
-    Small triangles far from every cell with a value are left out.
+    Small triangles that touch no cell with a value are left out.
 
     part : largest edge of a small triangle, as a share (-) of a cell
     """
@@ -155,7 +160,7 @@ def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = 
 
 
 def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
-    """Return True (N,) for triangles (N, 3, 3) whose boxes in plan meet a cell with a value."""
+    """Return (N,) True for triangles (N, 3, 3) whose boxes in plan overlap a cell with a value."""
     known = np.pad(np.cumsum(np.cumsum(~np.isnan(grid.values), axis=0), axis=1), ((1, 0), (1, 0)))
     rows, columns = grid.values.shape
     column = np.floor((corners[:, :, 0] - grid.x) / grid.dx)
@@ -179,7 +184,7 @@ def _quartered(corners: FloatArray) -> FloatArray:
 
 
 def _paths(go: Any, run: RunFiles) -> Any:
-    """Return the kept paths as one line with gaps."""
+    """Return the kept paths as one plotly line with gaps between the paths."""
     parts = [run.paths.x[a:b] for a, b in zip(run.paths.starts[:-1], run.paths.starts[1:], strict=True)]
     gap = np.full((1, 3), np.nan)
     points = np.concatenate([part for path in parts for part in (path, gap)] or [gap]).astype(np.float32)
@@ -197,7 +202,10 @@ def _releases(go: Any, run: RunFiles) -> Any:
 
 
 def _layout(run: RunFiles, looking: FloatArray) -> dict[str, Any]:
-    """Return the layout: equal scales on all axes, coordinates relative to an origin that the axes name."""
+    """Return the layout: equal scales on all axes, and axis titles that state the origin of the local coordinates.
+
+    looking : as in `view_html`
+    """
     titles = [
         f"{axis} - {origin:,.0f} (m)" for axis, origin in zip(("E", "N", "z"), run.terrain.frame.origin, strict=True)
     ]

@@ -1,4 +1,4 @@
-"""Numbers and intervals of a report as text; unknown values are named."""
+"""Write numbers and intervals of a report as text; an unknown value becomes UNKNOWN."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -26,7 +26,7 @@ def share_interval(ends: Ends) -> str:
 
 
 def metres(value: float | None) -> str:
-    """Return a length (m) as text; a distance that stands for rocks that did not stop is beyond the terrain."""
+    """Return a length (m) as text; BEYOND_TERRAIN if it is at least FAR, because the rocks then did not stop."""
     if value is None:
         return UNKNOWN
     return BEYOND_TERRAIN if value >= FAR else f"{value:.1f} m"
@@ -43,7 +43,10 @@ def kilojoules(value: float | None) -> str:
 
 
 def interval(ends: Ends, words: Callable[[float | None], str]) -> str:
-    """Return an interval as text; an end without a bound is left out."""
+    """Return an interval as text; if only one end is known, "at least ..." or "at most ...".
+
+    words : function that turns a number into text with its unit, such as `metres`
+    """
     if ends is None or (ends[0] is None and ends[1] is None):
         return UNKNOWN
     if UNKNOWN in (words(ends[0]), words(ends[1])):
@@ -52,13 +55,13 @@ def interval(ends: Ends, words: Callable[[float | None], str]) -> str:
 
 
 def _one_sided(ends: Sequence[float | None], words: Callable[[float | None], str]) -> str:
-    """Return an interval with one end that is not known."""
+    """Return an interval with one unknown end as text: "at most ..." or "at least ..."."""
     below = words(ends[0]) == UNKNOWN
     return f"at most {words(ends[1])}" if below else f"at least {words(ends[0])}"
 
 
 def figure_cells(figure: Figure, words: Callable[[float | None], str]) -> list[str]:
-    """Return a figure as three cells: value, predictive interval, sampling interval; the wider interval comes first."""
+    """Return a figure as three cells: value, predictive interval, sampling interval; words : as in `interval`."""
     return [words(figure.value), interval(figure.predictive, words), interval(figure.sampling, words)]
 
 
@@ -69,7 +72,7 @@ def share_cells(found: dict[str, Any]) -> list[str]:
 
 
 def given(value: Any) -> str:
-    """Return a value of a scene as text: numbers short, distributions and lists as in a scene file."""
+    """Return a value of a scene as text, for example a number, a distribution or a list."""
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "not given"}[value]
     if isinstance(value, int | float):

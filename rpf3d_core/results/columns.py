@@ -11,7 +11,7 @@ from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import Mode, Outcome
 
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
-"""Columns of an orientation."""
+"""Names of the four columns of an orientation, a unit quaternion."""
 
 UNITS = {
     "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
@@ -24,15 +24,18 @@ UNITS = {
 
 
 def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Return the zone (N,) of each facet (N,) that a rock touched, as index.
+    """Return the zone index (N,) of each touched facet (N,) of the terrain; -1 where the facet is negative.
 
-    -1 for a negative facet: none was touched.
+    A negative facet means that the rock touched no facet of the terrain.
     """
     return np.where(facet < 0, -1, terrain.zone[np.maximum(facet, 0)])
 
 
 def struck_of(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """Return what each impact struck (I,), as index: 0 for the ground, 1 for the first obstacle, and so on."""
+    """Return the number (I,) of what each impact struck: 0 for the ground, 1 for the first obstacle, and so on.
+
+    facet : (I,) struck facet of the terrain, or a negative number for a facet of an obstacle
+    """
     struck = np.zeros(len(facet), dtype=np.int64)
     met = facet < 0
     struck[met] = obstacles.owner[FIRST_OBSTACLE - facet[met]] + 1
@@ -50,7 +53,7 @@ def xyz_of(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
 
 
 def quaternions_of(terrain: Terrain, q: FloatArray | None) -> dict[str, FloatArray]:
-    """Return orientations (N, 4), local frame, as four columns of a table, in the input's axes; none if q is None."""
+    """Return orientations q (N, 4), local frame, as four columns of a table in the input's axes; {} if q is None."""
     if q is None:
         return {}
     return dict(zip(QUATERNION, orientations_to_input(terrain.frame, q).T, strict=True))

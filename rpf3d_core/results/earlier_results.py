@@ -22,7 +22,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The folder holds no result of rpf3d, a damaged one, or a result of a version without one of the keys in PARTS.
+        The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS.
     """
     path = Path(folder) / SUMMARY
     try:
@@ -41,7 +41,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
 
 
 def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
-    """Yield the zone and the altitude z (m, the input's coordinates) of each rock of a run that stopped.
+    """Yield the zone and the altitude z (m, the input's coordinates) of each deposit of a run: stopped or caught.
 
     Raises
     ------

@@ -19,9 +19,9 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 class Run:
     """The result of a run: the prepared scene, and what its rocks did; from it, the result folder is written.
 
-    flights : flights of all rocks or, if the run was written to disk, of an even selection that is drawn
-    totals, maps : of all rocks flown
-    planned : rocks that should fly; more than the rocks flown if the run was interrupted
+    flights : of all rocks; if the tables were written during the flights, of an evenly spread selection for pictures
+    totals, maps : figures and hazard maps of all rocks flown
+    planned : number of rocks that were to fly; larger than the number of rocks flown if the run was interrupted
     steps : convergence after each doubling if the scene has `rocks: auto`, else empty
     wall_s : wall seconds from the start of the preparation until the last rock has flown
     """

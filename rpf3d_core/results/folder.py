@@ -35,19 +35,19 @@ RESULT_NAMES = {
     SUMMARY, INPUTS, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
 }  # fmt: skip
-"""Names of files that a result folder may hold; a folder with any other file is never replaced."""
+"""Names of the files of a result folder; a folder that contains any other file is never replaced."""
 
 
 @contextmanager
 def result_folder(folder: str | Path) -> Iterator[Path]:
-    """Yield a hidden folder to write a result into; at the end it is renamed to `folder`, after an error deleted.
+    """Yield a hidden folder to write a result into; then rename it to `folder`, or delete it after an error.
 
-    So a half-written folder never looks like a result, and after an error an earlier result in `folder` stays.
+    So an incomplete folder never looks like a result, and an earlier result in `folder` survives an error.
 
     Raises
     ------
     InputError
-        As `check_folder`; or the disk is full, before or during the writing; or the folder may not be written to.
+        `folder` cannot be used (see `check_folder`), or the disk is full before or during the writing.
     """
     target = check_folder(folder)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -149,12 +149,12 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
     record : function of (path, summary), optional
         Writes `run.rrd`; see `recordings.log.write_recording`. Without it there is no `run.rrd`.
     painting : Painting, optional
-        Draws the pictures; it has begun with the run's terrain. Without it, this process draws them.
+        Draws the pictures; its `begin` has already been called. Without `painting`, this process draws them.
 
     Raises
     ------
     InputError
-        A file that the scene names for the summary is damaged.
+        A file of the scene that the summary needs is damaged, such as the observed end points.
     """
     start = time.perf_counter()
     paths, scene = findings.flights.paths, findings.scene

@@ -20,8 +20,12 @@ if TYPE_CHECKING:
 INPUTS = "inputs.json"
 ASSUMED, RANGES, PARTLY, CALIBRATED = "assumed", "ranges", "partly_calibrated", "calibrated"
 ELSEWHERE = "calibrated_elsewhere"
-"""How a run knows its ground: single values, ranges of books or estimates, a sample of a calibration with further
-ranges of books or estimates, a sample alone, or a sample of a calibration on another slope."""
+"""Values of the key `ground`, which says where the coefficients of the ground are from.
+
+ASSUMED : single values; RANGES : ranges from books or estimates; CALIBRATED : only the sample of a calibration
+PARTLY : the sample of a calibration, and further ranges from books or estimates
+ELSEWHERE : the sample of a calibration on another slope
+"""
 
 
 def write_inputs(folder: Path, run: Run) -> None:
@@ -50,12 +54,12 @@ def _ground(run: Run) -> str:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return how a scene knows its ground: ASSUMED, RANGES, PARTLY or CALIBRATED.
+    """Return where the coefficients of a scene's ground are from: ASSUMED, RANGES, PARTLY or CALIBRATED.
 
     Raises
     ------
     InputError
-        The file of the sample is refused.
+        The file of the sample cannot be used.
     """
     if not scene.has_unknowns or scene.unknowns is None:
         return ASSUMED
@@ -67,7 +71,7 @@ def ground_known_by(scene: Scene) -> str:
 
 
 def _sampled(scene: Scene) -> list[str]:
-    """Return the key paths whose values a scene draws from its sample."""
+    """Return the key paths of the coefficients whose values a scene draws from the sample of a calibration."""
     if scene.unknowns is None or scene.unknowns.sample is None:
         return []
     from rpf3d_core.setup.unknowns import sampled  # imported only if the scene has a sample
@@ -76,9 +80,9 @@ def _sampled(scene: Scene) -> list[str]:
 
 
 def _library(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the published sources of the library entries that a scene names, their numbers and ranges.
+    """Return the library entries that a scene names, by name: published source, confirmation, numbers and ranges.
 
-    `assumed` : ranges of coefficients that the entry does not have
+    The key `assumed` has the ranges of coefficients for which the source has no figure.
     """
     names = {material.library for material in scene.materials.values() if material.library is not None}
     if not names:
@@ -98,12 +102,12 @@ def _library(scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def _plain(span: "Range") -> dict[str, float | None]:
-    """Return a range of the library as a prior of the scene."""
+    """Return a range of the library with the keys of a prior of the scene: min, max, mean and sd."""
     return {"min": span.low, "max": span.high, "mean": span.mean, "sd": span.sd}
 
 
 def _names_of_files(value: Any) -> Any:
-    """Return a value of a scene with file names in place of paths, lists in place of tuples."""
+    """Return a value of a scene for JSON: file names in place of paths, and lists in place of tuples."""
     if isinstance(value, Path):
         return value.name
     if isinstance(value, Mapping):

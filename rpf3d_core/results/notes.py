@@ -1,4 +1,4 @@
-"""Sentences for a reader of a run's results: warnings, and where the answer is surer than it can be."""
+"""Warnings about a run for its table, summary and report: those that weaken its figures, and those on its files."""
 
 from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
@@ -8,12 +8,15 @@ from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
 
 
 def warnings_of_run(run: Run) -> list[str]:
-    """Return the warnings about a run: those that weaken its figures, then its notes."""
+    """Return all warnings about a run: first those that weaken its figures, then those on its files."""
     return [*doubts_of_run(run), *notes_of_run(run)]
 
 
 def doubts_of_run(run: Run) -> list[str]:
-    """Return the warnings that weaken the figures of a run: first inputs that look misplaced, then holes, terrain."""
+    """Return the warnings that weaken the figures of a run.
+
+    Their order: misplaced inputs, rocks lost to holes, faults of the terrain, the scene's settings, speeds, fragments.
+    """
     totals = run.totals
     return [
         *run.prepared.placing,
@@ -26,8 +29,8 @@ def doubts_of_run(run: Run) -> list[str]:
 
 
 def notes_of_run(run: Run) -> list[str]:
-    """Return the last of the warnings about a run: those that concern files alone, such as hazard zones without cells.
+    """Return the warnings that only concern the files of a run, such as hazard zones without cells.
 
-    A report states them after everything that weakens its figures.
+    A report shows them after the warnings of `doubts_of_run`.
     """
     return zones_without_cells(run.terrain, run.maps, run.scene.hazard)

@@ -26,7 +26,7 @@ def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, An
 
     Parameters
     ----------
-    stops : positions (m) of the simulated deposits, from `position_along`
+    stops : positions (m) of the simulated deposits along the direction, relative to the origin of the local frame
 
     Raises
     ------
@@ -54,7 +54,8 @@ def _origin(frame: Frame) -> FloatArray:
 def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dict[str, Any]:
     """Return the distribution of end points along a direction: percentiles, mean, deviation, share of each section.
 
-    Positions are in the input's coordinates (m).
+    position : end points (m) along the direction, relative to the origin of the local frame; the result is in the
+    input's coordinates (m)
     """
     count = position.count
     origin = float(_origin(frame) @ horizontal_direction(observed.along, frame.up))
@@ -74,6 +75,9 @@ def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dic
 
 
 def _number_between(position: FloatArray, counts: IntArray, low: float | None, high: float | None) -> int:
-    """Return the number of rocks that ended in a section [low, high) (m), from counts (N,) at positions (N,) m."""
+    """Return the number of rocks that ended in a section [low, high) (m); None for a side without limit.
+
+    position : (N,) m; counts : (N,) number of rocks that ended at each position
+    """
     above = position >= (-np.inf if low is None else low)
     return int(counts[above & (position < (np.inf if high is None else high))].sum())

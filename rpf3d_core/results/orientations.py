@@ -1,4 +1,4 @@
-"""The orientation and the shape of rocks with a shape, as the files of a run give them.
+"""Orientations and shapes of bodies, converted for the files of a run.
 
 A body's axes are its principal axes through the centre of mass, in the order of ascending moments of inertia. A
 quaternion w, x, y, z turns a vector from these axes into the axes of the input, in which all positions are written.
@@ -21,9 +21,11 @@ HALF = math.sqrt(0.5)
 
 
 def orientations_to_input(frame: Frame, q: FloatArray) -> FloatArray:
-    """Return orientations (N, 4) w, x, y, z from a body's axes to the local axes as orientations to the input's axes.
+    """Return orientations (N, 4) w, x, y, z of bodies relative to the input's axes.
 
-    The local axes become those of an input with `up: y` by a turn of -90 degrees about x: (x, y, z) -> (x, z, -y).
+    If y is up, the local axes become the input's by a turn of -90 degrees about x: (x, y, z) -> (x, z, -y).
+
+    q : (N, 4) orientations of the bodies relative to the local axes
     """
     if frame.up == "z":
         return q
@@ -39,19 +41,19 @@ def blocks_of(scene: Any, deposits: Deposits) -> "list[Polyhedron]":
     Raises
     ------
     InputError
-        A file of a block has been removed or damaged since the run began.
+        The file of a shape has been removed or damaged since the run began.
     """
     if deposits.pose is None:
         return []
-    from rpf3d_core.setup.shapes import polyhedra_of  # not for pictures: their process loads no scene
+    from rpf3d_core.setup.shapes import polyhedra_of  # the process that draws loads no scene
 
     return polyhedra_of(scene)[0]
 
 
 def moments_of(blocks: "Sequence[Polyhedron]", deposits: Deposits) -> FloatArray | None:
-    """Return the principal moments (R, 3) of the shape of each rock, m2 at the shape's own size; None without shapes.
+    """Return the principal moments of inertia (R, 3) of each rock's shape per unit of mass (m2); None without shapes.
 
-    The rotation of a rock depends on the ratios of its moments only, so the size does not matter.
+    They are for the size of the shape in its file. The rotation of a rock depends on their ratios only.
     """
     if deposits.shape is None:
         return None

@@ -1,4 +1,4 @@
-"""Sentences for a run's table on where its answer is surer than it can be, because an interval leaves something out."""
+"""Sentences for a run's table on where its answer looks surer than it is, because an interval leaves something out."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,40 +10,41 @@ from rpf3d_core.results.findings import Run
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20
-"""Number of different paths below which shares of rocks are really shares of paths."""
+"""A sentence is shown if rocks fly along fewer different paths than this; further rocks then only repeat paths."""
 HARDLY_FELL = 2.0
-"""Drop (m) from release to end below which a rock that stopped has not fallen, as behind the crest of a bench."""
+"""A stopped rock counts as not fallen if its drop (m) from release to end is below this, as behind a bench's crest."""
 MANY_BEHIND = 0.2
-"""Share of rocks (-) that have not fallen from which this is reported."""
+"""A sentence is shown if a larger share of the rocks (-) has not fallen."""
 MOSTLY_THIN = 0.5
-"""Share (-) of a map's visits in cells with fewer than 20 rocks from which this is reported."""
+"""A sentence is shown if a larger share (-) of a map's visits is in cells with fewer than 20 rocks."""
 NOTABLE = 0.5
-"""Misfit of a calibration (m) from which this is reported."""
+"""A sentence is shown if the misfit of the calibration (m) is at least this large."""
 NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
-"""Share of the rocks (-) that start away from the place of a calibration, from which the ground is not calibrated."""
+"""The ground counts as calibrated elsewhere if this share (-) of the rocks, or more, starts away from that place."""
 ELSEWHERE_HELD = "0, 1, 4 and 6 of 18 and 9, 33, 40 and 40 of 41"
-"""What docs/explanation/validation.md measured; test/validation/test_predictions.py compares it."""
+"""Observed stops within 90 % intervals predicted by samples of another slope: eight cases, as measured on the page
+docs/explanation/validation.md; test/validation/test_predictions.py compares the figures."""
 OF_ANOTHER_SLOPE = (
     f"Samples of another slope held {ELSEWHERE_HELD} observed stops in eight cases (90 % intervals along the slope, "
     "without misfit): take ranges of the library, or calibrate here"
 )
-"""Sentence on what the sample of a calibration on another slope is worth, for the table of a run and for alerts."""
+"""Sentence on how well samples of another slope predict, for the table of a run and for alerts."""
 MISFIT_HELD = (
     "predictive intervals of shares of zones and areas, of their p95 energies, of the runout and of reach probability "
     "hold the misfit of the model: the paths of each parameter set are displaced by a draw of it"
 )
-"""What summary.json says of a misfit that intervals hold."""
+"""Sentence of summary.json on the intervals that include the misfit."""
 MISFIT_LEFT_OUT = "the misfit of the model, a distance that says nothing about this number"
-"""What summary.json says at a predictive interval that does not hold the misfit."""
+"""Text in summary.json at a predictive interval that does not include the misfit."""
 
 MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barriers are not displaced by it"
-"""What summary.json says of the predictive intervals of a barrier, which do not hold the misfit."""
+"""Text in summary.json at the predictive intervals of a barrier, which do not include the misfit."""
 
 
 def surer_than_it_may_be(run: Run) -> list[str]:
-    """Return sentences on what makes the answer of a run look surer than it is; none if nothing does."""
+    """Return the sentences on what makes the answer of a run look surer than it is; an empty list if nothing does."""
     return [
         *_of_the_ground(run), *_of_places(run), *_of_barriers(run), *_of_paths(run), *_of_releases(run),
         *_of_cells(run), *_of_energies(run),
@@ -51,7 +52,7 @@ def surer_than_it_may_be(run: Run) -> list[str]:
 
 
 def _of_the_ground(run: Run) -> Iterator[str]:
-    """Yield a sentence on each part of the ground of the scene that is not calibrated."""
+    """Yield sentences on coefficients of the ground that are assumed or not calibrated here, and on the misfit."""
     spec = run.scene.unknowns
     if not run.scene.has_unknowns or spec is None:
         yield ("every coefficient counts as known: no interval holds what is not known about the ground; "
@@ -90,7 +91,7 @@ def share_calibrated_elsewhere(run: Run) -> float:
 
 
 def _outside_sample(run: Run) -> tuple[str, ...]:
-    """Return the key paths of the ranges of a scene whose values the sample of its calibration does not contain."""
+    """Return the key paths of the scene's ranges for which the sample of its calibration has no values."""
     from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has unknowns
 
     return outside_sample(run.scene)
@@ -104,7 +105,7 @@ def _counted_as_known(run: Run) -> list[str]:
 
 
 def _of_places(run: Run) -> Iterator[str]:
-    """Yield a sentence on zones and areas whose retained share has no predictive interval, though rocks came."""
+    """Yield a sentence on zones and areas that rocks reached, but whose retained share has no predictive interval."""
     if run.maps.sets is None or not run.maps.sets.enough_flown:
         return
     from rpf3d_core.unknowns.predictive import ENOUGH  # imported only if the scene has unknowns
@@ -135,7 +136,7 @@ def _of_barriers(run: Run) -> Iterator[str]:
 
 
 def _of_paths(run: Run) -> Iterator[str]:
-    """Yield a sentence if rocks fly along so few paths that they are repetitions of each other."""
+    """Yield a sentence if the rocks fly along fewer than FEW_PATHS different paths, so that many repeat a path."""
     deposits = run.flights.deposits
     rocks = len(deposits.x)
     paths = len(np.unique(np.column_stack([deposits.x, deposits.t, deposits.max_speed]), axis=0)) if rocks else 0
@@ -174,6 +175,6 @@ def _of_energies(run: Run) -> Iterator[str]:
 
 
 def _named(names: Sequence[str]) -> str:
-    """Return the first names of a sentence, and how many more there are."""
+    """Return the first names as text, at most NAMED of them, and the number of further names."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     return f"{', '.join(names[:NAMED])}{more}"

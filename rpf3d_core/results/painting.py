@@ -35,14 +35,14 @@ class Painting:
         self.waited_s = 0.0
 
     def begin(self, terrain: "Terrain") -> None:
-        """Give the terrain of the run to the second process, as soon as the terrain is known."""
+        """Send the terrain of the run to the second process; call this as soon as the terrain is known."""
         if self._second is not None:
             self._second.ask("begin", terrain)
 
     def draw(self, folder: Path, shown: "RunPictures", terrain: "Terrain") -> None:
         """Draw all pictures into a result folder; they are complete after `wait`.
 
-        terrain : the same as in `begin`, for drawing in this process
+        terrain : the terrain passed to `begin`; it is needed if this process draws
         """
         if self._second is not None and self._second.has_begun():
             self._second.ask("draw", folder, shown)
@@ -66,7 +66,7 @@ class Painting:
         Raises
         ------
         Exception
-            As if the pictures had been drawn in this process: `InputError`, `OSError`.
+            The error of a picture that could not be drawn, such as `OSError`.
         InputError
             The second process was killed.
         """

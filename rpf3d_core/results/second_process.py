@@ -24,21 +24,21 @@ from rpf3d_core.jit.child_python import command_of, environment_of_child
 from rpf3d_core.jit.garbage import collect_less_often
 
 NUMBER = struct.Struct("<Q")
-"""Form of a number between the processes: how many parts a message has, and the size (bytes) of each part."""
+"""Binary form of a number in a message: the number of parts of the message, or the size (bytes) of a part."""
 Message = Sequence[bytes | bytearray | memoryview]
-"""A value as bytes: the pickle, and the large arrays that it refers to."""
+"""A value as bytes: first its pickle, then the large arrays that the pickle refers to."""
 READY = b"rpf3d: ready\n"
-"""First bytes that the second process writes; another program in place of Python writes something else."""
+"""First bytes that the second process writes; if they differ, another program was started in place of Python."""
 PATIENCE = 20.0
-"""Longest time (s) that the main process waits for READY; on an idle machine it takes 0.05 s."""
+"""Longest time (s) that the main process waits for READY, which takes 0.05 s on an idle machine."""
 
 
 class SecondProcessEnded(Exception):
-    """The second process ended before its work was done; the message says how."""
+    """The second process ended before its work was done; the message says how it ended."""
 
 
 class SecondProcess:
-    """A second process that does work in the order of the requests, while the main process goes on."""
+    """A second process that does the requested work in order, while the main process continues."""
 
     def __init__(self, process: "subprocess.Popen[bytes]") -> None:
         """Take over a process that runs this module."""
@@ -51,7 +51,7 @@ class SecondProcess:
         threading.Thread(target=_listen, args=(process.stdout, self._answers), daemon=True).start()
 
     def has_begun(self) -> bool:
-        """True if the process has started to work; waits until this is known."""
+        """Wait until the process has started, at most PATIENCE seconds; return True if it has started."""
         if self._began is None:
             try:
                 self._began = self._answers.get(timeout=PATIENCE) == BEGUN
@@ -73,7 +73,7 @@ class SecondProcess:
         Raises
         ------
         Exception
-            The exception of the first method that failed, as if it had been called here.
+            The exception of the first method that failed in the second process.
         SecondProcessEnded
             The process ended before it was done, for example because it was killed.
         """
@@ -95,15 +95,16 @@ class SecondProcess:
 
 
 BEGUN, ENDED = "begun", "ended"
-"""Answers that mark the begin and the end of the second process; a request that is done is answered by None."""
+"""Answers that mark the start and the end of the second process; the answer to a completed request is None."""
 
 
 @contextmanager
 def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
     """Yield a second process that works with an object of a class; it ends with the `with` block.
 
-    The process starts at once, because its imports take a second. None if it cannot start.
-    module, name : of the class, which takes no arguments
+    The process starts at once, because its imports take a second. Yield None if it cannot start.
+
+    module, name : of the class, whose constructor takes no arguments
     """
     process = _started(module, name)
     if process is None:
@@ -119,7 +120,7 @@ def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
 def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
     """Return the started process, None if it cannot be started.
 
-    A process group of its own: Ctrl-C at a terminal goes to all processes of a group, even while they start.
+    It has its own process group, because Ctrl-C at a terminal goes to all processes of a group, even while they start.
     """
     own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}
     if not sys.executable:  # Python is part of another program
@@ -138,14 +139,17 @@ def _how(code: int) -> str:
 
 
 def _send(pipe: BinaryIO, requests: "queue.SimpleQueue[Message | None]") -> None:
-    """Write requests to the second process until None; a process that does not read them must not hold up a run."""
+    """Write each request from a queue to the second process, until the request None.
+
+    It runs in a thread, so that a second process that does not read cannot delay the run.
+    """
     with suppress(OSError), pipe:  # OSError: the process has ended
         while (request := requests.get()) is not None:
             _write(pipe, request)
 
 
 def _listen(pipe: BinaryIO, answers: "queue.SimpleQueue[Any]") -> None:
-    """Pass the messages of the second process to a queue: BEGUN, the answers to requests, and ENDED after the last."""
+    """Put the messages of the second process into a queue: BEGUN, the answers to requests, and ENDED at the end."""
     try:
         with suppress(OSError, EOFError), pipe:
             if pipe.read(len(READY)) == READY:
@@ -157,7 +161,7 @@ def _listen(pipe: BinaryIO, answers: "queue.SimpleQueue[Any]") -> None:
 
 
 def _packed(value: Any) -> Message:
-    """Return a value as a message; large arrays are parts of their own, which need not be copied."""
+    """Return a value as a message; large arrays are separate parts, so that they are not copied."""
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     return [head, *(buffer.raw() for buffer in buffers)]
@@ -176,7 +180,7 @@ def _write(pipe: BinaryIO, message: Message) -> None:
 
 
 def _read(pipe: BinaryIO) -> Message:
-    """Return the next message; EOFError at the end of the pipe."""
+    """Return the next message; raise EOFError at the end of the pipe."""
     return [_bytes(pipe, _number(pipe)) for _ in range(_number(pipe))]
 
 
@@ -193,13 +197,16 @@ def _bytes(pipe: BinaryIO, size: int) -> bytearray:
 
 
 def main(module: str, name: str) -> None:
-    """Make the object that works, and do what the main process requests; the first failure ends the work."""
+    """Run the second process: make the object, and call the requested methods until one fails.
+
+    module, name : of the object's class
+    """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     collect_less_often()
-    sys.modules["numba"] = None  # type: ignore[assignment]  # not imported: its import takes longer than it gains here
+    sys.modules["numba"] = None  # type: ignore[assignment]  # prevents its import, which takes longer than it saves
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not count as an answer
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # so that the output of a library does not count as an answer
     requests: queue.SimpleQueue[Message] = queue.SimpleQueue()
     threading.Thread(target=_take, args=(requests,), daemon=True).start()
     answers.write(READY)
@@ -215,7 +222,7 @@ def main(module: str, name: str) -> None:
 
 
 def _take(requests: "queue.SimpleQueue[Message]") -> None:
-    """Put each request that arrives into a queue; end the process when the main process has ended."""
+    """Put each request from standard input into a queue; end this process when the main process has ended."""
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:
@@ -226,7 +233,7 @@ def _take(requests: "queue.SimpleQueue[Message]") -> None:
 
 
 def _pickled(fault: Exception) -> Message:
-    """Return an exception for the main process; one that cannot be pickled as a RuntimeError with its words."""
+    """Return an exception as a message; an exception that cannot be pickled becomes a RuntimeError with its text."""
     with suppress(Exception):
         message = _packed(fault)
         _unpacked(message)

@@ -1,4 +1,4 @@
-"""Series of points as pictures and recordings draw them: of the price list of accuracy, and of a sweep."""
+"""Series of points that pictures and recordings draw: of the price list of accuracy, and of a sweep."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 Colour = tuple[int, int, int]
 
 LEAST = 1e-4
-"""Smallest drawn error (-), because a logarithmic axis has no 0; the label of a point then shows the error as text."""
+"""Smallest error (-) that is drawn, because a logarithmic axis has no 0; smaller errors are drawn here."""
 
 
 class Series(NamedTuple):
@@ -29,9 +29,9 @@ class Series(NamedTuple):
 class Curve(NamedTuple):
     """One curve of a panel of a sweep, with P points.
 
-    name : "" for a single curve; at : (P,) values of the varied key, numbers or others
-    values, low, high : (P,) in the unit of the panel's axis, the figure and its 95 % interval; None for unknown ends
-    is_predictive : True if the interval holds the unknowns of the scene, False if it holds the number of rocks only
+    name : label, "" for a single curve; at : (P,) values of the varied key, numbers or other values
+    values, low, high : (P,) result and ends of its 95 % interval, in the unit of the panel's axis; None if unknown
+    is_predictive : True for predictive intervals; False for sampling intervals
     """
 
     name: str

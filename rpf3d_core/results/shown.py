@@ -1,4 +1,4 @@
-"""What the pictures of a run show, as values that another process can draw.
+"""The content of a run's pictures, as values that can be sent to another process.
 
 This module imports no engine and no scene, because the process that draws needs neither.
 """
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 class RunCounts(NamedTuple):
     """How many rocks a picture is based on, for its title and legend.
 
-    rocks : rocks flown, fragments included; planned : rocks that should fly, more than `rocks` if interrupted
-    outcomes : number of rocks by outcome; pieces : how many of the rocks are fragments of others
+    rocks : rocks flown, including fragments; planned : rocks that were to fly, more than `rocks` after an interruption
+    outcomes : number of rocks by outcome; pieces : number of `rocks` that are fragments
     """
 
     rocks: int
@@ -56,7 +56,7 @@ class MapContent(NamedTuple):
     """The content that all maps of a run share: terrain, areas of interest, scene name and number of rocks.
 
     name : of the scene; flown : the number of rocks behind the maps
-    areas : name -> rings (N, 2) m, outlines of areas of interest, local frame, as `areas.local_outlines`
+    areas : name -> rings (N, 2) m, outlines of areas of interest, local frame
     """
 
     name: str
@@ -66,12 +66,12 @@ class MapContent(NamedTuple):
 
 
 class RunPictures(NamedTuple):
-    """What the pictures of a run show besides the terrain: values only, so that another process can draw them.
+    """The content of a run's pictures except the terrain; only values that can be sent to another process.
 
-    name, flown : as in `MapContent`; areas : outlines (K, 2) m of each area by its name
-    sources : names; gravity : m/s^2
-    flights, samples : of the rocks that are drawn, and of those with paths; obstacles : barriers and trees
-    steps, target : convergence after each doubling with `rocks: auto` and the scene's target; else empty and None
+    name, flown : as in `MapContent`; areas : name -> rings (N, 2) m, local frame
+    sources : names of the sources; gravity : m/s^2
+    flights : of the rocks to draw; samples : points of the paths to draw; obstacles : barriers and trees
+    steps, target : convergence after each doubling, and the scene's target; empty and None without `rocks: auto`
     """
 
     name: str

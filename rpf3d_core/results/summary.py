@@ -1,6 +1,7 @@
 """Build the content of summary.json: the scene, the program's versions, wall times and results of a run.
 
-Keys carry their units. Every share has its 95 % Wilson interval. A value that does not exist is null.
+Names of keys include units. Each share has a 95 % interval: Wilson's or, over parameter sets, also the predictive
+interval. A value that does not exist is null.
 """
 
 import importlib.metadata
@@ -42,7 +43,7 @@ def summary(findings: Run) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If a file of `observed` is damaged.
+        The file of the observed end points is damaged.
     """
     scene, terrain, totals = findings.scene, findings.terrain, findings.totals
     benches = benches_section(bench_table(terrain, findings.maps))
@@ -111,7 +112,7 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return digests that show whether two results have the same scene, or at least the same releases of rocks."""
+    """Return the digests of the scene and of the releases: two results with equal digests have the same inputs."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
@@ -165,7 +166,7 @@ def _counts(findings: Run) -> dict[str, Any]:
 
 
 def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
-    """Return the share of rocks with an outcome, with both intervals in a run over parameter sets."""
+    """Return the share of rocks with an outcome; with sampling and predictive interval in a run over parameter sets."""
     share = share_of(count, findings.totals.rocks)
     figures = findings.maps.sets
     return share if figures is None else {**with_predictive(share, *figures.outcome(outcome)),
@@ -173,12 +174,15 @@ def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
 
 
 def _left_out(figures: Any, name: str) -> dict[str, str]:
-    """Return what the predictive interval of a figure leaves out; empty if it holds the misfit or none is stated."""
+    """Return the entry `leaves_out` of a figure whose predictive interval does not include a stated misfit; else {}.
+
+    figures : `hazard.sets.SetFigures`; name : of the figure
+    """
     return {} if figures.displaced is None or figures.is_displaced(name) else {"leaves_out": MISFIT_LEFT_OUT}
 
 
 def _barriers(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section on barriers; with a misfit, each barrier says that predictive intervals leave it out."""
+    """Return the section on barriers; with a misfit, each barrier states that its intervals do not include it."""
     from rpf3d_core.results.hazard_files.barriers_report import barriers_section
 
     has_misfit = maps.sets is not None and maps.sets.displaced is not None
@@ -232,7 +236,7 @@ def _pieces(findings: Run) -> dict[str, Any]:
 
 
 def _shapes(findings: Run) -> dict[str, Any]:
-    """Return the shapes by number, the reasons of stops, and rocks lifted at the release; empty without shapes."""
+    """Return the stop reasons, the share of rocks lifted at the release, and the shapes' names; {} without shapes."""
     blocks = blocks_of(findings.scene, findings.flights.deposits)
     if not blocks:
         return {}
@@ -248,7 +252,7 @@ def _shapes(findings: Run) -> dict[str, Any]:
 
 
 def _speed(findings: Run) -> dict[str, Any]:
-    """Return how long the run took, for summary.json; rocks_per_s is about flying only."""
+    """Return the wall times of the run (s) for summary.json; rocks_per_s counts the time of the flights only."""
     flights = findings.flights
     rate = findings.totals.rocks / flights.fly_s if flights.fly_s > 0.0 else None
     return {**findings.timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}
@@ -278,7 +282,7 @@ def _distributions(scene: Scene, totals: Totals, figures: Any) -> dict[str, Any]
 
 
 def _of_the_centre(scene: Scene) -> str:
-    """Return the words that say which point of a rock with a shape has a height; empty for points and spheres."""
+    """Return the text that says that heights are those of the centre of mass; "" for points and spheres."""
     return ", of the centre of mass" if scene.rock.is_body else ""
 
 
@@ -297,7 +301,7 @@ def _energies_of_spin(totals: Totals) -> dict[str, Any]:
 
 
 def _hazard(maps: HazardMaps) -> dict[str, Any]:
-    """Return the size of the hazard maps, how much of them rocks reached, and the error bound of percentiles (-)."""
+    """Return the size of the hazard maps, the numbers of reached cells and facets, and the error of percentiles (-)."""
     return {
         "cell_m": maps.raster.cell,
         "energy": maps.energy_kind,

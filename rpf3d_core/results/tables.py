@@ -1,7 +1,7 @@
 """Write the tables of a run: deposits.csv, impacts.parquet and trajectories.parquet.
 
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
-energies (translational) in J. A value that does not exist (no ground contact, height not gathered) is left empty.
+energies (translational) in J. A value that does not exist (no ground contact, height not computed) is left empty.
 
 Rocks with a shape have additional columns. Their positions are those of the centre of mass, and so are their heights.
 """
@@ -41,8 +41,8 @@ def open_tables(
 
     Yields a function that writes the deposits and impacts of the next rocks.
 
-    density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : the scene's
-    spins : True if rocks spin; both tables then have rotational and total energies as well
+    density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : barriers and trees of the scene
+    spins : True if rocks spin; both tables then also have rotational and total energies
     """
     with ExitStack() as files:
         deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
@@ -78,8 +78,8 @@ def write_trajectories(
 def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profiles: Mapping[str, Any]) -> None:
     """Write the points of profiles as a CSV file, one line for each point.
 
-    profiles : column name -> values (S,); `row` holds the row of the rock in `deposits`, further columns are in m, s
-        and m/s
+    profiles : column name -> values (S,); `row` is the row of the rock in `deposits`, other columns are in m, s and
+        m/s
     """
     columns = {name: _or_null(values) for name, values in profiles.items() if name != "row"}
     _write_csv(path, _table({**_rock_names(sources, deposits, profiles["row"]), **columns}))
@@ -177,7 +177,7 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
 def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Table:
     """Return the table of R deposits with the shape, orientation and reason to stop of rocks with a shape.
 
-    The quaternion turns vectors from the block's principal axes into the input's axes. `stopped_because` is empty for
+    The quaternion turns vectors from the body's principal axes into the input's axes. `stopped_because` is empty for
     rocks that did not stop on the ground. The summary has the names of the shapes by their numbers.
     """
     return _extended(
@@ -191,7 +191,7 @@ def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Tabl
 
 
 def with_blows(table: pa.Table, deposits: Deposits, impacts: Impacts) -> pa.Table:
-    """Return the table of I impacts with the number of contacts and the energies (J) of rocks with a shape.
+    """Return the table of I impacts with the number of contacts, and the energies (J) before and after, of bodies.
 
     `energy_in_j` and `energy_out_j` are kinetic energies of translation and rotation together.
     """
@@ -206,7 +206,7 @@ def with_blows(table: pa.Table, deposits: Deposits, impacts: Impacts) -> pa.Tabl
 def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples) -> pa.Table:
     """Return the points of paths as a table with S rows, the content of trajectories.parquet.
 
-    `mode` is the rock's motion from this point on. Rocks with a shape have their orientation as well.
+    `mode` is the rock's motion from this point on. Rocks with a shape also have their orientation.
     """
     return _table(
         {
@@ -272,8 +272,8 @@ def _extended(table: pa.Table, more: dict[str, Any]) -> pa.Table:
 
 
 def _repeated(schema: pa.Schema) -> list[str]:
-    """Return the columns that are stored as a dictionary of values, because their values repeat.
+    """Return the names of the columns to store as a dictionary of distinct values, because their values repeat.
 
-    With a dictionary for every column, a table takes 4 times as long to write and needs a seventh more disk space.
+    With a dictionary for all columns, a table takes 4 times as long to write and needs a seventh more disk space.
     """
     return [field.name for field in schema if not pa.types.is_floating(field.type)]

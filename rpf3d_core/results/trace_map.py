@@ -31,7 +31,7 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
     ----------
     maps : HazardMaps, optional
         Adds the layers of the facets, named as the rasters in hazard/ (`facet_layers`). The number of impacts then
-        comes from the maps, which count every rock; `impacts` may hold fewer rocks.
+        comes from the maps, which count every rock; `impacts` may be those of fewer rocks.
 
     Raises
     ------
@@ -68,8 +68,9 @@ def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
     """Return the hazard values of the facets as arrays for terrain.vtp, by name.
 
     Counts are whole numbers, other values are in single precision. A quantity with a spread has one array for each
-    statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s), `height_m_mean` (m). A value is NaN for a facet that
-    no rock reached, a percentile for fewer than 20 rocks. In double precision the file would be twice as large.
+    statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s), `height_m_mean` (m). A statistic is NaN for a facet
+    that no rock reached, a percentile also for a facet that fewer than 20 rocks reached. In double precision the file
+    would be twice as large.
     """
     facets = maps.facets
 
@@ -89,10 +90,10 @@ def write_trajectories(
 ) -> None:
     """Write trajectories.vtp: the path of each rock as one line.
 
-    Points carry speed (m/s), time (s), rock, row and mode; polylines carry source, rock, row and outcome. `row` counts
+    Points have speed (m/s), time (s), rock, row and mode; polylines have source, rock, row and outcome. `row` counts
     rocks over all sources, `rock` within one source. The names of sources, modes and outcomes are field data.
 
-    Points of rocks with a shape also carry `orientation`: the quaternion w, x, y, z from the block's principal axes to
+    Points of rocks with a shape also have `orientation`: the quaternion w, x, y, z from the body's principal axes to
     the input's axes, in the order in which ParaView's glyphs read it.
 
     Raises

@@ -43,16 +43,16 @@ from rpf3d_core.values import Outcome
 PILOT_ROCKS = 20
 """Number of rocks that the reference engine flies to measure the time of one rock."""
 WHOLE = 0.99
-"""Share (-) of an outline's area from which it counts as being on the terrain: users draw outlines roughly."""
+"""An outline counts as on the terrain if at least this share (-) of its area is, because users draw roughly."""
 MOST_CHECKED = 50_000
-"""Largest number of rocks whose start is checked, evenly spread over each source; the check takes some seconds."""
+"""Largest number of rocks whose start is checked, evenly spread over each source, so that a check takes seconds."""
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, used to estimate the time of a run.
 
 The value is rounded down from the demo scene in docs/explanation/performance.md.
 """
 COMPILE_S = 12.0
-"""Seconds to compile a combination of models for the first time; later runs load it in well under 1 s."""
+"""Time (s) to compile a combination of models for the first time; later runs load it in much less than 1 s."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Maps:
     """The size and memory of the hazard maps that a run of the scene will make.
 
     raster : the cells of the maps; facets : number of facets; allowed : largest memory (GB) of the maps
-    least : memory (GB) of cells and facets without percentiles; percentiles become coarser to stay within `allowed`
+    Percentiles become coarser to stay within `allowed`.
     """
 
     raster: Raster
@@ -90,7 +90,7 @@ class Maps:
 
     @property
     def least(self) -> float:
-        """Smallest memory (GB) of the hazard maps, as in `hazard.raster.check_memory`."""
+        """Memory (GB) of the cells and facets without percentiles, as in `hazard.raster.check_memory`."""
         return (self.raster.nx * self.raster.ny + self.facets) * BYTES_PER_CELL / GIGABYTE
 
     def describe(self) -> str:
@@ -101,7 +101,7 @@ class Maps:
 
 @dataclass(frozen=True)
 class Sizes:
-    """The range of mass (kg) and diameter (m) of the rocks of a scene, to show wrong units.
+    """The ranges of mass (kg) and diameter (m) of the rocks of a scene, which show wrong units.
 
     lightest, heaviest : kg; smallest, largest : m
     """
@@ -112,20 +112,21 @@ class Sizes:
     largest: float
 
     def describe(self) -> str:
-        """Return both ranges as one line of text, in which a user notices a wrong unit."""
+        """Return both ranges as one line of text."""
         masses, diameters = _span(self.lightest, self.heaviest), _span(self.smallest, self.largest)
         return f"{masses} kg, {diameters} m in diameter"
 
 
 @dataclass(frozen=True)
 class Check:
-    """The report on a scene; `fit` is True if the scene can be run.
+    """The report of `rpf3d check` on a scene.
 
+    rocks : masses and diameters; maps : size of the hazard maps; sources : start heights of each source
     warnings : sentences on settings that are valid but suspicious; cost : None if `fit` is False
     assumed_friction : names of the materials that use the default friction angle
     shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
-    measured : sentences on the files of measured sizes: which column is read, and in which unit
-    observed : lines on what `rpf3d calibrate` reads; empty without a calibration
+    measured : sentences on the files of measured sizes: the column and the unit that are read
+    observed : lines on the observations that `rpf3d calibrate` reads; empty if the scene has no calibration
     """
 
     scene: Scene
@@ -147,7 +148,7 @@ class Check:
 
 
 Shown = Callable[[list[Extent], list[str]], None]
-"""A function that shows the extents of all inputs, and sentences on those that look misplaced."""
+"""A function that shows the extents of all inputs, and sentences on inputs that look misplaced."""
 
 
 def check_scene(scene: Scene, show: Shown | None = None) -> Check:
@@ -162,7 +163,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     """
     check_engine(scene)
     read = _terrain_after_showing(scene, show)
-    by_reference = scene.model_copy(update={"engine": Reference.name})  # the reference engine needs no compiling
+    by_reference = scene.model_copy(update={"engine": Reference.name})  # it needs no compiling
     prepared = prepare(by_reference, terrain_read=read)
     engine, sources = prepared.engine, prepared.sources
     rocks = rounds_of(scene, places_of(prepared))[0].last
@@ -194,7 +195,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
 
 
 def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, FaultReport]:
-    """Return the terrain of a scene and its faults, after the extents of all inputs were shown.
+    """Read the terrain of a scene, then show the extents of all inputs; return the terrain and its faults.
 
     The extents are also shown if the terrain is refused, unless its files cannot be read.
     """
@@ -208,7 +209,9 @@ def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, F
 
 
 def _show_extents(scene: Scene, faults: FaultReport | None, show: Shown) -> None:
-    """Show the extents of all inputs, and sentences on those that look misplaced; nothing without the terrain's.
+    """Show the extents of all inputs, and sentences on inputs that look misplaced.
+
+    Show nothing if the terrain is refused and its extent is not known.
 
     faults : the report on the mesh of the terrain; None if the terrain is refused
     """
@@ -220,9 +223,11 @@ def _show_extents(scene: Scene, faults: FaultReport | None, show: Shown) -> None
 
 
 def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
-    """Return the report with the results of a pilot run: time of a run, and warnings on effects.
+    """Return the report with the results of a pilot run: the time of a run, and warnings on speeds and effects.
 
-    The warnings are about missing effects, and about effects that change nothing.
+    The warnings on effects are about missing effects, and about effects that change nothing.
+
+    rocks : number of rocks of the run
     """
     chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
     few = taken(releases, chosen)
@@ -269,7 +274,10 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
 
 
 def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
-    """Return the estimated time of the run, from the flights of the pilot rocks and their time (s) per rock."""
+    """Return the estimated time of the run.
+
+    flown : flights of the pilot rocks; seconds : time (s) of one pilot rock; rocks : number of rocks of the run
+    """
     deposits, auto = flown.deposits, scene.rocks == "auto"
     rocks = scene.target.most_rocks if auto else rocks
     fly_s = seconds * rocks

@@ -1,4 +1,4 @@
-"""Report what a scene observed: number and extents of stops, gates and counts, and what lies outside the terrain."""
+"""Report the observations of a scene: stops, values at gates, counts, and warnings on places outside the terrain."""
 
 from collections.abc import Iterator
 
@@ -15,7 +15,10 @@ NAMED = 5
 
 
 def observations_in_words(prepared: Prepared) -> tuple[tuple[str, ...], list[str]]:
-    """Return what `rpf3d calibrate` reads of a scene as lines of text, and warnings; nothing without a calibration."""
+    """Return lines of text on the observations that `rpf3d calibrate` reads, and warnings.
+
+    Without a calibration in the scene, there are no lines, and only warnings on observed stops outside the terrain.
+    """
     if prepared.scene.calibration is None:
         return (), list(_stops_outside(prepared))
     try:
@@ -29,7 +32,7 @@ def observations_in_words(prepared: Prepared) -> tuple[tuple[str, ...], list[str
 
 
 def _lines(field: Field) -> Iterator[str]:
-    """Yield a line for the stops, for the values at each gate, and for each count."""
+    """Yield a line of text for the observed stops, for the values at each gate, and for each count."""
     if len(field.stops):
         (along, across), (end, side) = field.stops.min(axis=0), field.stops.max(axis=0)
         spans = f"along {plain(along)} .. {plain(end)} m, across {plain(across)} .. {plain(side)} m"

@@ -48,7 +48,7 @@ def _carrying_on(scene: Scene) -> str:
 
 
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
-    """Yield a warning for each effect of a scene that changes no path of a few rocks.
+    """Yield a warning for each effect of a scene that moves no impact and no end of a few rocks.
 
     releases : releases of these rocks; flown : flights of these rocks with all effects
     """
@@ -60,11 +60,11 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
 
 
 def _without(flight: Flight, effects: list[object]) -> Flight:
-    """Return the flight settings with these effects in place of all, to fly without one effect."""
+    """Return the flight settings with only the given effects."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 
 
 def _same(one: Flights, other: Flights) -> bool:
-    """True if two flights of the same rocks have equal impacts and ends, bit for bit."""
+    """True if the places of all impacts and ends of the same rocks are equal in two flights, bit for bit."""
     pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
     return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

@@ -6,18 +6,18 @@ from rpf3d_core.setup.shapes import polyhedra_of, weights_of
 from rpf3d_core.shapes.polyhedron import Polyhedron
 
 UNITS = {"diameter": "m", "mass": "kg", "volume": "m3"}
-"""Sizes of rocks, and the unit in which each is read."""
+"""Unit of each measure of a rock's size in a scene."""
 
 
 def shapes_in_words(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each shape of a scene's rocks, then the findings about their files; empty for points.
+    """Return a sentence for each shape of a scene's rocks, then sentences on the shapes' files; empty for points.
 
-    A shape has its volume (m3) only if rocks keep the size of their box or file; otherwise each rock has its own.
+    A sentence states the volume (m3) only if rocks have the size of their box or file; otherwise rocks have own sizes.
 
     Raises
     ------
     InputError
-        A file of a block cannot be used.
+        The file of a shape cannot be used.
     """
     polyhedra, findings = polyhedra_of(scene)
     weights = weights_of(scene, len(polyhedra))
@@ -28,7 +28,7 @@ def shapes_in_words(scene: Scene) -> tuple[str, ...]:
 
 
 def measured_sizes(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each file of measured sizes: its column, its unit and its range; the same one once."""
+    """Return a sentence for each file of measured sizes: its column, unit and range; equal sentences only once."""
     sizes = [(getattr(each, measure), measure, unit)
              for each in (scene.rock, *scene.sources) for measure, unit in UNITS.items()]  # fmt: skip
     found = (size.describe(measure, unit) for size, measure, unit in sizes if isinstance(size, MeasuredList))
@@ -36,7 +36,10 @@ def measured_sizes(scene: Scene) -> tuple[str, ...]:
 
 
 def _describe(block: Polyhedron, share: float, own_size: bool) -> str:
-    """Return the name of a shape, its corners and faces, its volume if rocks keep it, and its share of the rocks."""
+    """Return the sentence on a shape: its name, corners, faces, volume (m3) and share of the rocks.
+
+    share : of the rocks (-); own_size : True if rocks have the size of the shape, so that its volume is stated
+    """
     text = f"{block.name}, {len(block.corners)} corners, {len(block.faces)} faces"
     if own_size:
         text += f", {block.volume:.3g} m3"

@@ -1,4 +1,4 @@
-"""How high the rocks of each source start above the terrain, for the report of `rpf3d check`."""
+"""Compute the start heights of each source's rocks above the terrain, for the report of `rpf3d check`."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,12 +10,12 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Engine
 
 MOST_ABOVE = 50.0
-"""Height (m) above the ground from which a source is suspicious: bench faces are up to 30 m high."""
+"""A source is suspicious if all its rocks start more than this (m) above the ground; bench faces reach 30 m."""
 
 
 @dataclass(frozen=True)
 class SourceHeight:
-    """How high the rocks of one source start above the terrain, to show sources that are placed wrongly.
+    """The start heights of one source's rocks above the terrain, which show whether the source is misplaced.
 
     rocks : number of rocks; checked : number of checked rocks, to which all further values apply
     lowest, highest : m above the terrain; under_ground : number of rocks below the terrain
@@ -48,7 +48,7 @@ class SourceHeight:
 def heights_of(
     names: Sequence[str], rocks: Sequence[int], releases: Releases, below: NDArray[np.float64], engine: Engine
 ) -> list[SourceHeight]:
-    """Return how high the rocks of each source start above the terrain.
+    """Return the start heights of each source's rocks above the terrain.
 
     names, rocks : name and number of rocks of each source; releases : of the R checked rocks
     below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
@@ -68,9 +68,9 @@ def high_above(heights: Sequence[SourceHeight]) -> Iterator[str]:
 
 
 def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
-    """Return how high the rocks of one source start above the terrain, before rocks off the terrain are separated.
+    """Return the start heights of one source's rocks above the terrain.
 
-    Here, `under_ground` includes rocks off the terrain (see `_told_apart`).
+    In this result, `under_ground` includes the rocks off the terrain, which `_told_apart` then separates.
 
     below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
     """
@@ -91,10 +91,11 @@ def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
 def _told_apart(
     found: SourceHeight, number: int, releases: Releases, below: NDArray[np.float64], engine: Engine
 ) -> SourceHeight:
-    """Return the start heights of one source, with rocks off the terrain and rocks under the ground counted separately.
+    """Return the start heights of a source, with rocks off the terrain and rocks under the ground counted separately.
 
     A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain.
-    found : from `_heights`; number : index of the source; below : (R, 3) of all sources, as in `_heights`
+    found : from `_heights`; number : index of the source
+    releases, below : of all R checked rocks, as in `heights_of`
     """
     bad = (releases.source == number) & ((below[:, 1] < 0) | (below[:, 2] <= 0))
     top = np.array(releases.x[bad])

@@ -2,8 +2,8 @@
 
 A difference is significant if its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal runs,
 about 5 % are significant by chance; `p_holm` is corrected for the number of comparisons. Interval and p assume that the
-rocks of the two runs are independent. Two runs with the same sources and the same seed release the same rocks; then the
-intervals are usually too wide rather than too narrow.
+rocks of the two runs are independent. Two runs with the same sources and the same seed release the same rocks; the
+intervals are then usually too wide.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,7 +17,7 @@ from rpf3d_core.hazard.benches import AREA, ZONE
 from rpf3d_core.results.earlier_results import read_summary
 
 MEASURES = ("reached", "stopped", "retained")
-"""The shares that are compared: rocks that reached, stopped in, or were retained in a place.
+"""The compared shares: of rocks that reached a place, that stopped in it, or that were retained in it.
 
 `reached` and `stopped` are shares of all rocks, `retained` is a share of the rocks that reached the place.
 """
@@ -28,7 +28,7 @@ Facts = Mapping[str, Any]
 
 
 class Counted(NamedTuple):
-    """A share as two counts: a number of rocks, and the number of all rocks that could be counted (`of`)."""
+    """A share as two numbers: `rocks` were counted, of all `of` rocks that could be counted."""
 
     rocks: int
     of: int
@@ -94,7 +94,7 @@ class Comparison(NamedTuple):
 
     @property
     def notes(self) -> list[str]:
-        """Sentences that a reader of the comparison must know: on partial runs, equal rocks, chance and percentiles."""
+        """Notes for the reader of the comparison: on partial runs, unknowns, equal rocks, chance and percentiles."""
         return list(_notes(self))
 
 
@@ -104,7 +104,7 @@ def compare_runs(folder_a: str | Path, folder_b: str | Path) -> Comparison:
     Raises
     ------
     InputError
-        A folder holds no result, or a result without rocks; names the folder.
+        A folder contains no result, or a result without rocks; the message names the folder.
     """
     facts = [read_summary(folder) for folder in (folder_a, folder_b)]
     for folder, one in zip((folder_a, folder_b), facts, strict=True):
@@ -206,10 +206,11 @@ def _energy_p95(facts: Facts, kind: str, name: str) -> float | None:
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:
-    """Return the two counts of a share in both runs, to compare them; None if no rock reached the place in any run.
+    """Return a share in run A and in run B; None if no rock reached the place in any run.
 
-    `measure` is one of MEASURES. For `retained`, the result is also None if no rock reached the place in one of the
-    runs.
+    For `retained`, the result is also None if no rock reached the place in one of the runs.
+
+    kind, name : of the place; measure : one of MEASURES
     """
     reached = [_place(facts, kind, name)["reached"]["rocks"] for facts in (a, b)]
     if not any(reached) or (measure == "retained" and not all(reached)):

@@ -26,7 +26,7 @@ def share_rows(comparison: Comparison) -> Rows:
 def energy_rows(comparison: Comparison) -> Rows:
     """Return the rows of the table of energies in two runs, under ENERGIES_HEADER.
 
-    It has the places with a percentile in at least one run.
+    The table has only the places with a percentile in at least one run.
     """
     known = [row for row in comparison.energies if row.a is not None or row.b is not None]
     return [(_name(row.kind, row.place), _kilojoule(row.a), _kilojoule(row.b), _ratio(row)) for row in known]
@@ -71,7 +71,7 @@ def points(change: float, interval: tuple[float, float]) -> str:
 
 
 def decimals_for(width: float) -> int:
-    """Return how many decimals (1 to 4) a share in per cent needs, so that an interval of a width (-) still shows."""
+    """Return the number of decimals (1 to 4) of a share in per cent that show an interval of a given width (-)."""
     return 4 if width <= 0.0 else min(max(1, math.ceil(-math.log10(100.0 * width))), 4)
 
 

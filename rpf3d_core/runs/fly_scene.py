@@ -32,16 +32,16 @@ from rpf3d_core.values import Outcome
 
 @dataclass(frozen=True)
 class RunControl:
-    """How a caller controls a run: functions that report its progress or stop it, and the number of threads.
+    """Settings with which a caller controls a run: functions that report progress or stop the run, threads, rounds.
 
     progress : called before the rocks of a round fly; see `ensemble.fly.Progress`
-    stop : called while rocks fly; after a return value of True no further rock flies
+    stop : called while rocks fly; after it has returned True, no further rocks start
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
-    first : number of rocks after which the first results are known; the rocks then fly in rounds that double their
-        number, and each round represents all rocks; see `setup.rounds.growing_rounds`. None for the rounds of the scene
-    after_round : called after each round but the last, with the result so far
-    painting : draws the pictures, if the caller has started it; `run_scene` starts its own otherwise
+    first : about the number of rocks of the first round; each further round about doubles the number of rocks flown,
+        and the rocks flown always represent all rocks; see `setup.rounds.growing_rounds`. None for the scene's rounds
+    after_round : called after each round except the last, with the result so far
+    painting : draws the pictures; None if `run_scene` should start its own
     """
 
     progress: Progress | None = None
@@ -70,9 +70,10 @@ def fly_scene(
     A round is a number of rocks after which results are checked; with `rocks: auto` there are several. The run ends
     when all rocks have flown, the target is met, or it is stopped.
 
-    shown : number of rocks to keep in memory, None for all; sink : a function that takes the deposits and impacts of
-    each group of rocks
-    rounds : rocks to fly instead of the scene's own
+    precompiler : compiles the loops that the run needs
+    shown : number of rocks to keep in memory, None for all
+    sink : function that receives the deposits and impacts of each group of rocks
+    rounds : rounds to fly instead of those of the scene
     """
     scene = prepared.scene
     of_sets = _flights_over_sets(prepared) if scene.has_unknowns else None
@@ -101,9 +102,9 @@ def fly_scene(
 
 
 def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound]:
-    """Return the rounds of a run; first : as `RunControl.first`; sets : number of parameter sets, 0 without unknowns.
+    """Return the rounds of a run; first : as in `RunControl`; sets : number of parameter sets, 0 without unknowns.
 
-    With `rocks: auto`, the scene's rounds double already.
+    With `rocks: auto`, `first` is ignored, because the rounds of the scene already double.
     """
     scene = prepared.scene
     if first is None or scene.rocks == "auto":
@@ -112,41 +113,44 @@ def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound
 
 
 def _kept(prepared: Prepared, plan: Sequence[AnyRound], shown: int | None) -> Shown:
-    """Return the rocks to keep for display; shown : their number, None for all."""
+    """Return the rocks to keep in memory, and those to draw; shown : number of rocks to keep, None for all."""
     paths = prepared.scene.outputs.trajectories
     if prepared.scene.rocks == "auto" or len(plan) == 1:
         # All kept rocks belong to the first round, because with `rocks: auto` the number of later rocks is unknown.
         return shown_of(plan[0].rocks, shown, paths)
     rocks = sum(each.rocks for each in plan)
     some = spread_over(rocks, rocks if shown is None else shown)
-    drawn = np.arange(min(paths, rocks))  # the first of all rounds, so that the first results have paths
+    drawn = np.arange(min(paths, rocks))  # the rocks that fly first, so that the first results have paths
     return Shown(None if shown is None else np.union1d(some, drawn), drawn)
 
 
 @dataclass(frozen=True)
 class _Flyer:
-    """Flies rounds of rocks whose parameters are all known."""
+    """Flies the rounds of a scene without unknowns."""
 
     prepared: Prepared
     stream: Stream
 
     def fly(self, rocks: AnyRound) -> bool:
-        """Fly the rocks of a round, block after block; return False if the run was stopped before all had flown."""
+        """Fly the rocks of a round, block after block; return False if the run was stopped before the last rock."""
         return self.stream.fly(releases_in_ranges(self.prepared, ranges) for ranges in rocks.blocks())
 
     def figures(self) -> None:
-        """Return None: a scene without unknowns has no figures of parameter sets."""
+        """Return None, because a scene without unknowns has no figures of parameter sets."""
 
 
 def _flights_over_sets(prepared: Prepared) -> Any:
-    """Return the parameter sets of a scene with unknowns, and the flight of each."""
+    """Return the parameter sets of a scene with unknowns, and the flight settings of each set."""
     from rpf3d_core.runs.over_sets import flights_over_sets  # imported only if the scene has unknowns
 
     return flights_over_sets(prepared)
 
 
 def _flyer(prepared: Prepared, stream: Stream, of_sets: Any, tallies: Tallies) -> Any:
-    """Return the object that flies rounds of rocks: with the parameter sets and their flights, if there are any."""
+    """Return the object that flies the rounds: a SetFlyer if the scene has unknowns, else a _Flyer.
+
+    of_sets : from `_flights_over_sets`; None without unknowns
+    """
     if of_sets is None:
         return _Flyer(prepared, stream)
     from rpf3d_core.runs.over_sets import SetFlyer, set_tally
@@ -165,11 +169,11 @@ def _fly_rounds(
 ) -> tuple[int, list[Step]]:  # fmt: skip
     """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
 
-    Return the number of planned rocks, and the convergence after each round. Releases are already checked, with
-    `rocks: auto` those of the first round.
+    Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
+    already been checked; with `rocks: auto`, only those of the first round.
     fly : function that flies a round, and returns False if the run was stopped
-    places : function that returns the shares of zones and areas of all rocks flown so far
-    so_far : function that returns the result so far, from the number of planned rocks and the convergence
+    places : function that returns the shares of zones and areas from all rocks flown so far
+    so_far : function that returns the result so far, given the number of planned rocks and the convergence
     """
     scene, steps, planned, whole = prepared.scene, list[Step](), 0, sum(each.rocks for each in plan)
     for each in plan:
@@ -196,7 +200,7 @@ def finished_run(
 ) -> Run:  # fmt: skip
     """Return the finished run of a prepared scene, with its maps; the wall time of the run ends at this call.
 
-    planned : number of rocks that the run should fly, without fragments
+    planned : number of rocks that were to fly, without fragments
     sets : figures of the parameter sets, if the scene has unknowns
     """
     maps = tallies.maps(totals.rocks, prepared.area_names, totals.outcomes[Outcome.LOST_TO_HOLE])
@@ -208,7 +212,7 @@ def finished_run(
 
 
 def _check_known(prepared: Prepared, plan: Sequence[AnyRound]) -> None:
-    """Refuse sources with a bad release, in all rounds that certainly fly: with `rocks: auto` only the first."""
+    """Refuse sources with a bad release in a round that is certain to fly: with `rocks: auto` only the first round."""
     for each in plan[:1] if prepared.scene.rocks == "auto" else plan:
         _check_all(prepared, each)
 
@@ -220,9 +224,9 @@ def _check_all(prepared: Prepared, rocks: AnyRound) -> None:
 
 
 def counted_and(totals: Totals, sink: Sink | None) -> Sink:
-    """Return a function that counts the deposits and impacts of each group of rocks, and passes them on.
+    """Return a function that adds the deposits of each group of rocks to `totals`, and passes the results on.
 
-    sink : the function that receives them next, or None
+    sink : function that then receives the deposits and impacts, or None
     """
 
     def take(deposits: Deposits, impacts: Impacts) -> None:

@@ -1,4 +1,4 @@
-"""Fly the rocks of a scene with unknowns: one parameter set after another, over one terrain with the same loops."""
+"""Fly the rocks of a scene with unknowns: one parameter set after another, with the same terrain and compiled loops."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ from rpf3d_core.unknowns.parameter_sets import ParameterSets
 
 
 def flights_over_sets(prepared: Ready) -> tuple[ParameterSets, list[Flight]]:
-    """Return the parameter sets of a scene, and the flight of each; all flights use the same compiled loop.
+    """Return the parameter sets of a scene, and the flight settings of each; all sets use the same compiled loop.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def set_tally(prepared: Prepared, sets: ParameterSets, tallies: Tallies) -> SetT
 
 @dataclass(eq=False)
 class Gathered:
-    """Gathers the results of small groups of rocks, and passes them on in blocks: tables take few large blocks faster.
+    """Collects the results of small groups of rocks, and passes them on in blocks, which tables can write faster.
 
     sink : receives the deposits and impacts of each block
     """
@@ -52,13 +52,13 @@ class Gathered:
     parts: list[tuple[Deposits, Impacts]] = field(default_factory=list)
 
     def __call__(self, deposits: Deposits, impacts: Impacts) -> None:
-        """Gather the results of some rocks."""
+        """Collect the results of a group of rocks, and pass on the block if it is large enough."""
         self.parts.append((deposits, impacts))
         if sum(len(some.rock) for some, _ in self.parts) >= BLOCK:
             self.pass_on()
 
     def pass_on(self) -> None:
-        """Pass on what has been gathered."""
+        """Pass on the collected results."""
         if self.parts:
             self.sink(*one_after_another(self.parts))
             self.parts.clear()
@@ -66,9 +66,11 @@ class Gathered:
 
 @dataclass(eq=False)
 class SetFlyer:
-    """Flies rounds of rocks with the parameter sets, and counts what each set does.
+    """Flies rounds of rocks with the parameter sets, and counts the results of each set.
 
-    sink : a function that takes all deposits and impacts; further : wraps it, so that a set's totals are added up
+    flights : flight settings of each set; tally : counts of the sets
+    sink : function that receives all deposits and impacts
+    further : function of (totals, sink) that returns a sink which also counts into these totals, such as `counted_and`
     """
 
     prepared: Prepared
@@ -79,9 +81,9 @@ class SetFlyer:
     further: Callable[[Totals, Sink], Sink]
 
     def fly(self, rocks: AnyRound) -> bool:
-        """Fly the rocks of a round, set after set; return False if the run was stopped before all had flown.
+        """Fly the rocks of a round, set after set; return False if the run was stopped before all rocks had flown.
 
-        The sets are evenly spread in their order, so those of a stopped run still represent all.
+        The first sets are always evenly spread over all sets, so the sets of a stopped run still represent all sets.
         """
         gathered = Gathered(self.sink)
         whole = self._fly_sets(rocks, gathered)
@@ -91,7 +93,7 @@ class SetFlyer:
     def _fly_sets(self, rocks: AnyRound, gathered: Gathered) -> bool:
         """Fly the rocks of a round, set after set; return False if the run was stopped.
 
-        A stop is asked for before each set, because the rocks of a set are often one batch, which flies to its end.
+        A stop is checked before each set, because a set is often one batch, which always flies to its end.
         """
         for number, (flight, dealt) in enumerate(zip(self.flights, rocks.dealt(len(self.flights)), strict=True)):
             if not any(map(len, dealt)):
@@ -113,6 +115,9 @@ class SetFlyer:
 
 
 def _blocks(dealt: Sequence[IntArray]) -> list[list[IntArray]]:
-    """Return the rocks of a set in blocks that fit into memory: every n-th rock of each source."""
+    """Return the rocks of a set in n blocks that fit into memory; a block has every n-th rock of each source.
+
+    dealt : numbers of the set's rocks, for each source
+    """
     blocks = -(-sum(map(len, dealt)) // BLOCK)
     return [[rocks[block::blocks] for rocks in dealt] for block in range(blocks)]

@@ -1,8 +1,8 @@
-"""Fly the parts of one scene, or many scenes and seeds, in several processes or on several machines.
+"""Fly one scene in parts, or many scenes and seeds, in several processes or on several machines.
 
-The work is given to an executor. Any `concurrent.futures.Executor` works: a process pool on one machine,
-`distributed.Client.get_executor()` or `mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker must see the scene's
-files at the same paths. A worker receives the scene only, reads its files, and returns its counts.
+The work is submitted to an executor. Any `concurrent.futures.Executor` works: a process pool on one machine,
+`distributed.Client.get_executor()` or `mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker needs the scene's
+files at the same paths: it receives the scene, reads the files, and returns counts.
 """
 
 import threading
@@ -48,8 +48,8 @@ Flown = TypeVar("Flown")
 class RunPart:
     """The results of a part of a scene's rocks, from one worker, to be merged with the other parts.
 
-    digest : digest of the scene and of its files, as read by the worker
-    totals, tallies, barriers : results of all rocks of the part; flights : flights of the shown rocks only
+    digest : digest of the scene and of the files that the worker read
+    totals, tallies, barriers : results of all rocks of the part; flights : of the rocks for pictures only
     """
 
     digest: str
@@ -84,7 +84,7 @@ class Resources(NamedTuple):
 
 
 ONE_THREAD = Resources()
-"""The default memory and threads: as many rocks in memory as in a run on disk, and one thread for each part."""
+"""The default: as many rocks in memory as in a run on disk, and one thread for each part."""
 
 
 def fly_parts(
@@ -100,15 +100,15 @@ def fly_parts(
 
     Parameters
     ----------
-    parts : number of parts; totals and maps are bit for bit equal for any number and any order of parts, on any workers
-    resources : memory for pictures and threads
-    scene, rocks, engine, seed : as `run.simulate`
+    parts : number of parts; it does not change totals and maps, not even in the last bit
+    resources : number of rocks to keep in memory, and of threads
+    scene, rocks, engine, seed : as in `run.simulate`
 
     Raises
     ------
     InputError
-        As `run.simulate`; or the number of parts is below 1, the scene says `rocks: auto`, or a worker read other
-        files.
+        As `run.simulate`; or the number of parts is below 1, the scene has `rocks: auto` or unknowns, or a worker read
+        other files.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     if chosen.rocks == "auto":
@@ -127,12 +127,12 @@ def fly_parts(
 
 
 def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of a scene's rocks in this process, as a worker of `fly_parts` does.
+    """Fly a part of a scene's rocks in this process; workers of `fly_parts` call it.
 
     Parameters
     ----------
-    part : for each source the number of the first rock, and the number after the last rock
-    shown : number of rocks to keep, None for all; paths : number of kept rocks whose path is also kept
+    part : for each source, the number of the first rock of the part, and the number after the last
+    shown : number of rocks to keep in memory, None for all; paths : number of these rocks whose path is also kept
     threads : number of threads for the compiled engine
 
     Raises
@@ -142,13 +142,16 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
     """
     digest = scene_digest(scene)
     prepared = _prepared(scene, digest)
-    # VTK's search works in one thread only. The lock loses no time, because plain Python uses one thread at a time.
+    # VTK's search works in one thread only. The lock costs no time, because plain Python uses one thread at a time.
     with nullcontext() if isinstance(prepared.engine, Compiled) else _REFERENCE:
         return _flown(prepared, digest, part, shown, paths, threads)
 
 
 def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of the rocks of a prepared scene, and return the counts and shown rocks of the part."""
+    """Fly a part of the rocks of a prepared scene, and return its results; arguments are as in `fly_part`.
+
+    digest : of the scene and its files
+    """
     for ranges in blocks_of(*part):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
     totals, tallies = empty_totals(prepared), empty_tallies(prepared)
@@ -197,20 +200,20 @@ def study(
     rocks: int | None = None,
     out: str | Path | None = None,
 ) -> Iterator[Finished]:
-    """Fly many scenes, each with many seeds, on the workers of an executor; each worker flies one whole run at a time.
+    """Fly many scenes, each with many seeds, on the workers of an executor; a worker flies one whole run at a time.
 
     Parameters
     ----------
     seeds : seeds for every scene; None for the seed in the scene
     rocks : number of rocks of each run; None for the numbers in the scene
     out : folder that every worker can write to. Each run writes a result folder there, named by its number and scene.
-        Without `out`, the worker keeps the rocks of a run in memory: use a folder for millions of rocks.
+        Without `out`, a worker keeps all rocks of its run in memory, so give a folder for millions of rocks.
 
     Returns
     -------
     iterator of Finished
-        Yields the runs in the order in which they finish. All runs are submitted when this function returns. If the
-        caller closes the iterator, runs that have not begun are cancelled.
+        Yields the runs in the order in which they finish. All runs are submitted before this function returns. If the
+        caller closes the iterator, runs that have not started are cancelled.
 
     Raises
     ------
@@ -238,23 +241,23 @@ def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence
 def as_they_finish(flying: "dict[Future[Flown], int]") -> "Iterator[Iterator[tuple[Future[Flown], int]]]":
     """Yield an iterator of futures with their numbers, in the order in which they finish.
 
-    When the `with` block ends, also after an error or Ctrl-C, work that has not begun is cancelled.
+    When the `with` block ends, even by an error or Ctrl-C, work that has not started is cancelled.
     """
     with _all_or_none(list(flying)):
         yield ((done, flying[done]) for done in as_completed(flying))
 
 
 def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
-    """Fly a whole scene in this process and return its summary; with a folder, write the result there."""
+    """Fly a whole scene in this process, and return its summary; folder : for the result, None to write nothing."""
     if folder is None:
         return summary(simulate(scene, threads=1))
-    run_scene(scene, folder, control=RunControl(painting=Painting()), recording=False)  # each worker is one process
+    run_scene(scene, folder, control=RunControl(painting=Painting()), recording=False)  # no second process for pictures
     return read_summary(folder)
 
 
 @contextmanager
 def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]"]:
-    """When the `with` block ends, also after an error, cancel all work that has not begun."""
+    """Yield the given futures; when the `with` block ends, even by an error, cancel all work that has not started."""
     try:
         yield flying
     finally:
@@ -263,10 +266,10 @@ def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]
 
 
 def _prepared(scene: Scene, digest: str) -> Prepared:
-    """Return the prepared scene, and keep it in memory for the next part of the same scene in this process."""
+    """Return the prepared scene; it is kept in memory for the next part of the same scene in this process."""
     with _PREPARING:
         if (scene.path, digest) not in _READY:
-            _READY.clear()  # The memory is freed first, because the terrain of another scene may fill it.
+            _READY.clear()  # freed first, because two terrains may need too much memory
             _READY[scene.path, digest] = prepare(scene)
         return _READY[scene.path, digest]
 

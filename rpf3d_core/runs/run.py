@@ -1,4 +1,4 @@
-"""Run a scene: read it, fly its rocks, count them, and write the result; `rpf3d run` does the same."""
+"""Run a scene: read it, fly its rocks, count them and write the result, as `rpf3d run` does."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -25,7 +25,7 @@ from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.terrain.facets import Terrain
 
 SHOWN = 10_000
-"""Number of rocks that a run on disk keeps in memory for the pictures; the tables on disk contain all rocks."""
+"""Number of rocks that `run_scene` keeps in memory for the pictures; the tables on disk contain all rocks."""
 
 
 def simulate(
@@ -44,13 +44,13 @@ def simulate(
     rocks : total number, divided among the sources in proportion, or "auto"; None for the numbers in the scene
     engine : "reference", "compiled" or "auto"; None for the engine in the scene
     seed : seed of all random draws; None for the seed in the scene
-    progress : as `ensemble.batches.Progress`
+    progress : function that reports progress; see `ensemble.batches.Progress`
     threads : number of threads for the compiled engine; None for one thread for each core
 
     Raises
     ------
     InputError
-        The scene, one of its files or a source is refused; the message names it and says what would be right.
+        The scene, one of its files or a source is refused; the message names the fault and says what would be right.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with precompiler_of(chosen) as precompiler:
@@ -67,22 +67,22 @@ def run_scene(
     control: RunControl = UNCONTROLLED,
     recording: bool = True,
 ) -> Run:
-    """Fly all rocks of a scene and write the result into a folder: any number of rocks, in bounded memory.
+    """Fly all rocks of a scene, any number in bounded memory, and write the result into a folder.
 
     The tables are written while the rocks fly.
 
     Parameters
     ----------
-    folder : new, empty, or an earlier result, which is replaced at the end
-    control : progress reports and stop of the run; after a stop, the result contains the rocks flown so far and is
-        marked as partial
-    recording : False to write no run.rrd, whatever the scene says
-    scene, rocks, engine, seed : as `simulate`
+    folder : path of a new or empty folder, or of an earlier result, which is replaced at the end
+    control : progress reports, stop and threads; after a stop, the result contains the rocks flown so far and is marked
+        as partial
+    recording : False to write no run.rrd, even if the scene asks for it
+    scene, rocks, engine, seed : as in `simulate`
 
     Raises
     ------
     InputError
-        As `simulate`; or the folder holds other files than a result, or cannot be written to.
+        As `simulate`; or the folder contains other files than a result, or cannot be written to.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with result_folder(folder) as part, _painting(chosen, control) as drawn, precompiler_of(chosen) as precompiler:
@@ -102,9 +102,9 @@ def run_scene(
 
 @contextmanager
 def _painting(scene: Scene, control: RunControl) -> Iterator[Painting]:
-    """Yield the painting of a run, the caller's or a new one; its second process ends with the `with` block.
+    """Yield the painting of a run: that of the control or a new one. Its second process ends with the `with` block.
 
-    So after an error no process writes into a folder that is being deleted.
+    So no process writes into a folder that is deleted after an error.
     """
     with painting(control.threads) if control.painting is None else nullcontext(control.painting) as drawn:
         try:
@@ -137,7 +137,7 @@ def replay(
 
     Parameters
     ----------
-    scene, engine, seed : as `simulate`
+    scene, engine, seed : as in `simulate`
     source : name of the rock's source, or its index in the scene's list, from 0
     rock : number of the rock in its source, from 0
 
@@ -161,12 +161,12 @@ def replay(
 def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
     """Write all files of a run (docs/reference/outputs.md) into a folder, and return its absolute path.
 
-    recording : False to write no run.rrd, whatever the scene says
+    recording : False to write no run.rrd, even if the scene asks for it
 
     Raises
     ------
     InputError
-        The folder holds other files than a result, or cannot be written to.
+        The folder contains other files than a result, or cannot be written to.
     """
     with result_folder(folder) as part:
         write_all_tables(part, run)
@@ -175,7 +175,7 @@ def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
 
 
 def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
-    """Return the open tables of all rocks (deposits and impacts), which are written while the rocks fly."""
+    """Return a context manager that opens the tables of deposits and impacts, which are written while the rocks fly."""
     scene = prepared.scene
     sources, density = [source.name for source in scene.sources], scene.rock.density
     return open_tables(
@@ -185,8 +185,8 @@ def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
 
 
 def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
-    """Return the function that writes the recording of a run, given its path and the summary."""
-    from rpf3d_core.recordings.log import write_recording  # imported here, because only recordings need rerun
+    """Return a function of (path, summary) that writes the recording of a run."""
+    from rpf3d_core.recordings.log import write_recording  # only recordings need rerun
 
     return lambda path, facts: write_recording(
         path, run.scene, run.terrain, run.flights, facts, run.maps, run.obstacles

@@ -1,4 +1,4 @@
-"""The two studies of the thesis: the printed shares of rocks, and the scenes that repeat each study with rpf3d.
+"""Define the two studies of the thesis: the printed shares of rocks, and the scenes that repeat them with rpf3d.
 
 Source: Peik 2020, section 5.2, tables 5-2 and 5-4.
 """
@@ -71,12 +71,12 @@ STUDIES = {study.name: study for study in (RESOLUTION, LOCALISED)}
 
 
 def scene_files(study: Study) -> list[Path]:
-    """Return the scene files of a study, as installed: A, B and, if there is a third run, the part.
+    """Return the paths of a study's installed scene files: A, B and, if there is a third run, its file.
 
     Raises
     ------
     InputError
-        A scene file is missing where the program was installed.
+        A scene file is missing in the installation.
     """
     places = (Path(__file__).parents[2], Path(sysconfig.get_path("data"), "share", "rpf3d"))
     stems = [stem for stem in (study.a, study.b, study.part) if stem]
@@ -101,12 +101,12 @@ def study_named(name: str) -> Study:
 
 
 def runs_of(study: Study, out: Path) -> list[tuple[Path, Path]]:
-    """Return each scene file of a study with the folder for its result, after a check of these folders.
+    """Return the pairs of a scene file and the folder for its result, after a check that the folders can be written.
 
     Raises
     ------
     InputError
-        As `scene_files` and `results.folder.check_folder`; or `out` holds a file that is not of this study.
+        As `scene_files` and `results.folder.check_folder`; or `out` contains a file that is not of this study.
     """
     runs = [(scene, out / scene.stem.removeprefix("study_")) for scene in scene_files(study)]
     known = {*REPORTS, *(folder.name for _, folder in runs)}

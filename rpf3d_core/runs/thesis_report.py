@@ -1,7 +1,7 @@
-"""Report on a study of the thesis: do the runs of rpf3d confirm its differences, which rest on 21 rocks?
+"""Report on a study of the thesis: whether the runs of rpf3d confirm its differences, which come from 21 rocks.
 
-The percentages of the thesis are k / 21. The mesh of the thesis is not public, so the study is repeated on the
-synthetic pit. Therefore signs and sizes of the differences can be compared, but not the shares.
+The percentages of the thesis are multiples of 1 / 21. The mesh of the thesis is not public, so the study is repeated on
+the synthetic pit. Therefore signs and sizes of the differences can be compared, but not the shares.
 """
 
 import json
@@ -24,10 +24,11 @@ from rpf3d_core.terrain.pit.parameters import Pit
 ROCKS_OF_THESIS = 21
 """Number of rocks in a run of the thesis.
 
-The thesis states 20, but its printed 4, 19, 23, 28, 38, 43 and 57 % are all k / 21 (reference, validation 6).
+The thesis states 20, but its printed 4, 19, 23, 28, 38, 43 and 57 % are all multiples of 1 / 21 (reference,
+validation 6).
 """
 ON_A_BENCH = 1.0
-"""Depth (m) below the altitude of a bench down to which a rock still counts as on the bench.
+"""A rock counts as on a bench down to this depth (m) below the altitude of the bench.
 
 The relief of a bench is a few decimetres.
 """
@@ -36,10 +37,10 @@ NOT_SEEN = "no rock stops there"
 
 
 class ThesisColumn(NamedTuple):
-    """One column of the thesis' table: the counts of the thesis, and the counts of rpf3d for comparison.
+    """One column of the thesis' table: the counts of the thesis, and those of rpf3d for comparison.
 
     printed : the printed column; thesis_a, thesis_b : counts of the thesis, out of 21 rocks
-    a, b, part : rocks of the rpf3d runs that stopped in the column's zones; a spill counts with the bench below
+    a, b, part : counts of the rpf3d runs: rocks that stopped in the column's zones; a spill belongs to the bench below
     """
 
     printed: Printed
@@ -56,7 +57,7 @@ class ThesisColumn(NamedTuple):
 
     @property
     def thesis_interval(self) -> tuple[float, float]:
-        """The 95 % interval (-) of the difference B - A in the thesis, with its number of rocks."""
+        """The 95 % interval (-) of the difference B - A in the thesis, computed for 21 rocks in each run."""
         return newcombe_interval(*self.thesis_b, *self.thesis_a)
 
     @property
@@ -71,7 +72,7 @@ class ThesisColumn(NamedTuple):
 
     @property
     def half_width_of_21(self) -> float:
-        """The uncertainty (-) that the difference B - A of rpf3d would have if each run had only 21 rocks.
+        """The uncertainty (-) that rpf3d's difference B - A would have if each run had only 21 rocks.
 
         It is the half-width of the normal 95 % interval.
         """
@@ -91,7 +92,7 @@ class ThesisColumn(NamedTuple):
 
 
 class Report(NamedTuple):
-    """The report on a study: the thesis' table with the counts of rpf3d, and the comparisons of the runs.
+    """The report on a study: the thesis' table with the counts of rpf3d, and the comparisons of the rpf3d runs.
 
     findings : the columns of the thesis' table; comparison : comparison of run A and run B
     part : comparison of run A and the run that changes only the coefficients of the spills; None without such a run
@@ -104,7 +105,7 @@ class Report(NamedTuple):
 
 
 def report_of(study: Study, folders: Sequence[Path]) -> Report:
-    """Return the report on a study, from the result folders of its runs in the order of `runs_of`.
+    """Return the report on a study; folders : result folders of its runs, in the order of `runs_of`.
 
     Raises
     ------
@@ -130,7 +131,7 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 
 
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
-    """Count the rocks that stopped in each zone of the pit; a rock on a spill counts for the bench below it.
+    """Return the number of rocks that stopped in each zone of the pit; a rock on a spill counts for the bench below it.
 
     The thesis counts in the same way: 14 % of its rocks stopped on spills, but its areas without spills sum to 98 %.
 
@@ -175,7 +176,7 @@ def write_report(report: Report, out: Path) -> None:
 
 
 def verdict_of(report: Report) -> str:
-    """Return the conclusion of a study in a few sentences: do the runs of rpf3d confirm the thesis?"""
+    """Return the conclusion of a study in a few sentences: which differences of the thesis the rpf3d runs confirm."""
     known = [found.printed.area for found in report.findings if _excludes_0(found.thesis_interval)]
     widest = max(half_width(found.thesis_a) for found in report.findings)
     rocks = " and ".join(sorted({f"{facts['rocks']:,}" for facts in (report.comparison.a, report.comparison.b)}))
@@ -189,7 +190,7 @@ def verdict_of(report: Report) -> str:
 
 
 def half_width(counted: Counted) -> float:
-    """Return the uncertainty (-) of a share as usually quoted: the half-width of its normal 95 % interval."""
+    """Return the uncertainty (-) of a share: the half-width of its normal 95 % interval, as it is usually quoted."""
     return NORMAL_QUANTILE_95 * math.sqrt(counted.share * (1.0 - counted.share) / counted.of)
 
 
@@ -200,7 +201,7 @@ FINDINGS_HEADER = (
 
 
 def finding_header(report: Report) -> tuple[str, ...]:
-    """Return the header of the report's table; the last column is only for a study with a third run."""
+    """Return the header of the report's table; only a study with a third run has the last column."""
     return FINDINGS_HEADER if report.part else FINDINGS_HEADER[:-1]
 
 
@@ -210,7 +211,7 @@ def finding_rows(report: Report) -> list[tuple[str, ...]]:
 
 
 def report_markdown(report: Report) -> str:
-    """Return the report on a study as Markdown: the thesis' table, the conclusion, then every zone."""
+    """Return the report on a study as Markdown: the thesis' table, the conclusion, and the comparison of all zones."""
     sections = [
         f"# {report.study.title}",
         f"The thesis' table {report.study.table}, read as counts of {ROCKS_OF_THESIS}, and the same here. "
@@ -240,9 +241,9 @@ def report_section(report: Report) -> dict[str, Any]:
 
 
 def _of_21(percentage: float) -> Counted:
-    """Return a printed percentage of the thesis as a count out of 21 rocks.
+    """Return the count out of 21 rocks that is nearest to a printed percentage of the thesis.
 
-    27 % fits no count exactly; 6 is the nearest.
+    Only 27 % is not exactly a count; the nearest count is 6.
     """
     return Counted(round(percentage / 100.0 * ROCKS_OF_THESIS), ROCKS_OF_THESIS)
 

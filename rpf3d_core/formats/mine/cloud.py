@@ -14,7 +14,7 @@ class Cloud(NamedTuple):
     points : (N, 3) m
     classes : (N,) class of each point, as in LAS files; None if the file has no classes
     single : true if the file stores coordinates in single precision
-    remarks : sentences on what the file has and the cloud does not have
+    remarks : sentences on content of the file that was not read
     crs : the coordinate reference system that the file states; None if it states none
     """
 
@@ -26,4 +26,4 @@ class Cloud(NamedTuple):
 
 
 MOST_POINTS = 500_000_000
-"""Largest number of points of a cloud; more take 12 GB of memory."""
+"""Largest number of points of a cloud; they take 12 GB of memory."""

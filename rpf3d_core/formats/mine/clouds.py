@@ -1,4 +1,4 @@
-"""Read a cloud of points from a file of any known format, and make the terrain of a file from its cloud."""
+"""Read a cloud of points from a file of any known format, and make a terrain surface from the cloud."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,7 @@
 """Read the terrain in a DXF file: faces, meshes and closed polylines of three or four corners; layers become zones.
 
-Read are 3DFACE, MESH, polyface meshes and grids of POLYLINE, and closed 3D polylines with three or four corners. Other
-entities, such as blocks and solids, are counted in a remark.
+The entities 3DFACE and MESH are read, and of POLYLINE: polyface meshes, grids, and closed 3D polylines with three or
+four corners. A remark counts the other entities, such as blocks and solids.
 """
 
 from collections import Counter
@@ -28,7 +28,7 @@ from rpf3d_core.terrain.frame import FloatArray
 CORNERS = tuple(10 * axis + corner for corner in range(4) for axis in (1, 2, 3))
 """Group codes of the corners of a 3DFACE: 10, 20, 30 of the first, to 13, 23, 33 of the fourth."""
 LOCATION, FACE = 64, 128
-"""Flags of a VERTEX of a polyface mesh: a place, and a face (without LOCATION)."""
+"""Flags of a VERTEX of a polyface mesh: LOCATION marks a point; FACE without LOCATION marks a face."""
 WITHOUT_CONTENT = ("VERTEX", "SEQEND", "ENDSEC", "SECTION", "EOF")
 
 
@@ -40,10 +40,10 @@ class Part(NamedTuple):
 
 
 class Polylines(NamedTuple):
-    """The P POLYLINE entities of a drawing, and their V places, in the order of the polylines.
+    """The P POLYLINE entities of a drawing, and their V points, in the order of the polylines.
 
-    heads : (P,) entities; flags : (P,); begin : (P + 1,) number of the first place of each, and V
-    points : (V, 3)
+    heads : (P,) number of the entity; flags : (P,) group code 70
+    points : (V, 3); begin : (P + 1,) row of each polyline's first point in `points`, and V at the end
     """
 
     heads: Ids
@@ -52,7 +52,7 @@ class Polylines(NamedTuple):
     points: FloatArray
 
     def points_of(self, number: int) -> FloatArray:
-        """Return the places (N, 3) of one polyline."""
+        """Return the points (N, 3) of one polyline; number : from 0."""
         return self.points[self.begin[number] : self.begin[number + 1]]
 
 
@@ -62,7 +62,7 @@ def read_dxf(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        The file is damaged, or has no faces; names the line or the entity.
+        The file is damaged, or has no faces; the message names the line or the entity.
     """
     drawing = read_drawing(path)
     parts = [_faces(path, drawing), *_polylines(path, drawing), *_meshes(path, drawing)]
@@ -76,7 +76,7 @@ def read_dxf(path: Path) -> FileMesh:
 
 
 def _faces(path: Path, drawing: Drawing) -> Part:
-    """Return the triangles of all 3DFACE; a face of four corners is cut from its first to its third corner."""
+    """Return the triangles of all 3DFACE; a face of four corners is cut into two from its first to its third corner."""
     faces = drawing.numbers_of("3DFACE")
     corners = drawing.table(faces, CORNERS).reshape(-1, 4, 3)
     three = np.asarray(np.isnan(corners[:, 3]).all(axis=1))
@@ -124,9 +124,9 @@ def _polylines(path: Path, drawing: Drawing) -> list[Part]:
 
 
 def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent: Ids) -> Part:
-    """Return the triangles of all polyface meshes; a face names the places of its own mesh, from 1.
+    """Return the triangles of all polyface meshes; a face has the numbers of its corners in its own mesh, from 1.
 
-    faces : (F,) VERTEX entities that are faces; parent : (F,) number of the polyline of each
+    faces : (F,) VERTEX entities that are faces; parent : (F,) index in `lines` of the mesh of each face
     """
     begin, points, heads = lines.begin, lines.points, lines.heads
     chosen = lines.flags[parent] & POLYFACE != 0
@@ -145,7 +145,10 @@ def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent
 
 
 def _grid(path: Path, drawing: Drawing, head: int, flags: int, points: FloatArray) -> Part:
-    """Return the triangles of a POLYLINE that is a grid of M rows of N vertices, with its closing strips."""
+    """Return the triangles of a POLYLINE that is a grid of M rows of N vertices, with the strips that close it.
+
+    head : entity of the POLYLINE; points : (M * N, 3)
+    """
     rows, columns = (int(n) for n in _whole(drawing.table(np.array([head]), (71, 72)))[0])
     if rows < 2 or columns < 2 or rows * columns != len(points):
         raise TerrainError(f"{path}: a mesh of POLYLINE announces {rows} x {columns} vertices, but has {len(points):,}")
@@ -160,7 +163,7 @@ def _grid(path: Path, drawing: Drawing, head: int, flags: int, points: FloatArra
 
 
 def _meshes(path: Path, drawing: Drawing) -> list[Part]:
-    """Return the triangles of each MESH, at its level of no subdivision."""
+    """Return the triangles of each MESH, without subdivision."""
     return [_mesh(path, drawing, entity) for entity in drawing.numbers_of("MESH").tolist()]
 
 
@@ -179,7 +182,10 @@ def _mesh(path: Path, drawing: Drawing, entity: int) -> Part:
 
 
 def _fans(index: Ids, announced: int, points: int) -> Ids:
-    """Return the triangles (T, 3) of faces given as a list: number of corners, corners, and so on."""
+    """Return the triangles (T, 3) of a list of faces, each written as its number of corners and then its corners.
+
+    announced : length of the list that the file states; points : number of vertices, for checks
+    """
     if announced != len(index):
         raise ValueError(f"the list of faces has {len(index):,} numbers instead of {announced:,}")
     if len(index) % 4 == 0 and (index[::4] == 3).all():
@@ -204,13 +210,16 @@ def _mixed_fans(index: list[int]) -> Ids:
 
 
 def _whole(values: FloatArray) -> Ids:
-    """Return numbers of a DXF file as whole numbers; 0 where there is none, or it is no whole number of 32 bits."""
+    """Return numbers of a DXF file as integers, without decimals; 0 for NaN and for numbers that are too large."""
     sound = np.abs(values) < MOST_TRIANGLES
     return np.where(sound, values, 0.0).astype(np.int64)
 
 
 def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str, ...]]:
-    """Return the zone (T,) of each triangle, and the names of the zones: the layers, in order of first mention."""
+    """Return the zone (T,) of each triangle, and the names of the zones, which are the layers in order of the file.
+
+    entity : (T,) entity of each triangle
+    """
     entities, inverse = np.unique(entity, return_inverse=True)
     names = drawing.layer_names(entities)
     zones = tuple(dict.fromkeys(names))
@@ -219,7 +228,10 @@ def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str
 
 
 def _not_read(path: Path, drawing: Drawing, read: Ids, triangles: int) -> list[str]:
-    """Return a sentence that counts the entities without triangles; a TerrainError if no entity has any."""
+    """Return a sentence that counts the entities that were not read, if any; raise a TerrainError without triangles.
+
+    read : entities with triangles; triangles : number of all triangles
+    """
     left = drawing.drawn.copy()
     left[read] = False
     names = [drawing.pairs.texts[i] for i in drawing.kind[left].tolist()]

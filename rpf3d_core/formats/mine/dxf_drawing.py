@@ -40,7 +40,7 @@ class Drawing(NamedTuple):
         return np.flatnonzero(self.drawn & np.isin(self.kind, known))
 
     def table(self, entities: Ids, codes: tuple[int, ...]) -> FloatArray:
-        """Return the values (N, C) that entities have for some group codes, NaN where a code is missing."""
+        """Return the values (N, C) of N entities for C group codes; NaN where an entity does not have the code."""
         row = np.full(len(self.kind), -1)
         row[entities] = np.arange(len(entities))
         out = np.full((len(entities), len(codes)), np.nan)
@@ -57,7 +57,7 @@ class Drawing(NamedTuple):
         return self.pairs.code[begin:end], self.pairs.value[begin:end]
 
     def layer_names(self, entities: Ids) -> list[str]:
-        """Return the name of the layer of each entity; "0" without a layer, as in the DXF Reference."""
+        """Return the name of the layer of each entity; "0" for an entity without a layer, as in the DXF Reference."""
         return [self.pairs.texts[i] if i >= 0 else "0" for i in self.layer[entities].tolist()]
 
 
@@ -79,7 +79,7 @@ def read_drawing(path: Path) -> Drawing:
 
 
 def _inside_section(pairs: Pairs, entity: Ids, kind: Ids, name: str) -> NDArray[np.bool_]:
-    """Return which entities (E,) are in a section, between the entities SECTION and ENDSEC."""
+    """Return (E,) True for each entity in the named section, between its entities SECTION and ENDSEC."""
     marks = np.isin(kind, [i for i, text in enumerate(pairs.texts) if text in ("SECTION", "ENDSEC")])
     named = {int(entity[i]) for i in np.flatnonzero(pairs.code == NAME).tolist() if _text(pairs, i) == name}
     opens = np.isin(np.arange(len(kind)), [i for i in named if pairs.texts[kind[i]] == "SECTION"])
@@ -92,7 +92,7 @@ def _text(pairs: Pairs, i: int) -> str:
 
 
 def _unit(pairs: Pairs) -> int:
-    """Return the value of the header's variable $INSUNITS; 0 if there is none, or it is no unit."""
+    """Return the value of the header's variable $INSUNITS; 0 if it is missing or impossible."""
     for i in np.flatnonzero(pairs.code == VARIABLE).tolist():
         if _text(pairs, i) == "$INSUNITS" and i + 1 < len(pairs.code) and pairs.code[i + 1] == 70:
             value = pairs.value[i + 1]

@@ -13,12 +13,12 @@ from rpf3d_core.terrain.frame import FloatArray
 
 CURVES = ("ARC", "CIRCLE", "ELLIPSE", "SPLINE", "HELIX")
 CURVE_3D = 8
-"""Flag of a POLYLINE with heights of its own; other polylines lie in a plane."""
+"""Flag of a POLYLINE whose vertices have their own heights; other polylines lie in a plane."""
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 
 
 class Line(NamedTuple):
-    """A line of a DXF file: points (P, 3) m, whether it is closed, and its layer."""
+    """A line of a DXF file. points : (P, 3) m; closed : True if the last point joins the first; layer : its name."""
 
     points: FloatArray
     closed: bool
@@ -26,7 +26,7 @@ class Line(NamedTuple):
 
 
 def read_dxf_lines(path: Path) -> list[Line]:
-    """Return all LINE, LWPOLYLINE and POLYLINE of a DXF file; meshes are left out.
+    """Return all LINE, LWPOLYLINE and POLYLINE of a DXF file, without the POLYLINE that are meshes.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def _light(path: Path, drawing: Drawing) -> Iterator[Line]:
 
 
 def _heavy(path: Path, drawing: Drawing) -> Iterator[Line]:
-    """Yield each POLYLINE that is no mesh."""
+    """Yield each POLYLINE that is not a mesh."""
     heads, vertices = drawing.numbers_of("POLYLINE"), drawing.numbers_of("VERTEX")
     flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
     places, bulges = drawing.table(vertices, (10, 20, 30)), drawing.table(vertices, (BULGE,))[:, 0]
@@ -93,7 +93,7 @@ def _refuse_arcs(path: Path, bulges: FloatArray, layer: str) -> None:
 
 
 def _turned(path: Path, drawing: Drawing, entity: int, points: FloatArray) -> FloatArray:
-    """Return points of an entity's own plane in world coordinates; the plane must be level."""
+    """Return points (P, 3) in world coordinates, from those in the entity's own plane, which must be level."""
     normal = tuple(drawing.table(np.array([entity]), (210, 220, 230))[0].tolist())
     if np.isnan(normal).any() or normal == UP:
         return points

@@ -17,9 +17,9 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.frame import FloatArray
 
 BLOCK = 2**25
-"""Number of bytes of a DXF file that are converted at a time."""
+"""Size (bytes) of the parts in which a DXF file is converted."""
 LONGEST_LINE = 2**16
-"""Largest length of a line (bytes); no sound file has a longer one."""
+"""Largest allowed length of a line (bytes); a longer line means that the file is not a DXF."""
 BINARY = b"AutoCAD Binary DXF"
 
 TYPE, NAME, LAYER, VARIABLE = 0, 2, 8, 9
@@ -37,7 +37,7 @@ Codes = NDArray[np.int16]
 class Pairs(NamedTuple):
     """The pairs of a DXF file that are kept, in the order of the file.
 
-    code : (P,) group codes; value : (P,) the numbers, or for a text its index in `texts`
+    code : (P,) group codes; value : (P,) the number or, if the value is a text, the index of the text in `texts`
     """
 
     code: Codes
@@ -51,7 +51,7 @@ def read_pairs(path: Path) -> Pairs:
     Raises
     ------
     TerrainError
-        The file is a binary DXF or not a DXF, or a line is damaged; names the line.
+        The file is a binary DXF or not a DXF, or a line is damaged; the message names the line.
     """
     texts: dict[bytes, int] = {}
     codes, values, line = [np.empty(0, np.int16)], [np.empty(0)], 1
@@ -70,7 +70,7 @@ def read_pairs(path: Path) -> Pairs:
 
 
 def _blocks(path: Path) -> Iterator[Any]:
-    """Yield the lines of a file as arrow arrays with an even number of lines each; the last line may lack its end."""
+    """Yield the lines of a file as arrow arrays with an even number of lines; the last line may have no line end."""
     with path.open("rb") as file:
         rest = b""
         while data := file.read(BLOCK):
@@ -86,7 +86,7 @@ def _blocks(path: Path) -> Iterator[Any]:
 
 
 def _even_lines(data: bytes) -> tuple[Any, int]:
-    """Return the complete lines of some bytes, the largest even number of them, and how many bytes they take."""
+    """Return an even number of complete lines from the start of `data`, as many as possible, and their size (bytes)."""
     ends = np.flatnonzero(np.frombuffer(data, np.uint8) == ord("\n"))
     ends = ends[: len(ends) // 2 * 2] + 1
     offsets = np.concatenate([[0], ends]).astype(np.int32)
@@ -95,7 +95,7 @@ def _even_lines(data: bytes) -> tuple[Any, int]:
 
 
 def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) -> tuple[Codes, FloatArray]:
-    """Return the kept pairs of some lines; new texts are added to `texts`.
+    """Return the codes and values of the kept pairs of a block of lines; add new texts to `texts`.
 
     first : number of the first line, from 1, for messages
     """
@@ -112,9 +112,10 @@ def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) ->
 
 
 def _converted(path: Path, words: Any, first: int, pair: Any, kind: Any, must: str) -> NDArray[Any]:
-    """Return words as numbers; a TerrainError names the line of the first wrong word.
+    """Return words as numbers of a type; raise a TerrainError that names the line of the first wrong word.
 
-    pair : numbers of the pairs in the block whose values the words are; 0 if the words are the codes of all pairs
+    first : number of the block's first line, from 1; must : what a word must be, for the message
+    pair : if the words are values, the number of each word's pair in the block; 0 if the words are all group codes
     """
     try:
         return np.asarray(pc.cast(words, kind))
@@ -126,7 +127,7 @@ def _converted(path: Path, words: Any, first: int, pair: Any, kind: Any, must: s
 
 
 def _first_wrong(words: Any, kind: Any) -> int:
-    """Return the index of the first word that is no number of a kind; there must be one."""
+    """Return the index of the first word that cannot be converted to an arrow type; at least one word must be wrong."""
     begin, end = 0, len(words)
     while end - begin > 1:
         middle = (begin + end) // 2
@@ -139,7 +140,7 @@ def _first_wrong(words: Any, kind: Any) -> int:
 
 
 def _numbered(words: Any, texts: dict[bytes, int]) -> FloatArray:
-    """Return the number of each text; new texts get the next numbers."""
+    """Return the number of each word in `texts`, as float; add new words to `texts` with the next numbers."""
     coded = pc.dictionary_encode(words.cast(pa.binary()))
     numbers = np.array(
         [texts.setdefault(text.as_buffer().to_pybytes().strip(), len(texts)) for text in coded.dictionary], float
@@ -148,7 +149,7 @@ def _numbered(words: Any, texts: dict[bytes, int]) -> FloatArray:
 
 
 def _decoded(text: bytes) -> str:
-    """Return a text of a DXF file, which is UTF-8 since the version of 2007, and in a code page before."""
+    """Return a text of a DXF file decoded as UTF-8 (versions from 2007) or, if that fails, as code page 1252."""
     try:
         return text.decode("utf-8")
     except UnicodeDecodeError:

@@ -14,12 +14,12 @@ MAGIC = b"ASTM-E57"
 PAGE, CHECK = 1024, 4
 """Size (bytes) of a page, and of the checksum at the end of each page."""
 POINTS_PER_BYTE = 8
-"""Largest plausible number of points for each byte of a file: a bit for each point."""
+"""Largest plausible number of points for each byte of a file, if a point takes one bit."""
 FORBIDDEN = (b"<!DOCTYPE", b"<!ENTITY")
 
 
 def read_e57(path: Path) -> Cloud:
-    """Return the points of all scans of an E57 file, moved to the coordinates of the file.
+    """Return the points of all scans of an E57 file, in the coordinates that all scans of the file share.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def read_e57(path: Path) -> Cloud:
 
 
 def e57_arrays(path: Path) -> Arrays:
-    """Return arrays `points` (N, 3) m and `single` of an E57 file, read in the calling process."""
+    """Return the arrays of an E57 file, read in this process: `points` (N, 3) m, and `single`, as in `Cloud`."""
     pye57 = needed(path, "pye57")
     _refuse_entities(path)
     try:
@@ -50,13 +50,13 @@ def e57_arrays(path: Path) -> Arrays:
 
 
 def _scan(file: Any, scan: int) -> Any:
-    """Return the valid points (N, 3) m of one scan, at the pose of the scan."""
+    """Return the valid points (N, 3) m of one scan, after its pose is applied."""
     data = file.read_scan(scan, ignore_missing_fields=True, transform=True)
     return np.stack([data["cartesianX"], data["cartesianY"], data["cartesianZ"]], axis=1).astype(float)
 
 
 def _is_single(pye57: Any, header: Any) -> bool:
-    """True if a scan stores its coordinates in single precision, and its pose does not move them."""
+    """True if a scan stores its coordinates in single precision, and its pose has no translation."""
     if "cartesianX" not in header.point_fields:
         return False
     node = pye57.libe57.StructureNode(header.points.prototype())["cartesianX"]
@@ -72,7 +72,7 @@ def _refuse_impossible(path: Path, count: int) -> None:
 
 
 def _refuse_entities(path: Path) -> None:
-    """Raise a TerrainError if the file is no E57, or the XML in it has a document type or entities."""
+    """Raise a TerrainError if the file is not an E57, or its XML has a document type or entities."""
     data = path.read_bytes()
     if not data.startswith(MAGIC):
         raise TerrainError(f"{path}: is not an E57 file; one starts with {MAGIC.decode()}")

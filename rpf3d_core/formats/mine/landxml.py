@@ -20,13 +20,17 @@ UNITS = {
 }  # fmt: skip
 """Key of each unit of length other than the metre (attribute linearUnit)."""
 HEAD = 2**20
-"""Number of bytes at the begin of a file in which the coordinate reference system is looked for."""
+"""Size (bytes) of the begin of a file that is searched for the coordinate reference system."""
 BLOCK = 2**20
-"""Number of bytes that are parsed at a time."""
+"""Size (bytes) of the parts in which a file is parsed."""
 
 
 class _Content:
-    """What the parser has read so far, by the callbacks of expat."""
+    """The content that has been parsed so far; its methods are callbacks of the parser expat.
+
+    surfaces : names; point_ids, points, faces : for each surface, the texts of its elements
+    hidden : number of invisible faces; others : names of elements that are not read; text : of the open element or None
+    """
 
     def __init__(self) -> None:
         self.surfaces: list[str] = []
@@ -40,7 +44,7 @@ class _Content:
         self.text: list[str] | None = None
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
-        """Take note of the begin of an element."""
+        """Record the start of an element."""
         name = name.rpartition(":")[2]
         if name == "P" and self.surfaces:
             self.point_ids[-1].append(attributes.get("id", ""))
@@ -60,12 +64,12 @@ class _Content:
             self.others.add(name)
 
     def data(self, text: str) -> None:
-        """Take note of a part of an element's text."""
+        """Record a part of an element's text."""
         if self.text is not None:
             self.text.append(text)
 
     def end(self, name: str) -> None:
-        """Take note of the end of an element."""
+        """Record the end of an element."""
         if self.text is None:
             return
         name = name.rpartition(":")[2]
@@ -140,7 +144,7 @@ def _parser(path: Path, content: _Content) -> Any:
 
 
 def _surface(path: Path, content: _Content, k: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the points (V, 3) m, easting first, and the triangles (F, 3) of one surface."""
+    """Return the points (V, 3) m, easting first, and the triangles (F, 3) of surface number k, from 0."""
     name, ids = content.surfaces[k], content.point_ids[k]
     places = _numbers(path, content.points[k], f"the points of surface {name!r}", "northing easting elevation", float)
     faces = _numbers(path, content.faces[k], f"the faces of surface {name!r}", "three point numbers", np.int64)
@@ -159,7 +163,7 @@ def _surface(path: Path, content: _Content, k: int) -> tuple[NDArray[np.float64]
 
 
 def _numbers(path: Path, texts: list[str], what: str, must: str, kind: Any) -> NDArray[Any]:
-    """Return the three numbers of each text as rows (N, 3)."""
+    """Return the three numbers of each text as rows (N, 3); what, must : words for the message of a wrong text."""
     words = " ".join(texts).split()
     try:
         if len(words) != 3 * len(texts):

@@ -11,7 +11,7 @@ from rpf3d_core.formats.mine.cloud import MOST_POINTS, Cloud
 from rpf3d_core.formats.mine.need import needed
 
 CHUNK = 2_000_000
-"""Number of points that are read at a time."""
+"""Number of points that are read in one step."""
 MAGIC, LEAST_HEADER, RECORD = b"LASF", 227, 54
 """First bytes of a file, and sizes (bytes) of the smallest header and of the smallest record before the points."""
 MOST_PER_BYTE = 10
@@ -33,7 +33,7 @@ def read_las(path: Path) -> Cloud:
 
 
 def las_arrays(path: Path) -> Arrays:
-    """Return arrays `points` (N, 3) m, `classes` (N,) and `crs` of a LAS or LAZ file, read in the calling process."""
+    """Return the arrays of a LAS or LAZ file, read in this process: `points` (N, 3) m, `classes` (N,) and `crs`."""
     laspy = needed(path, "laspy")
     _refuse_impossible_records(path)
     try:
@@ -52,7 +52,7 @@ def las_arrays(path: Path) -> Arrays:
             return {"points": points, "classes": classes, "crs": _crs(reader.header)}
     except TerrainError:
         raise
-    except BaseException as fault:  # lazrs panics with exceptions that are no Exception
+    except BaseException as fault:  # a panic of lazrs is not an Exception
         raise TerrainError(f"{path}: cannot be read as a LAS or LAZ file ({fault})".replace("\n", " ")) from fault
 
 
@@ -66,7 +66,7 @@ def las_crs(path: Path) -> str | None:
 
 
 def las_header(path: Path) -> Arrays:
-    """Return the array `crs` of a LAS or LAZ file, read in the calling process."""
+    """Return the array `crs` of a LAS or LAZ file, read in this process: the text of `_crs`."""
     laspy = needed(path, "laspy")
     _refuse_impossible_records(path)
     try:
@@ -77,7 +77,7 @@ def las_header(path: Path) -> Arrays:
 
 
 def _refuse_impossible_records(path: Path) -> None:
-    """Raise a TerrainError if a file cannot hold the records before its points that its header announces."""
+    """Raise a TerrainError if a file is too small for the records that its header announces before the points."""
     with path.open("rb") as file:
         head = file.read(LEAST_HEADER)
     if len(head) < LEAST_HEADER or not head.startswith(MAGIC):
@@ -88,7 +88,7 @@ def _refuse_impossible_records(path: Path) -> None:
 
 
 def _refuse_impossible(path: Path, header: Any) -> None:
-    """Raise a TerrainError if a file cannot hold the number of points that its header announces."""
+    """Raise a TerrainError if a file is too small for the number of points that its header announces, or has none."""
     size, count = path.stat().st_size, header.point_count
     most = MOST_PER_BYTE * size if header.are_points_compressed else size // max(1, header.point_format.size)
     if count == 0:
@@ -101,7 +101,7 @@ def _refuse_impossible(path: Path, header: Any) -> None:
 
 
 def _crs(header: Any) -> str:
-    """Return the coordinate reference system of a header, its EPSG code or else WKT; "" if there is none."""
+    """Return the horizontal coordinate reference system of a header: its EPSG code or else WKT; "" if it has none."""
     try:
         system = header.parse_crs()
     except Exception:

@@ -21,14 +21,14 @@ from rpf3d_core.terrain.frame import FloatArray
 MAGIC, VERSION = b"\x84\x83\x82\x81", b"OMF-v0.9.0"
 HEADER = struct.Struct("<4s32s16sQ")
 MOST_EXPANDED, LEAST_LIMIT = 200, 2**24
-"""Largest expansion of an array (-), and size (bytes) up to which an array may expand more."""
+"""Largest allowed expansion of a compressed array (-), and size (bytes) up to which any expansion is allowed."""
 ZIP = b"PK\x03\x04"
 
 Element = dict[str, Any]
 
 
 def read_omf(path: Path) -> FileMesh:
-    """Return the triangles of all surfaces of an OMF 1 file, with the origins of project and surfaces added.
+    """Return the triangles of all surfaces of an OMF 1 file; points include the origins of project and surface.
 
     Raises
     ------
@@ -78,7 +78,10 @@ def _registry(path: Path, data: bytes) -> tuple[dict[str, Element], str]:
 def _surface(
     path: Path, data: bytes, registry: dict[str, Element], element: Element, origin: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the points (V, 3) m and triangles (F, 3) of one surface: triangles, or a grid of heights."""
+    """Return the points (V, 3) m and triangles (F, 3) of one surface, which is a mesh or a grid of heights.
+
+    origin : (3,) m, of the project
+    """
     geometry = registry[element["geometry"]]
     origin = origin + np.array(geometry.get("origin", [0.0, 0.0, 0.0]), dtype=float)
     if geometry["__class__"] == "SurfaceGridGeometry":
@@ -93,7 +96,10 @@ def _surface(
 def _grid(
     path: Path, data: bytes, registry: dict[str, Element], geometry: Element, origin: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return a grid of heights as points and triangles; u runs fastest, offsets are along u x v."""
+    """Return a grid of heights as points (V, 3) m and triangles (F, 3).
+
+    The points are in rows along u, one row after another along v. Heights are offsets along u x v.
+    """
     u, v = (np.array(geometry[f"axis_{axis}"], dtype=float) for axis in "uv")
     along = [np.concatenate([[0.0], np.cumsum(np.array(geometry[f"tensor_{axis}"], dtype=float))]) for axis in "uv"]
     b, a = np.meshgrid(along[1], along[0], indexing="ij")
@@ -106,7 +112,10 @@ def _grid(
 
 
 def _array(path: Path, data: bytes, holder: Element, kind: str, columns: int) -> NDArray[Any]:
-    """Return an array of the file as rows (N, columns)."""
+    """Return an array of the file as rows (N, columns).
+
+    holder : the element that states the place of the array; kind : type of its numbers, such as "<f8"
+    """
     place = holder["array"]
     begin, length = int(place["start"]), int(place["length"])
     if place["dtype"] != kind or begin < 0 or length < 0 or begin + length > len(data):
@@ -124,7 +133,7 @@ def _array(path: Path, data: bytes, holder: Element, kind: str, columns: int) ->
 
 
 def _different(names: list[str]) -> tuple[str, ...]:
-    """Return names with a number added to those that are empty or occur before."""
+    """Return distinct names: an empty or repeated name gets its number (from 1) at the end."""
     out: list[str] = []
     for number, name in enumerate(names, start=1):
         out.append(name if name and name not in out else f"{name or 'surface'}_{number}")

@@ -1,9 +1,10 @@
 """Read Surpac files in text: triangles in a .dtm file, their points and strings in the .str file of the same name.
 
-Coordinates are northing first. A string file has two header lines, and a point on each further line: number of the
-string, northing, easting, elevation, descriptions. A line with string number 0 separates segments; its last line has
-END. (Surpac Software International, String and DTM files.) A .dtm file has the three points of a triangle on each line,
-as numbers from 1. Whether lines with number 0 count is not documented; they count only if the numbers need it.
+A string file has two header lines, and a point on each further line: number of the string, northing, easting,
+elevation, descriptions. A line with string number 0 separates segments; the last line of the file has END. (Surpac
+Software International, String and DTM files.) A .dtm file has a triangle on each line, with the numbers of its three
+points, from 1. It is not documented whether the separating lines have numbers too. The reader assumes that they do only
+if a triangle has a number above the number of points.
 """
 
 from pathlib import Path
@@ -19,7 +20,7 @@ from rpf3d_core.terrain.frame import FloatArray
 HEADER = 2
 """Number of header lines of a string file."""
 LONGEST_LINE = 10_000
-"""Largest length of a line (bytes); no sound file has a longer one."""
+"""Largest length of a line (bytes)."""
 
 
 class Strings(NamedTuple):
@@ -39,7 +40,8 @@ def read_dtm(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        A file is missing, binary or damaged, or a triangle names a point that does not exist; names file and line.
+        A file is missing, binary or damaged, or a triangle names a point that does not exist. The message names the
+        file and, if known, the line.
     """
     companion = strings_of(path)
     if companion is None:
@@ -72,7 +74,7 @@ def read_strings(path: Path) -> Strings:
     Raises
     ------
     TerrainError
-        The file is binary, truncated or damaged; names the line.
+        The file is binary, truncated or damaged; the message names the line.
     """
     lines = _lines(path)
     end = next((i for i, line in enumerate(lines) if i >= HEADER and line.rstrip(b" \t,").upper().endswith(b"END")), -1)
@@ -83,14 +85,14 @@ def read_strings(path: Path) -> Strings:
 
 
 def string_segments(strings: Strings) -> list[FloatArray]:
-    """Return the segments (P, 3) m of all strings: consecutive points of one string."""
+    """Return the segments (P, 3) m of all strings: consecutive points of one string with no separator between them."""
     breaks = np.flatnonzero(np.diff(strings.number) != 0) + 1
     parts = np.split(np.arange(len(strings.number)), breaks)
     return [strings.points[part] for part in parts if len(part) and strings.number[part[0]] != 0]
 
 
 def strings_of(path: Path) -> Path | None:
-    """Return the path of the string file of a .dtm file: the same name with .str; None if it is missing."""
+    """Return the path of a .dtm file's string file, which has the same name with .str; None if it is missing."""
     return next((other for end in (".str", ".STR", ".Str") if (other := path.with_suffix(end)).is_file()), None)
 
 
@@ -105,7 +107,7 @@ def _lines(path: Path) -> list[bytes]:
 
 
 def _triangles(path: Path) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the point numbers (T, 3) of the triangles of a .dtm file, from 1, and the object (T,) of each."""
+    """Return the point numbers (T, 3), from 1, of the triangles of a .dtm file, and the object number (T,) of each."""
     lines = _lines(path)
     words = [line.strip().upper() for line in lines]
     if not any(word.startswith(b"TRISOLATION") for word in words):
@@ -135,7 +137,10 @@ def _object(path: Path, i: int, word: bytes) -> int:
 
 
 def _table(path: Path, lines: list[bytes], first: int, must: str) -> FloatArray:
-    """Return the first four numbers of each line, (N, 4); first : number of the first line, for messages."""
+    """Return the first four numbers of each line (N, 4).
+
+    first, must : number of the first line, and what a line must be, for messages
+    """
     try:
         words = [word for line in lines for word in line.split(b",", 4)[:4]]
         if len(words) != 4 * len(lines):

@@ -14,20 +14,21 @@ from rpf3d_core.formats.mine.need import needed
 
 VECTOR_EXTENSIONS = (".gpkg", ".shp")
 MOST_FEATURES = 1_000_000
-"""Largest number of features of a file."""
+"""Largest number of features of a file that is read."""
 FAMILIES = {"polygon": "polygons", "line": "lines", "point": "points"}
-"""Names of the kinds of geometries that a scene asks for, for messages."""
+"""Plural of each kind of geometry, for messages."""
 
 
 def read_vector(path: Path, family: str, layer: str = "") -> list[dict[str, Any]]:
-    """Return the geometries of a layer in the form of GeoJSON; lines and polygons without heights.
+    """Return the geometries of a layer in the form of GeoJSON; only points keep their heights.
 
-    family : "polygon", "line" or "point", to find the layer; layer : its name, if known
+    family : "polygon", "line" or "point", the kind of geometry of the wanted layer
+    layer : its name; "" for the only layer with such geometries
 
     Raises
     ------
     InputError
-        The library is missing, the file is damaged, or no single layer has such geometries.
+        The library is missing, the file is damaged, or it has no such layer, or several without a given name.
     """
     needed(path, "pyogrio")
     arrays = read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_arrays", family, layer)
@@ -48,7 +49,7 @@ def vector_crs(path: Path) -> str | None:
 
 
 def vector_system(path: Path) -> Arrays:
-    """Return the reference system of a file (array `crs`): the system of the first layer; "" if there is none."""
+    """Return the array `crs`, read in this process: the reference system of a file's first layer; "" if it has none."""
     pyogrio = needed(path, "pyogrio")
     try:
         first = str(pyogrio.list_layers(path)[0][0])
@@ -58,7 +59,10 @@ def vector_system(path: Path) -> Arrays:
 
 
 def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
-    """Return `content` (bytes of all WKB geometries), `lengths` (N,) and the layer, read in the calling process."""
+    """Return the geometries of a layer as arrays, read in this process; arguments are as in `read_vector`.
+
+    `content` has the bytes of all geometries in WKB, one after another; `lengths` (N,) has their sizes (bytes).
+    """
     pyogrio = needed(path, "pyogrio")
     try:
         name = _layer(path, pyogrio.list_layers(path).tolist(), family, layer)
@@ -79,7 +83,7 @@ def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
 
 
 def _layer(path: Path, layers: list[list[Any]], family: str, wanted: str) -> str:
-    """Return the name of the only layer with geometries of a family, or of the wanted layer.
+    """Return `wanted` if the file has this layer or, if `wanted` is "", the name of the only layer of a family.
 
     layers : name and kind of geometries of each layer
     """
@@ -103,7 +107,7 @@ def _listed(layers: list[list[Any]]) -> str:
 
 
 def _refuse_computed(path: Path, layer: str) -> None:
-    """Raise a TerrainError if a layer of a GeoPackage is a view or has computed columns, which may never end."""
+    """Raise a TerrainError if a layer of a GeoPackage is a view or has computed columns: its query may never end."""
     with sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True) as database:
         kind, text = next(database.execute("SELECT type, sql FROM sqlite_master WHERE name = ?", (layer,)), ("", ""))
         hidden = [row[6] for row in database.execute("SELECT * FROM pragma_table_xinfo(?)", (layer,))]

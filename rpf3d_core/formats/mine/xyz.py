@@ -11,18 +11,18 @@ from rpf3d_core.formats.points import columns_of, read_points
 from rpf3d_core.terrain.frame import FloatArray
 
 HEAD = 2**16
-"""Number of characters from which separator and columns are found."""
+"""Number of characters at the begin of a file in which the separator and the columns are found."""
 
 
 def read_xyz(path: Path) -> Cloud:
     """Return the points of a text or CSV file.
 
-    Lines are converted all at once; `read_points` reads a file with an error again, to name its line.
+    All lines are converted in one step. If this fails, `read_points` reads the lines one by one and names a wrong line.
 
     Raises
     ------
     TerrainError
-        The file is not text, has no point, or a line has no plain numbers; names the line.
+        The file is not text, has no point, or a line has no plain numbers; the message names the line.
     """
     try:
         fast = _all_at_once(path)
@@ -32,7 +32,7 @@ def read_xyz(path: Path) -> Cloud:
 
 
 def _all_at_once(path: Path) -> FloatArray | None:
-    """Return the points (N, 3) m of a file; None if a line is not plain, so that each line must be checked."""
+    """Return the points (N, 3) m of a file; None if a line cannot be converted, so that each line must be checked."""
     try:
         with path.open(encoding="utf-8-sig") as file:
             head = file.read(HEAD)
@@ -43,7 +43,7 @@ def _all_at_once(path: Path) -> FloatArray | None:
         return None
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of a file without numbers
+            warnings.simplefilter("error")  # the warning about a file without numbers
             points = np.loadtxt(
                 path, delimiter=separator, usecols=columns, skiprows=named, ndmin=2, encoding="utf-8-sig"
             )

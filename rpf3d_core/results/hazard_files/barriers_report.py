@@ -35,9 +35,9 @@ OF_SETS = [
     *(f"{what}_predictive_{end}" for what in ("came", *ROCKS, "first_energy_j_p95", "first_height_over_ground_m_p95")
       for end in ("low", "high")),
 ]  # fmt: skip
-"""Further columns of a run over parameter sets: predictive intervals, empty where they are not known.
+"""Further columns of a run over parameter sets: predictive intervals; a cell is empty if its value is unknown.
 
-That of `came` is of the share of all rocks.
+`came` : the share of all rocks flown that reached the barrier
 """
 MEANING = (
     "first_caught, first_broken_through and first_flown_over: each rock that came counts once, by its first arrival; "
@@ -48,9 +48,10 @@ MEANING = (
 
 
 def barriers_section(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section of summary.json on barriers: for each name counts, shares, energies (J) and heights (m).
+    """Return the section of summary.json on barriers, by name: counts, shares, energies (J) and heights (m).
 
-    Over parameter sets, shares and p95 have both intervals, and `reached` is the share of all rocks that came.
+    In a run over parameter sets, shares and p95 values have a sampling and a predictive interval. `reached`, the share
+    of all rocks flown that reached the barrier, is then included as well.
     """
     return {figures.name: _facts(figures, maps.flown, band) for figures, band in zip(*_banded(maps), strict=True)}
 
@@ -65,7 +66,7 @@ def write_barriers(path: Path, maps: HazardMaps) -> None:
 
 
 def _banded(maps: HazardMaps) -> tuple[tuple[BarrierFigures, ...], tuple[Any, ...]]:
-    """Return the figures of all barriers, and their predictive intervals; None for each without parameter sets."""
+    """Return the figures of all barriers, and the predictive intervals of each (None without parameter sets)."""
     return maps.barriers, (None,) * len(maps.barriers) if maps.sets is None else maps.sets.barriers
 
 
@@ -91,7 +92,7 @@ def _facts(figures: BarrierFigures, flown: int, band: Mapping[str, tuple[float, 
 
 
 def _known(ends: tuple[float, float]) -> list[float | None]:
-    """Return the ends of an interval, None for an end that is not known."""
+    """Return the ends of an interval, with None in place of NaN for an unknown end."""
     return [None if math.isnan(end) else end for end in ends]
 
 
@@ -104,7 +105,7 @@ def _distribution(sample: Sample) -> dict[str, Any]:
 
 
 def _line(figures: BarrierFigures, band: Mapping[str, tuple[float, float]] | None) -> list[Any]:
-    facts = _facts(figures, 0, None)  # without parameter sets, so that low and high are sampling intervals
+    facts = _facts(figures, 0, None)  # no parameter sets are passed, so that low and high are sampling intervals
     shares = [value for did in ROCKS for value in share_columns(facts[did])]
     designs = [facts["first_energy_j"], facts["first_height_over_ground_m"]]
     predictive = [] if band is None else [

@@ -10,25 +10,25 @@ from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_sect
 
 HEADER = ("barrier", "of first arrivals", "rocks", "value")
 PREDICTIVE, SAMPLING = "95 % predictive", "95 % sampling"
-"""Headers of the columns of intervals; PREDICTIVE only over parameter sets."""
+"""Headers of the columns of intervals; the table has the column PREDICTIVE only in a run over parameter sets."""
 SHARES = ("first caught", "first broken", "first over", "caught in the end")
-"""Labels of the shares of `ROCKS` in the table."""
+"""Labels of the shares in the table, in the order of `barriers_report.ROCKS`."""
 NOTE = (
     "came: share of all rocks; caught, broken, over: shares of the rocks that came; energies and heights of the rocks "
     "when they first came"
 )
 """Note under the table that explains its rows."""
 SAMPLING_NOTE = "sampling: holds the number of rocks only, not what is not known about the ground"
-"""Note under the table on what its sampling intervals leave open."""
+"""Note under the table that says what its sampling intervals do not include."""
 
 KILO = 1000.0
-"""Size of a kJ in J."""
+"""Joules in a kilojoule."""
 
 Ends = Sequence[float | None] | None
 
 
 def text_header(maps: HazardMaps) -> tuple[str, ...]:
-    """Return the header of the table, with predictive intervals over parameter sets."""
+    """Return the header of the table; with a column of predictive intervals if the run was over parameter sets."""
     return (*HEADER, SAMPLING) if maps.sets is None else (*HEADER, PREDICTIVE, SAMPLING)
 
 
@@ -43,14 +43,17 @@ def text_rows(maps: HazardMaps) -> list[tuple[str, ...]]:
 
 
 def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, str, str]]:
-    """Yield label, rocks, value, predictive and sampling interval of each figure of a barrier."""
+    """Yield the row of each figure of a barrier: label, number of rocks, value, predictive and sampling interval.
+
+    facts : of the barrier, from `barriers_section`; flown : number of rocks of the run
+    """
     came = facts.get("reached", share_of(facts["came"], flown))
     for label, share in zip(("came", *SHARES), (came, *(facts[did] for did in ROCKS)), strict=True):
         value = "-" if share["share"] is None else f"{in_percent(share['share'], SHORT)} %"
         sampling = share.get("sampling", share["interval_95"])
         yield label, f"{share['rocks']:,}", value, _percent(share.get("predictive")), _percent(sampling)
     yield _design("p95 energy (kJ)", facts["first_energy_j"], KILO)
-    # More rocks may have a larger energy, so the largest one has no interval.
+    # The largest energy may grow with the number of rocks, so it has no interval.
     largest, capacity = facts["first_energy_j"]["max"], facts["capacity_j"]
     yield "largest energy (kJ)", "", _number(largest, KILO), NOT_KNOWN, NOT_KNOWN
     yield "capacity (kJ)", "", _number(capacity, KILO), "", ""
@@ -58,7 +61,7 @@ def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, st
 
 
 def _design(label: str, found: dict[str, Any], unit: float) -> tuple[str, str, str, str, str]:
-    """Return the row of the 95th percentile of a quantity; unit : as in `interval_text`."""
+    """Return the row of the 95th percentile of a quantity; unit : size of the displayed unit, such as KILO for kJ."""
     intervals = (interval_text(found.get("p95_predictive"), unit), interval_text(found["p95_interval_95"], unit))
     return label, f"{found['rocks']:,}", _number(found["p95"], unit), *intervals
 

@@ -1,7 +1,7 @@
 """Write the hazard maps as GeoTIFFs (hazard/*.tif), one file for each quantity, for GIS programs.
 
-Plan axes are the input's, as in polygons of zones and areas: x and y, or x and z if y is up. In that case the second
-axis of the file is z, and the tag AXES says so. The first row has the largest second coordinate.
+The plan axes are those of the input, as in polygons of zones and areas: x and y, or x and z if y is up. The tag AXES
+names the two axes. The first row has the largest second coordinate.
 
 Nodata: NaN in a statistic or a time means that no rock reached the cell; in a percentile, that fewer than 20 rocks did.
 Shares and counts are 0 in cells that no rock reached; there 0 is a valid value.
@@ -43,7 +43,7 @@ COUNT_NODATA = 2**32 - 1
 """Value that marks missing counts in a file; no cell has it, because 0 is a valid count."""
 
 TILE, LARGE = 256, 1024
-"""Smallest side (cells) of a file that is written in tiles, and side of a tile, so that viewers can read parts."""
+"""Side of a tile (cells); and number of rows or columns from which a file has tiles, which viewers read separately."""
 
 SPREAD_OF = "of each rock's maximum in the cell, over the distinct rocks that came there"
 
@@ -58,12 +58,12 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
 
     Parameters
     ----------
-    crs : as `terrain.crs` of the scene
+    crs : `terrain.crs` of the scene; None if the scene has none
 
     Raises
     ------
     InputError
-        As `reference_system`.
+        `crs` is unknown, or is in degrees.
     """
     from rasterio.errors import NotGeoreferencedWarning
 
@@ -93,9 +93,9 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: "CRS | 
 
 
 def transform_of(raster: Raster, frame: Frame) -> Affine:
-    """Return how columns and rows of a GeoTIFF map to plan coordinates (m).
+    """Return the transformation from columns and rows of a GeoTIFF to plan coordinates (m).
 
-    The image is as from `upright`. Columns and rows count from the outer corner of the first cell.
+    The order of the rows is that of `upright`. Columns and rows count from the outer corner of the first cell.
     """
     east, north, _ = frame.origin
     top = -(raster.y + north) if frame.up == "y" else raster.y + raster.ny * raster.cell + north
@@ -103,18 +103,19 @@ def transform_of(raster: Raster, frame: Frame) -> Affine:
 
 
 def upright(values: NDArray[Any], raster: Raster, frame: Frame) -> NDArray[Any]:
-    """Return the values (C,) of all map cells as the image (ny, nx) of a GeoTIFF, whose first row is the northernmost.
+    """Return the values (C,) of all map cells as the image (ny, nx) of a GeoTIFF.
 
-    So the first row has the largest y; if y is up, the largest z, which lies in the south.
+    The first row has the largest second plan coordinate of the input: the largest y, or the largest z if y is up.
     """
     image = values.reshape(raster.ny, raster.nx)
     return image if frame.up == "y" else image[::-1]
 
 
 class RasterPart(NamedTuple):
-    """A part of a GeoTIFF that is written at once, with the N reached cells in it.
+    """A part of a GeoTIFF that is written in one call, and the N cells with values in it.
 
-    cells : (N,) index among the S cells that rocks reached; row, column : (N,) position of each cell in the window
+    window : position and size of the part in the image
+    cells : (N,) index among the S cells with values; row, column : (N,) position of each cell in the window
     """
 
     window: "Window"
@@ -124,7 +125,10 @@ class RasterPart(NamedTuple):
 
 
 def _parts(cells: CountArray, raster: Raster, frame: Frame, tiles: bool) -> list[RasterPart]:
-    """Return the parts of a GeoTIFF to write: the tiles with the given cells (S,), or the whole image as one part."""
+    """Return the parts of a GeoTIFF to write: the tiles that contain given cells (S,), or the whole image as one part.
+
+    cells : (S,) raster indices of the cells with values; tiles : True to write tiles
+    """
     from rasterio.windows import Window
 
     row, column = np.divmod(cells, raster.nx)
@@ -147,9 +151,12 @@ def _write(
     folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: "CRS | None", bands: Sequence[NDArray[Any]],
     cells: CountArray | None = None,
 ) -> None:  # fmt: skip
-    """Write one GeoTIFF from the values (S,) of the given cells (S,), one list for each band; None: the reached cells.
+    """Write one GeoTIFF from the values of S cells.
 
     rasterio fills tiles that no rock reached with the value for missing data.
+
+    bands : for each band, the values (S,) of the cells
+    cells : (S,) raster indices of the cells; None for the cells that rocks reached
     """
     import rasterio
 

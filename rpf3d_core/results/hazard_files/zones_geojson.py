@@ -32,7 +32,7 @@ CELLS_THAT_TOUCH = 4
 """Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
 
 CELLS_SAY = "The share of a cell shrinks with the cell, so this says nothing about how many rocks reach an area"
-"""Sentence on what zones without cells do not say."""
+"""Sentence for hazard zones without cells, which must not be taken as safe."""
 MOST_AREAS = 3
 """Largest number of areas of interest that a sentence names."""
 
@@ -47,12 +47,12 @@ def write_hazard_zones(
     Parameters
     ----------
     spec : the scene's `hazard`, for the levels and the matrix
-    crs : as `terrain.crs` of the scene
+    crs : `terrain.crs` of the scene; None if the scene has none
 
     Raises
     ------
     InputError
-        As `reference_system`.
+        `crs` is unknown, or is in degrees.
     """
     system = reference_system(crs, terrain.frame.up)
     zones = hazard_zones(maps, spec)
@@ -95,7 +95,7 @@ def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) ->
 
 
 def _of_areas(terrain: Terrain, maps: HazardMaps) -> str:
-    """Return what zones without cells do not say: small cells hide how many rocks reach an area."""
+    """Return CELLS_SAY, followed by the shares of the rocks that reached the areas of interest, largest share first."""
     areas = [bench for bench in bench_table(terrain, maps) if bench.kind == AREA]
     areas.sort(key=lambda bench: -bench.reached["rocks"])
     named = [f"{share_text(bench.reached)} reach {bench.name}" for bench in areas[:MOST_AREAS]]

@@ -16,13 +16,13 @@ FloatArray = NDArray[np.float64]
 POSTERIOR, PRIOR, OBSERVED = "#1f4e9c", "#999999", "#c81e1e"
 AXES = ("along the slope (m)", "across the slope (m)")
 SHARES = 500
-"""Number of points of a curve of shares, at least."""
+"""Number of points of a curve of shares at even numbers of stops; as many further points are at even weights."""
 DRAWN = 1500
-"""Number of simulated stops in the plan."""
+"""Number of simulated stops that are drawn in plan."""
 
 
 class Predicted(NamedTuple):
-    """Simulated stops with weights: place (M, 2) m along and across, weights (M,) whose sum is 1."""
+    """M simulated stops. place : (M, 2) m along and across the slope; weights : (M,), their sum is 1."""
 
     place: FloatArray
     weights: FloatArray
@@ -31,7 +31,7 @@ class Predicted(NamedTuple):
 def write_pairs(path: Path, names: Sequence[str], before: FloatArray, after: FloatArray) -> None:
     """Write posterior.png: each parameter and each pair of parameters, prior in grey and posterior in blue.
 
-    before, after : (S, U) samples with equal weights
+    names : of the U parameters; before, after : (S, U) samples of the prior and of the posterior, with equal weights
     """
     size = len(names)
     figure = Figure(figsize=(max(2.6 * size, 4.5), max(2.6 * size, 4.5)), layout="constrained")
@@ -65,7 +65,10 @@ def _draw_pair(axes: Axes, before: FloatArray, after: FloatArray) -> None:
 
 
 def write_predicted(path: Path, observed: FloatArray, prior: Predicted, posterior: Predicted) -> None:
-    """Write predicted.png: shares of stops up to each distance, and stops in plan; observed (N, 2) m."""
+    """Write predicted.png: shares of stops up to each distance, and stops in plan.
+
+    observed : (N, 2) m, observed stops along and across the slope; prior, posterior : simulated stops
+    """
     figure = Figure(figsize=(13.0, 4.5), layout="constrained")
     panels = figure.subplots(1, 3)
     for axis in range(2):
@@ -91,26 +94,31 @@ def _draw_shares(axes: Axes, observed: FloatArray, prior: Predicted, posterior: 
 
 
 def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
-    """Return distances (K,) m along an axis, rising, and the weight (K,) of the stops up to each."""
+    """Return ascending distances (K,) m of a curve, and the sum (K,) of the weights of the stops up to each distance.
+
+    axis : 0 for distances along the slope, 1 for distances across it
+    """
     order = np.argsort(predicted.place[:, axis])
     reached = np.cumsum(predicted.weights[order])
     rows = np.unique(np.linspace(0, len(order) - 1, SHARES).astype(np.int64))
     heavy = np.searchsorted(reached, (np.arange(SHARES) + 0.5) / SHARES).clip(max=len(order) - 1)
-    rows = np.union1d(rows, heavy)  # of the weight and of the stops, so that neither steps nor tails are lost
+    rows = np.union1d(rows, heavy)  # even in weight and even in stops, so that neither steps nor tails are lost
     return predicted.place[order[rows], axis], reached[rows]
 
 
 def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
-    """Return rows (DRAWN,) of a sample with equal weights, drawn evenly."""
+    """Return the rows (DRAWN,) of stops to draw: a stop of more weight (M,) is drawn more often; no random numbers."""
     reached = np.cumsum(weights)
     share = (np.arange(DRAWN) + 0.5) / DRAWN * reached[-1]
     return np.asarray(np.searchsorted(reached, share).clip(max=len(weights) - 1))
 
 
 def write_coverage(path: Path, rank: FloatArray) -> None:
-    """Write coverage.png: the share of kept-out blocks within predictive intervals of every probability.
+    """Write coverage.png: the share of N observed rocks that stopped within predictive intervals of each probability.
 
-    rank : (N, 2) predicted probabilities of a stop nearer than the observed one, along and across
+    The calibration did not use these rocks (they were kept out).
+
+    rank : (N, 2) predicted probability that a rock stops nearer than observed, along and across the slope
     """
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)

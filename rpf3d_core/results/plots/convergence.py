@@ -22,7 +22,7 @@ JOULE_PER_KJ = 1000.0
 def write_convergence(path: Path, name: str, steps: Sequence[Step], target: "TargetSpec") -> None:
     """Write convergence.png: widths of intervals, and 95th percentiles of energy, against the number of rocks.
 
-    name : of the scene, with its number of rocks, for the title; steps : at least one
+    name : of the scene, and the number of rocks, for the title; steps : at least one, in order of the number of rocks
     """
     figure = Figure(figsize=(8.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)
@@ -37,7 +37,7 @@ def write_convergence(path: Path, name: str, steps: Sequence[Step], target: "Tar
     upper.axhline(target.half_width, color="0.3", linestyle="--", label=f"target {target.half_width:g}")
     label(upper, "", "half-width of the 95 % interval (-)")
     label(lower, "rocks flown", "p95 of energy (kJ)")
-    upper.set(xscale="log", yscale="log")  # after `label`, which needs linear axes for its plain numbers
+    upper.set(xscale="log", yscale="log")  # after `label`, which can only set plain numbers on linear axes
     upper.legend(fontsize=8)
     upper.set_title(f"{name}: how sure the shares and energies are", loc="left")
     save(figure, path)

@@ -20,7 +20,7 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float, u
     """Write cost.png, from which users choose a setting: error against computing time, with the target as a line.
 
     name : of the scene, for the title; target : error (-), drawn as a line
-    unknown : parametric error (-), drawn as a line, because it has no price; None if it is not known
+    unknown : parametric error (-), drawn as a line, because it does not depend on computing time; None if not known
     """
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     axes = figure.subplots()

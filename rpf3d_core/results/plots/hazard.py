@@ -84,8 +84,8 @@ class Theme:
     """The quantity that one hazard picture shows: values, title, unit and colour scale.
 
     title : part of the picture's title between the scene and the number of rocks; unit : label of the colour bar
-    values : (C,) of all cells of the raster, NaN where unknown, in their own unit; scale : of the values
-    per_unit : one unit of the colour bar, expressed in the values' own unit
+    values : (C,) of all cells of the raster, in SI units, NaN where unknown; scale : colour scale of `values`
+    per_unit : size of the colour bar's unit in the unit of `values`, such as 1000 for kJ
     """
 
     title: str
@@ -117,10 +117,10 @@ def write_hazard_pictures(
     A run over parameter sets has reach_probability_high.png as well, and maps with passages per metre have
     passage_per_metre.png.
     releases : (N, 2 or 3) m, release points of the rocks, local frame
-    pictures : of the terrain, if other maps use them as well
+    pictures : pictures of the terrain that other maps share; None to make them here
     """
     ground = _ground(content.terrain, maps, releases, content.areas, pictures)
-    page = _page(ground, releases, content.areas)  # drawn once: axes and their ticks take half of the time of a picture
+    page = _page(ground, releases, content.areas)  # drawn once, because it takes half of the time
     for file, theme in themes(maps).items():
         title = f"{content.name}: {theme.title}, {content.flown.describe()}"
         drawn = _draw_theme(page, title, theme, maps)
@@ -130,7 +130,7 @@ def write_hazard_pictures(
 
 
 def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the upper end of the reach probability over the parameter sets, if there are any."""
+    """Return the picture of the reach probability's upper end as an entry of `themes`; {} without parameter sets."""
     if maps.reach_band is None:
         return {}
     band, cell = maps.reach_band, maps.raster.cell
@@ -189,7 +189,7 @@ def hazard_figure(
 ) -> Figure:
     """Draw one hazard picture: map, colour bar, legend and overview.
 
-    releases : (N, 2 or 3) m; areas : rings (N, 2) m; both in the local frame
+    releases : (N, 2 or 3) m; areas : name -> rings (N, 2) m; both in the local frame
     """
     page = _page(ground, releases, areas)
     _draw_theme(page, title, theme, maps)
@@ -197,8 +197,9 @@ def hazard_figure(
 
 
 class HazardPage(NamedTuple):
-    """A hazard picture with everything but its quantity.
+    """A hazard picture without its quantity: the background that the hazard pictures of a run share.
 
+    main, side : axes of the map and of the column with the legend
     starts : number of releases drawn; areas : names of the areas
     """
 
@@ -211,7 +212,7 @@ class HazardPage(NamedTuple):
 
 
 def _page(ground: MapBackground, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> HazardPage:
-    """Draw what all hazard pictures of a run have in common."""
+    """Draw the background that all hazard pictures of a run share: terrain, areas, releases, scale bar and overview."""
     terrain, window = ground.terrain, ground.window
     figure, main, side = empty_figure(window)
     draw_ground(main, terrain, window, ground.picture)
@@ -226,7 +227,7 @@ def _page(ground: MapBackground, releases: FloatArray, areas: Mapping[str, Seque
 
 
 def _draw_theme(page: HazardPage, title: str, theme: Theme, maps: HazardMaps) -> list[Artist]:
-    """Draw the cells, title, colour bar and legend of a quantity; return what another quantity must remove."""
+    """Draw the cells, title, colour bar and legend of a quantity; return what to remove before the next quantity."""
     cells = _draw_cells(page.main, page.ground.terrain, page.ground.window, theme, maps)
     page.main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
     if np.isfinite(theme.values).any():
@@ -243,7 +244,7 @@ def _ground(
     areas: Mapping[str, Sequence[FloatArray]],
     pictures: GroundPictures | None = None,
 ) -> MapBackground:
-    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas close to it."""
+    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas that overlap it."""
     pictures, whole = pictures or GroundPictures(terrain), whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = pictures.hillshade(window, PIXELS)
@@ -264,7 +265,7 @@ def _release(count: int) -> dict[str, Any]:
 
 
 def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> list[AxesImage]:
-    """Draw the map cells in the window, in the colours of the scale, and return the image.
+    """Draw the map cells in the window, in the colours of the scale; return the images.
 
     A second image has the cells that too few rocks reached for a value, if there are any.
     """
@@ -342,7 +343,7 @@ def _say_why_empty(side: Axes, maps: HazardMaps) -> Text:
 
 
 def _beyond(scale: Scale, known: Values) -> str:
-    """Return which ends of the colour bar become arrows, because some values (N,) lie beyond that end."""
+    """Return matplotlib's `extend`: the ends of the colour bar that are arrows, because values (N,) lie beyond them."""
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 

@@ -55,9 +55,9 @@ def write_map(
 ) -> None:
     """Write map.png in z-up input coordinates, so that its axes have the numbers of the survey.
 
-    deposits, samples : of the rocks that are drawn, all or some of the rocks flown
+    deposits, samples : ends and paths of the rocks to draw, which are all or some of the rocks flown
     obstacles : barriers and trees of the scene
-    ground : pictures of the terrain, if other maps use them as well
+    ground : pictures of the terrain that other maps share; None to make them here
     """
     terrain, areas, flown = content.terrain, content.areas, content.flown
     ground, whole = ground or GroundPictures(terrain), whole_window(terrain)
@@ -81,9 +81,9 @@ def write_map(
 def rocks_window(
     whole: Window, deposits: Deposits, samples: PathSamples, areas: Mapping[str, Sequence[FloatArray]]
 ) -> Window:
-    """Return the part of the terrain that map.png shows: all rocks, a margin, and areas close to them.
+    """Return the part of the terrain that map.png shows: all rocks, a margin, and the areas that overlap this part.
 
-    The result is the whole terrain if that part would be most of it.
+    The result is the whole terrain if the part is wider and higher than `sheet.WHOLE_SHARE` of it.
 
     areas : name -> rings (N, 2) m, local frame
     """
@@ -94,7 +94,7 @@ def rocks_window(
 def _draw_obstacles(axes: Axes, terrain: Terrain, obstacles: Obstacles) -> list[Any]:
     """Draw barriers as lines and trees as dots; return their legend entries.
 
-    Of very many trees, a selection is drawn.
+    If there are very many trees, only a selection is drawn.
     """
     entries: list[Any] = []
     if obstacles.lines:

@@ -15,7 +15,7 @@ from rpf3d_core.terrain.plan_view import Window, facets_near
 from rpf3d_core.values import DEPOSITED
 
 ABOVE_CONTACT = 0.05
-"""Height (m) above a path point from which the terrain below is searched.
+"""The search for the terrain below a path point begins this height (m) above the point.
 
 Rounding may put a contact point just below the terrain.
 """
@@ -78,7 +78,7 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 
 
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
-    """Return which rocks to draw as examples: those with the shortest, median and longest runout, at most three rows.
+    """Return the rows of the example rocks to draw: shortest, median and longest runout, at most three rows.
 
     rows : (N,) rows to choose from. The rocks are chosen among the deposited rocks, or among all rocks if none is
     deposited; runout : (R,) m
@@ -91,7 +91,7 @@ def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntA
 
 
 def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
-    """Return the facets (F,) that may lie below points (N, 3) m: their boxes in plan meet the box of the points."""
+    """Return the facets (F,) that may lie below points (N, 3) m: their boxes in plan overlap the box of the points."""
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
     (left, bottom), (right, top) = points[:, :2].min(axis=0), points[:, :2].max(axis=0)

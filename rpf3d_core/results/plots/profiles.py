@@ -1,7 +1,7 @@
 """Draw profiles of paths: height and speed against horizontal distance, as in figure 3-3 b, c of the thesis (Peik).
 
 `overview.png` shows all sampled rocks. `sections.png` shows a few, each with the terrain under its path. The CSV files
-of the same names hold the points drawn.
+of the same names contain the points drawn.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
 FINER = 4
-"""How many times closer the points of a section are than the points of the overview."""
+"""Ratio of the time step between points of the overview to the time step between points of a section."""
 
 
 def write_profile_plots(
@@ -44,12 +44,12 @@ def write_profile_plots(
     Parameters
     ----------
     sources : (sources,) str
-        Names.
+        Names of the scene's sources.
     samples : PathSamples
         Paths of the rocks in the overview. The sections show the rocks of shortest, median and longest runout among
         them.
     gravity : float
-        The scene's, m/s^2.
+        Gravity of the scene (m/s^2).
     flown : RunCounts
         Numbers of rocks, for the titles.
     """
@@ -93,7 +93,7 @@ def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
 
 
 def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], which: str) -> Figure:
-    """Draw the profiles of a few rocks side by side: elevation above the terrain under the path, and speed below it.
+    """Draw the profiles of a few rocks side by side: above, the path and the terrain under it; below, the speed.
 
     The picture has a column for each rock in `titles`.
 

@@ -19,11 +19,11 @@ class Painter:
     """
 
     def warm_up(self) -> None:
-        """Draw a map that is not kept, because the first picture of a process takes a tenth of a second longer."""
+        """Draw a map and discard it, because the first picture of a process takes a tenth of a second longer."""
         warm_up()
 
     def begin(self, terrain: Terrain) -> None:
-        """Take the terrain of the run, and prepare the small overview of it that most maps have."""
+        """Set the terrain of the run, and prepare its small overview, which most maps include."""
         self._terrain, self._ground = terrain, GroundPictures(terrain)
         self._ground.shaded(whole_window(terrain), OVERVIEW_PIXELS)
 

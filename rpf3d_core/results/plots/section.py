@@ -1,4 +1,4 @@
-"""Draw the critical section of a report: terrain and paths, and below them how many rocks pass which distance."""
+"""Draw the critical section of a report: terrain and paths, and below them the shares of rocks that pass distances."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,18 +15,19 @@ FloatArray = NDArray[np.float64]
 WIDTH, PANEL, SHARES = 10.0, 9.0, 2.4
 """Width of the picture, width of its panels, and height of the lower panel (inches)."""
 LOWEST, HIGHEST = 2.0, 7.5
-"""Least and greatest height (inches) of the section; between them, lengths and heights have the same scale."""
+"""Smallest and largest height (inches) of the upper panel; between them, lengths and heights have the same scale."""
 LIMIT, BAND, FENCE = "#b3007a", "#9bb8e0", "#111111"
 
 
 class SectionDrawing(NamedTuple):
-    """What the picture of a critical section shows; distances (m) are from the toe.
+    """The content of the picture of a critical section; distances (m) are horizontal and start at the toe.
 
-    distance, ground : (S,) m, profile of the terrain; paths : each (P, 2) distance and elevation
-    held : distance that holds 90 % of the rocks, None if it is not on the picture
-    at : (D,) m; passed : (D,) share of the rocks that pass; sampling, predictive : (2, D) ends of intervals or None
-    origin : name of the zero of distances
-    fences : name, distance, and elevations of foot and top of each barrier that crosses the section
+    distance, ground : (S,) m, distance and elevation of the terrain; paths : each (P, 2) m, distance and elevation
+    held : distance (m) that 90 % of the rocks do not pass; None if it is not drawn
+    at : (D,) m, distances; passed : (D,) share (-) of the rocks that pass each distance
+    sampling, predictive : (2, D) lower and upper ends of the intervals of `passed`; predictive is None if unknown
+    origin : name of the place where distances start
+    fences : name, distance (m), and elevations (m) of foot and top of each barrier that crosses the section
     """
 
     distance: FloatArray
@@ -72,7 +73,10 @@ def _heights(drawing: SectionDrawing) -> tuple[float, float]:
 
 
 def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated: float) -> None:
-    """Draw the terrain's profile and the paths; floor : lowest elevation (m); exaggerated : height over length (-)."""
+    """Draw the terrain's profile and the paths.
+
+    floor : lowest elevation of the panel (m); exaggerated : scale of heights over scale of lengths (-)
+    """
     ground = drawing.ground
     axes.fill_between(drawing.distance, np.nan_to_num(ground, nan=floor), floor, color=GROUND, alpha=0.35, linewidth=0)
     axes.plot(drawing.distance, ground, color=GROUND, linewidth=1.8, label="terrain")
@@ -88,7 +92,7 @@ def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated
 
 
 def _draw_shares(axes: Axes, drawing: SectionDrawing) -> None:
-    """Draw the share of rocks that pass, with the predictive band below the sampling band."""
+    """Draw the share of rocks that pass each distance, with the predictive band behind the sampling band."""
     if drawing.predictive is not None:
         axes.fill_between(drawing.at, *(100.0 * drawing.predictive), color=BAND, alpha=0.5, linewidth=0,
                           label="95 % predictive interval")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Draw the tornado picture of a sensitivity: for each result, how far each unknown moves it."""
+"""Draw the tornado picture of a sensitivity analysis: for each result, how strongly each unknown changes it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,8 +21,8 @@ def write_tornado(
 ) -> None:
     """Write tornado.png: a panel for each result, a bar for each unknown, the longest on top.
 
-    names : of U unknowns; titles : title and axis of Y panels; sizes : (U, Y) in the unit of the axis
-    ends : (2, U, Y) of the intervals
+    names : of the U unknowns; titles : title and label of the axis of the Y results
+    sizes : (U, Y) length of the bars, in the unit of the axis; ends : (2, U, Y) ends of their intervals
     """
     rows = max(-(-len(titles) // COLUMNS), 1)
     height = (0.35 * len(names) + 1.1) * rows

@@ -29,7 +29,7 @@ class GroundPictures:
     """Pictures of one terrain from above; a view that two maps share is computed once."""
 
     def __init__(self, terrain: Terrain) -> None:
-        """Begin without any view."""
+        """Start without any picture; `shaded` and `hillshade` compute them."""
         self._terrain = terrain
         self._views: dict[tuple[Window, int], _LitView] = {}
 
@@ -70,10 +70,10 @@ def hillshade(terrain: Terrain, view: PlanView) -> Picture:
 
 
 class _LitView(NamedTuple):
-    """A view of a terrain under slanting light.
+    """A terrain seen from above under slanting light: the facet of each pixel, and the brightness of each facet.
 
-    facets : (N,) the facets that pixels show; pixel : (H, W) index into them, N for a pixel without terrain
-    light : (N,) brightness of the facets, from 0 in full shade; 1 if level
+    facets : (N,) the facets that pixels show; pixel : (H, W) index into `facets`, N for a pixel without terrain
+    light : (N,) brightness (-) of the facets: 0 in full shade, 1 if level, more if turned to the light
     """
 
     facets: NDArray[np.int64]
@@ -82,8 +82,8 @@ class _LitView(NamedTuple):
 
 
 def _lit(terrain: Terrain, view: PlanView) -> _LitView:
-    """Return a view with the light on its facets."""
-    number = np.zeros(len(terrain.triangles) + 1, dtype=np.int64)  # the last is for pixels without terrain: facet -1
+    """Return a view from above with the brightness of its facets."""
+    number = np.zeros(len(terrain.triangles) + 1, dtype=np.int64)  # last entry: pixels without terrain (facet -1)
     number[view.facet] = 1
     facets = np.flatnonzero(number[:-1])
     number[facets] = np.arange(len(facets))
@@ -115,7 +115,7 @@ def _coloured(terrain: Terrain, view: _LitView, zone_colour: NDArray[np.uint8], 
 def upward_normals(vertices: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
     """Return the unit normals (F, 3) of facets on their upper side; zero for a facet without area.
 
-    Not the compiled loop of the engines: a process that only draws pictures loads no compiled code.
+    It does not use the compiled loop of the engines, because a process that only draws pictures loads no compiled code.
     """
     corners = vertices[triangles]
     area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

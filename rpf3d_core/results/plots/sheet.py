@@ -32,16 +32,16 @@ WHOLE_SHARE = 0.6
 """Share (-) of the terrain's width and height above which a map shows the whole terrain, without an overview."""
 
 LEAST_COLUMN = 7.0
-"""Smallest height (inches) of the column next to the map, which holds legend and overview."""
+"""Smallest height (inches) of the column next to the map, which contains the legend and the overview."""
 
 MOST_POINTS = 20_000
 """Largest number of points drawn, because more would cover each other.
 
-If there are more, an even selection is drawn, and the legend says so.
+If there are more points, an evenly spread selection is drawn, and the legend says so.
 """
 
 MOST_RELEASES = 250
-"""Largest number of releases drawn, because more would cover the map; of more, an even selection is drawn."""
+"""Largest number of releases drawn; if there are more, an evenly spread selection is drawn, so that the map is seen."""
 
 RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
 
@@ -53,9 +53,9 @@ def whole_window(terrain: Terrain) -> Window:
 
 
 def window_around(whole: Window, places: FloatArray) -> Window:
-    """Return the part of the terrain that a map of some places (N, 2) m shows, with a margin.
+    """Return the part of the terrain that a map of given places (N, 2) m shows, with a margin.
 
-    The result is the whole terrain if that part would be most of it.
+    The result is the whole terrain if the part is wider and higher than WHOLE_SHARE of it.
     """
     if len(places) == 0:
         return whole
@@ -74,9 +74,9 @@ def window_around(whole: Window, places: FloatArray) -> Window:
 
 
 def window_with_areas(whole: Window, places: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> Window:
-    """Return the part of the terrain that a map of places (N, 2) m shows, widened to areas that it would cut.
+    """Return the part of the terrain that a map of places (N, 2) m shows, widened to the areas that overlap it.
 
-    areas : rings (N, 2) m. Areas outside the window are not included: an area far from all rocks would make the rocks
+    areas : name -> rings (N, 2) m. Areas outside the part are not included: an area far from all rocks makes the rocks
     too small to see. The overview shows such an area.
     """
     window = window_around(whole, places)
@@ -106,7 +106,7 @@ def empty_figure(window: Window) -> tuple[Figure, Axes, Axes]:
 
 
 def warm_up() -> None:
-    """Draw an empty map and forget it: matplotlib then has its fonts and texts ready for the maps that follow."""
+    """Draw an empty map and discard it; matplotlib then has its fonts loaded for the next maps."""
     figure, main, side = empty_figure(Window(left=0.0, right=1.0, bottom=0.0, top=1.0))
     label(main, "x (m)", "y (m)")
     main.imshow(np.zeros((2, 2, 4), dtype=np.uint8))
@@ -124,7 +124,7 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 
 
 def placed(terrain: Terrain, window: Window) -> Window:
-    """Return a rectangle of the local frame in the z-up coordinates of the input, as map axes need it."""
+    """Return a rectangle of the local frame in z-up input coordinates, for the axes of a map."""
     east, north, _ = terrain.frame.origin
     return Window(
         left=window.left + east, right=window.right + east, bottom=window.bottom + north, top=window.top + north
@@ -147,15 +147,15 @@ def draw_areas(axes: Axes, terrain: Terrain, areas: Mapping[str, Sequence[FloatA
 
 
 def selection(count: int) -> Any:
-    """Return which points to draw if there are too many: rows (N,), evenly spread, at most MOST_POINTS."""
+    """Return the rows (N,) of the points to draw: all, or MOST_POINTS evenly spread rows if there are more."""
     return np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(np.int64)
 
 
 def starts_of(releases: FloatArray) -> FloatArray:
     """Return the release points (N, 2) m to draw on a map, local frame, at most MOST_RELEASES.
 
-    Each distinct point is returned once. If there are more than MOST_RELEASES, the result is an even selection of the
-    rocks' points.
+    Each distinct point is returned once. If there are more than MOST_RELEASES distinct points, the result has the
+    release points of MOST_RELEASES evenly spread rocks.
 
     releases : (R, 2 or 3) m
     """

@@ -1,6 +1,6 @@
 """Define what all pictures share: resolution, colours, axis labels, and the writing of a PNG file.
 
-A separate file, so that a picture of the price list or of a section does not import tables and the locator of profiles.
+A picture of the price list or of a section needs only this module, and not the imports of the map and profile pictures.
 """
 
 from pathlib import Path
@@ -23,7 +23,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def label(axes: Axes, x: str, y: str) -> None:
-    """Set axis labels and a light grid; survey coordinates are written in full, never as an offset."""
+    """Set axis labels and a light grid; tick labels show survey coordinates in full, without an offset."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)

@@ -19,7 +19,7 @@ COLOURS = ("#1f4e9c", "#c8501e", "#2e7d32", "#7b3fa0", "#9a7b00", "#00838f", "#a
 MARKERS = "osD^vP*X"
 INTERVAL = {True: "95 % predictive interval, unknowns included", False: "95 % sampling interval of the number of rocks"}
 DRAWN = {True: "bands", False: "bars"}
-"""How intervals are drawn, by `Curve.is_predictive`: a bar does not look like a band that holds more."""
+"""How intervals are drawn, by `Curve.is_predictive`; predictive and sampling intervals thus look different."""
 CAP, BROAD = 6.0, 9.0
 """Width (points) of the ends of a bar, and of the band of a single point."""
 
@@ -42,14 +42,17 @@ def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> N
 
 
 def _bands(panels: Sequence[Panel]) -> str:
-    """Return what the bands and bars of all panels hold, in words."""
+    """Return the meaning of the bands and bars of all panels, as text for the title."""
     kinds = {curve.is_predictive for panel in panels for curve in panel.curves if curve.values}
     words = [f"{DRAWN[kind]}: {INTERVAL[kind]}" for kind in (True, False) if kind in kinds]
     return "; ".join(words) or "no intervals"
 
 
 def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
-    """Return where each value of the key stands, by its text: at its number if all are numbers, else evenly spaced."""
+    """Return the position of each value of the key on the axis, by the value's text.
+
+    The position is the value itself if all values are numbers; else the values are evenly spaced.
+    """
     values: dict[str, Any] = {str(at): at for panel in panels for curve in panel.curves for at in curve.at}
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values.values()):
         return {text: float(value) for text, value in values.items()}
@@ -74,7 +77,7 @@ def _draw(axes: Axes, panel: Panel, at: dict[str, float], key: str) -> None:
 
 
 def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> None:
-    """Draw a curve with its interval: a band if it is predictive, a bar at each point if it is of sampling only."""
+    """Draw a curve with its intervals: predictive intervals as a band, sampling intervals as a bar at each point."""
     colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
     order = sorted(range(len(curve.at)), key=lambda k: at[str(curve.at[k])])
     x = np.array([at[str(curve.at[k])] for k in order])

@@ -7,13 +7,13 @@ import numpy as np
 from matplotlib.image import imread, imsave
 
 MARGIN = 12
-"""Pixels of white that stay around a picture."""
+"""Width (pixels) of the white margin that is left around a picture."""
 WHITE = 0.999
-"""Brightness (-) from which a pixel is white."""
+"""A pixel counts as white if its red, green and blue are at least this (-)."""
 
 
 def trimmed(path: Path) -> bytes:
-    """Return the content of a PNG file of a picture without its white margin."""
+    """Return a PNG file's content after its white margin has been cut down to MARGIN pixels."""
     image = np.asarray(imread(path))
     inked = np.any(image[..., :3] < WHITE, axis=2)
     if not np.any(inked):
