@@ -1,9 +1,9 @@
 """Plan how a patch is joined to the ground, before anything is changed: which facets to remove and which to add.
 
 The footprint of a patch is the area of its own facets in plan. Every facet of the ground that touches the footprint is
-removed as a whole; all other facets keep every bit. The ring-shaped gap between the remaining ground and the border of
-the patch is filled with triangles. So are small holes of the patch, in which no facet of the ground remains. In larger
-holes the ground remains unchanged.
+removed as a whole; all other facets stay exactly the same. The ring-shaped gap between the remaining ground and the
+border of the patch is filled with triangles. Small holes of the patch, in which no facet of the ground remains, are
+filled, too. In larger holes the ground remains unchanged.
 """
 
 from typing import Any, NamedTuple
@@ -57,8 +57,8 @@ def change_of(
 ) -> PatchChange | None:
     """Return the changes that a patch will make to the ground; None if the patch replaces the whole ground.
 
-    patch : in the ground's frame
-    marks : (F,) all STAYS at first; the function sets GOES for removed facets
+    patch : mesh in the ground's local frame
+    marks : (F,) all STAYS before the call; the function sets GOES for each facet that the patch removes
     Raises TerrainError if the patch touches no ground, folds over itself in plan, or cannot be joined to the rest.
     """
     slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)
@@ -133,7 +133,10 @@ def _ring(
 ) -> NDArray[np.int64]:
     """Return the triangles (T, 3) that fill the gap between the remaining ground and the border of the patch.
 
-    Vertex numbers from V on are the patch's vertices.
+    Vertex numbers from V on, the number of the ground's vertices, are the patch's vertices.
+
+    seam : (N, 2) edges between removed and remaining facets
+    border : (M, 2) other edges around the removed facets, away from the patch: the former boundary of the ground
     """
     count = len(terrain.vertices)
     edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
@@ -155,7 +158,10 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
-    """Return the triangles with other vertex numbers: first the ground's vertices `some`, then the patch's vertices."""
+    """Return triangles with new vertex numbers: the ground's vertices `some` get the first numbers, then the patch's.
+
+    came : (N, 3) added triangles, patch vertices numbered after all ground vertices; some : sorted ground vertices
+    """
     old = came < len(terrain.vertices)
     return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))
 

@@ -60,11 +60,9 @@ def points_of(survey: Survey) -> int:
 
 
 def check_points(points: int, most: int = MOST_POINTS) -> None:
-    """Refuse a survey with too many points, before memory is used for it.
+    """Raise TerrainError if a survey has more than `most` points, before memory is used for it.
 
-    points : number that the message announces
-
-    Raises TerrainError, naming the limit.
+    points : number of points that the message announces
     """
     if points > most:
         raise TerrainError(f"the survey has {points:,} points, more than the {most:,} that a survey may have")
