@@ -216,7 +216,7 @@ def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
-    """Return the highest ground at places (S, 3) m: what `Engine.ground_below` returns (S, 3) from above all terrain."""
+    """Return `Engine.ground_below` (S, 3) from above all terrain: the highest ground at places (S, 3) m."""
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)

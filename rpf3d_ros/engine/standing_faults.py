@@ -16,7 +16,10 @@ class StandingFaults:
         self._lock = threading.Lock()
 
     def report(self, cause: str, sentence: str) -> None:
-        """Let a fault stand; a sentence reported again changes nothing, and an empty sentence ends the fault."""
+        """Set the fault of a cause, which lasts until it is ended; an empty sentence ends the fault.
+
+        A sentence that is reported again changes nothing.
+        """
         with self._lock:
             if self._sentences.get(cause, "") == sentence:
                 return

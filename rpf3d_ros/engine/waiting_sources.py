@@ -11,7 +11,7 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.source_topics import BY_HAND
 
 NO_SOURCES = "no sources"
-"""Takes the place of a region's square if a message has no sources, because it applies to all walls."""
+"""Replaces the square in the region of a message without sources, because such a message applies to all walls."""
 
 
 class WaitingSources:

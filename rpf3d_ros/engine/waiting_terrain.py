@@ -61,8 +61,8 @@ class RefusedSurvey(NamedTuple):
 class ReceivedPatch(Generic[M]):
     """A received patch that may have to be applied again, to a whole survey that arrives late.
 
-    moment : of the patch; at : time of arrival (s)
-    patch : None once the patch is too old to be kept
+    patch : the patch, None once it is too old to be kept
+    moment : when the patch was published; at : time of arrival (s, steady clock)
     """
 
     patch: M | None
@@ -72,12 +72,13 @@ class ReceivedPatch(Generic[M]):
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey in the queue, with the patches that belong on top of it and the number of lost ones.
+    """A whole survey in the queue, with the patches that belong on top of it.
 
-    whole : the survey; None for the survey in use
+    whole : the survey; None for the survey in use; moment : when the survey was published
     early : patches that follow the survey but were received before the survey
-    missing : number of patches that follow the survey and are no longer kept
-    lost : number of patches that this terrain lacks
+    missing : number of patches that follow the survey, were received before it and are no longer kept
+    patches : waiting patches that were received after the survey
+    lost : number of patches that the terrain of this survey lacks
     refused : later whole surveys that were refused
     """
 
@@ -164,7 +165,7 @@ class WaitingTerrain(Generic[M]):
                 self._chapters[0].refused.append(RefusedSurvey(published_ns=known_ns, why=why_refused))
 
     def holds(self, patches_ns: Iterable[int]) -> None:
-        """Note the patches that the terrain in use contains since before a restart.
+        """Note the patches from before a restart that the terrain in use contains.
 
         patches_ns : when each patch was received (ns); a whole survey published earlier lacks the patch
         """
@@ -236,7 +237,10 @@ class WaitingTerrain(Generic[M]):
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def refused(self, why: str = "") -> None:
-        """Note that the last taken whole survey cannot be used; the survey before it is next, and all patches stay."""
+        """Note that the last taken whole survey cannot be used; the survey before it is used, with the patches of both.
+
+        why : the reason
+        """
         with self._changed:
             tried = self._tried
             assert tried is not None
