@@ -122,8 +122,9 @@ def _simulator_in_namespace(node: "Node", until: float) -> str:
     """Return the full name of the simulator in the node's namespace.
 
     until : time (s, monotonic) at which the search ends
-    Raises InputError if there is none; the message names the simulators of other namespaces. None of them is taken
-    instead, because another pit's may be the only one that has been discovered so far.
+
+    Raises InputError if there is none; the message names the simulators of other namespaces. The function never returns
+    one of these, because the only simulator that is discovered so far may be that of another pit.
     """
     own = f"{node.get_namespace().rstrip('/')}/{SIMULATOR}"
     names: list[str] = []

@@ -149,7 +149,10 @@ def convert(
 
 
 def _record(readings: Iterator[Reading], files: RecordingFiles, out: Path, now: list[int], done: Converted) -> None:
-    """Write messages into a recording; `done` notes those that are refused."""
+    """Write messages into a recording, and add the refused messages to `done`.
+
+    now : list with the time (ns) of the current message of the bag
+    """
     for reading in readings:
         try:
             entries = reading.entries()

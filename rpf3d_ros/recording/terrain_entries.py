@@ -14,7 +14,7 @@ from rpf3d_ros.messages.terrain_messages import MeshSurvey, grid_of_cloud, mesh_
 from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, frame_of, nanoseconds
 
 UPDATES_SHOWN = 200
-"""Number of terrain patches that are shown together; the next patch replaces the oldest."""
+"""Largest number of terrain patches that are shown together; the next patch replaces the oldest."""
 
 LARGEST_PATCH = 10_000_000
 """Largest number of points in a patch."""
