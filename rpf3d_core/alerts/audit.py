@@ -31,7 +31,7 @@ LATER = ("areas", "since", "terrain_digest", "terrain_stamp_ns")
 """Values of an alert that logs of older versions do not have."""
 
 LATER_OF_AREA = ("since", "origin", "judged")
-"""Values of an area that a log without `since` does not have."""
+"""Values of an area that logs of older versions do not have; they are missing if the alert has no `since`."""
 
 
 class LevelChange(NamedTuple):

@@ -50,7 +50,7 @@ class AreaEvidence(NamedTuple):
     energy_high and first_arrival_low_s are None if `predictive_high` is None, and if no rock reached the area
     origins : the cluster of sources that gave each figure; None if no rock flew
     outline : digest of the outline within which the rocks were counted; "" if that is not known
-    outlined_ns : time (ns) since when the present outline of the area is watched; 0 if since before the first message
+    outlined_ns : time (ns) since when the present outline of the area is watched; 0 if that is not known
     """
 
     name: str

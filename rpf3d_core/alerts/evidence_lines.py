@@ -15,7 +15,7 @@ OVER_SETS = ("energy_high", "energy_sets", "first_arrival_low_s")
 DEFAULTS = AreaEvidence._field_defaults
 
 SAME_IF_LEFT_OUT = ("energy_high", "first_arrival_low")
-"""Fields of the origins that are not logged if they are None."""
+"""Fields of the origins that are not logged if they are None: `energy` or `first_arrival` then applies instead."""
 
 
 def evidence_content(evidence: Evidence) -> dict[str, Any]:

@@ -29,7 +29,7 @@ class Level(IntEnum):
 
     @property
     def severity(self) -> int:
-        """Rank of the alert level for display: a fault ranks above restrict, but never hides evacuate."""
+        """Rank of the alert level for display, from 0 for normal: a fault ranks above restrict, and below evacuate."""
         return _SEVERITY.index(self)
 
 

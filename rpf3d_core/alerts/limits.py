@@ -89,7 +89,7 @@ def level_of(area: AreaEvidence, thresholds: Thresholds) -> Level:
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
     """True if an answer is small: too few rocks flew to lower an alert level. A small answer may still raise the level.
 
-    An answer is also small if the site compares predictive intervals and a scene with unknowns has none yet.
+    With unknowns, an answer is also small if the site compares predictive intervals and the answer has none yet.
     """
     return area.flown < terms.fewest_rocks or lacks_predictive(area, terms)
 
@@ -169,7 +169,7 @@ def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) 
 
 
 def _share_of(area: AreaEvidence) -> float:
-    """Return the share (-) of rocks that reached an area, also for impossible numbers of rocks."""
+    """Return the share (-) of rocks that reached an area, from 0 to 1 even if the numbers of rocks are impossible."""
     return min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0
 
 

@@ -86,7 +86,7 @@ class DecisionLog:
         content = {"version": self.version, "site": site_digest(thresholds), **lost, **decision_content(decision)}
         try:
             self._append([("decision", content)], thresholds)
-        except (OSError, TypeError, ValueError) as error:  # TypeError, ValueError: JSON cannot hold a value
+        except (OSError, TypeError, ValueError) as error:  # TypeError, ValueError: JSON cannot express a value
             self._lost += 1
             raise _not_logged(self.folder, error) from error
         self._lost, self.last_alert = 0, decision.alert

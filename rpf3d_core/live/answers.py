@@ -125,7 +125,7 @@ def answers(
     stop: Stop,
     results: Iterator[int],
 ) -> Iterator[Answer]:
-    """Fly rocks for the sources of one message, and yield a better answer after each stage, with twice as many rocks.
+    """Fly rocks for the sources of one message, and yield a better answer after each stage, with about twice the rocks.
 
     Parameters
     ----------

@@ -89,7 +89,10 @@ class Shift:
         stand_in.subscribe("alerts", self._note_alert, RESULTS)
 
     def play(self, report: Callable[[str], None]) -> None:
-        """Do each action at its time. Raises InputError if a node does not answer or refuses an acknowledgement."""
+        """Do each action at its time; report : called with a line of text before each action.
+
+        Raises InputError if a node does not answer or refuses an acknowledgement.
+        """
         if not self._stand_in.wait(lambda: self.levels, ANSWERING):
             raise InputError(f"no alert is heard within {ANSWERING:g} s")
         for event in EVENTS:

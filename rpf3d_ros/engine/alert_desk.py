@@ -34,7 +34,10 @@ NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
 """Reason why no decision is made before the clock runs: it would state that a level is held since 1970."""
 
 RENEWED_BEFORE = SECOND
-"""Time (ns) from the next decision to the end of a decision's validity; at most half of that validity."""
+"""Time (ns) before the end of a decision's validity at which the next decision is made.
+
+If half of the validity is shorter than this time, the next decision is made after half of the validity.
+"""
 
 LONGEST_WRITE = 1.0
 """Time (s) that a decision may take to reach the disk; after this time the alarm sounds without the decision."""

@@ -12,8 +12,8 @@ class AnswerSchedule:
     areas change. After such a change, the last trigger of each region is answered again, the newest trigger last. If a
     trigger of another wall has interrupted a refinement, this refinement is completed afterwards.
 
-    The flyer is the thread that flies rocks. It has locked its lock when it calls a method, except for `progress` and
-    `finish`, which only its thread calls.
+    The flyer (`Flyer`, the thread that flies rocks) holds its lock while a method is called, except for `progress` and
+    `finish`, which only its own thread calls.
 
     current : the trigger that is being answered or was answered last, None if there is none
     repeats : True if the latest trigger must be answered again

@@ -241,7 +241,7 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the current answer, with twice as many rocks, and publish it."""
+        """Fly the next stage of the current answer, with about twice as many rocks, and publish it."""
         stages, trigger = self._stages, self._schedule.current
         if stages is None or trigger is None:
             return

@@ -1,4 +1,4 @@
-"""Keep the evidence for each wall (region), and combine what is not too old into one evidence for a decision."""
+"""Keep the evidence for each wall (region), and combine evidence that is not too old into one for a decision."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple

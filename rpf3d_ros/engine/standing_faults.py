@@ -1,13 +1,13 @@
-"""Faults that stand until their cause has ended, whatever the evidence says."""
+"""Standing faults: faults that last until their cause has ended, whatever the evidence says."""
 
 import threading
 from collections.abc import Callable
 
 
 class StandingFaults:
-    """The faults that stand now: one sentence for each cause. Any thread may call.
+    """The present standing faults: one sentence for each cause. Any thread may call.
 
-    changed : called after each change, without the lock
+    changed : called after each change, when the lock is released
     """
 
     def __init__(self, changed: Callable[[], None]) -> None:

@@ -255,8 +255,8 @@ class Station:
     def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
         """Report an unforeseen error, which is a fault of the alert.
 
-        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do.
-            Without a trigger it is unknown what failed, so every topic must publish again.
+        trigger : the sources without an answer; their wall has a fault until it gets an answer, also if other walls get
+            answers. Without a trigger it is unknown what failed, so every topic must publish again.
         """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")

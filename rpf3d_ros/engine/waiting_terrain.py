@@ -15,7 +15,7 @@ from rpf3d_ros.messages.refusals import MessageRefused
 M = TypeVar("M")
 
 UNTRIED = 3
-"""Largest number of waiting whole surveys, to limit memory; enough that a bad survey does not replace a good one."""
+"""Largest number of waiting whole surveys, to limit memory; above 1, so that a bad survey removes no good survey."""
 
 LATE = 10.0
 """Longest time (s) for which patches are kept for a whole survey that was published earlier but arrives later."""
@@ -115,7 +115,7 @@ class WaitingTerrain(Generic[M]):
         self._patched = self._chapters[0]
         self._received: deque[ReceivedPatch[M]] = deque(maxlen=REMEMBERED)
         self._kept: deque[ReceivedPatch[M]] = deque()
-        self._before: list[Moment] = []  # patches from before a restart, which no survey may hide
+        self._before: list[Moment] = []  # patches from before a restart; an earlier whole survey lacks them
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0

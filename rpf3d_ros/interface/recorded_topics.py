@@ -59,7 +59,7 @@ TOPICS: dict[str, RecordedTopic] = {
     "alarm": RecordedTopic(kind="std_msgs/msg/Bool", offered=STATE),
     "/diagnostics": RecordedTopic(kind=DIAGNOSTICS, offered=EVENT),
 }
-"""The recorded topics; a topic stands after the topics on which its content depends.
+"""The recorded topics; a topic is listed after the topics on which its content depends.
 
 A topic with a leading slash is outside every namespace.
 """

@@ -9,7 +9,7 @@ from std_msgs.msg import Header
 from rpf3d_ros.messages.health import Health
 
 UNIT = "rpf3d"
-"""Begin of the hardware id of all states; the namespace of the node is appended, if it has one."""
+"""Beginning of the hardware id of all states; the namespace of the node is appended, if it has one."""
 
 
 def diagnostics_of(stamp: Time, healths: Iterable[Health]) -> DiagnosticArray:

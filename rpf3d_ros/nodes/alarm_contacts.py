@@ -26,7 +26,7 @@ class FileContact:
     """
 
     def __init__(self, path: Path) -> None:
-        """Begin open. Raises OSError if the file cannot be written."""
+        """Create the contact in the open state. Raises OSError if the file cannot be written."""
         self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         self._is_closed = False
         self._write(OPEN)
@@ -76,7 +76,7 @@ class TcpContact:
     """
 
     def __init__(self, port: int) -> None:
-        """Begin open. Raises OSError if the port is not free; port : 0 for any free port."""
+        """Create the contact in the open state. Raises OSError if the port is not free; port : 0 for any free port."""
         self._server = socket.create_server((LOOPBACK, port))
         self.port = int(self._server.getsockname()[1])
         self._is_closed = False

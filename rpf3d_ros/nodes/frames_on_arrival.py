@@ -32,7 +32,7 @@ class FramesOnArrival:
         return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data that stay, as `InputFrames.static`. Raises MessageRefused."""
+        """Return the map frame that converts data that must not move (`InputFrames.static`). Raises MessageRefused."""
         return self._when_known(lambda: self._frames.static(frame_id, because))
 
     def close(self) -> None:

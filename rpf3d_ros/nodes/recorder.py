@@ -183,7 +183,7 @@ def _read(kind: Any, data: bytes) -> Any:
 
 
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
-    """Begin the first file of the recording. Raises InputError if it cannot be created."""
+    """Begin the first file of the recording, and return the recording. Raises InputError if that fails."""
     path = Path(parameters.file)
     rotation = Rotation(megabytes=parameters.rotate_mb, minutes=parameters.rotate_minutes, keep=parameters.keep_files)
     try:

@@ -114,7 +114,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Subscribe, answer and decide."""
+        """Subscribe to the inputs, and begin to answer sources and to decide on alerts."""
         assert self.station is not None
         done = super().on_activate(state)
         self.inputs = Inputs(

@@ -34,6 +34,6 @@ class TimedExecutor(SingleThreadedExecutor):
             for ready in super()._wait_for_ready_callbacks(*args, **kwargs):
                 began = time.monotonic() if began is None else began
                 yield ready
-        finally:  # rclpy drops a round that is not over if the next wait has another time limit
+        finally:  # rclpy drops an unfinished round if the next wait has another time limit
             if began is not None:
                 self._longest = max(self._longest, time.monotonic() - began)

@@ -214,5 +214,5 @@ def numbered_files(file: Path) -> list[Path]:
 
 def _drop(recording: Recording) -> None:
     """Close a recording that cannot be written, and ignore further errors."""
-    with suppress(*FAULTS):  # the caller has reported the original fault
+    with suppress(*FAULTS):  # the caller raises the original fault
         recording.close()

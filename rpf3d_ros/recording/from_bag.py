@@ -19,7 +19,7 @@ from rpf3d_ros.recording.message_log import MessageLog, Reading
 from rpf3d_ros.recording.thinning import WHOLE, Thinning
 
 MESH = "terrain/mesh"
-"""Topic whose messages are read from CDR bytes, as in the node."""
+"""Topic whose messages are passed on as CDR bytes, as in the recorder."""
 
 MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of every MCAP file."""

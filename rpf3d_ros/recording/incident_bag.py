@@ -21,7 +21,7 @@ class IncidentBag:
     """
 
     def __init__(self, prefix: str) -> None:
-        """Keep the prefix of the bags' paths; "" if no bag is wanted."""
+        """Write nothing yet; prefix : beginning of the paths of all bags, "" if no bag is wanted."""
         self._prefix = Path(prefix) if prefix else None
         self._writer: BagWriter | None = None
         self._ground: list[tuple[str, str, bytes]] = []

@@ -54,7 +54,7 @@ class TerrainEntries:
         points = frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
         points = points[~np.isnan(points).any(axis=1)]
         number = self._updates % UPDATES_SHOWN
-        self._digest, self._updates = b"", self._updates + 1  # no digest: the same survey again undoes the patch
+        self._digest, self._updates = b"", self._updates + 1  # an equal survey is then drawn again, without the patch
         stamp_ns = nanoseconds(cloud.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.update(number, points), f"terrain/updates/{number}")
 
