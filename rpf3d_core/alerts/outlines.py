@@ -10,7 +10,7 @@ from rpf3d_core.alerts.time_units import ns_of, span
 
 
 def judged_of(before: AreaAlert | None, finding: LimitFinding | None, is_small: bool) -> Judged | None:
-    """Return for which outline an area is judged after a decision; None if no answer contained the area so far.
+    """Return for which outline an area is judged after a decision; None if that is not known.
 
     If too few rocks flew for a new outline, the area is still judged for its former outline.
 

@@ -46,8 +46,9 @@ from rpf3d_core.values import Outcome
 BLOCK = 1024
 """Approximate number of rocks in a block after the first stage; they take some tens of milliseconds.
 
-Between two blocks, the simulator checks for newer sources, which make this answer useless. The rocks of the first stage
-fly in larger blocks, as in a run, which is faster: newer sources do not stop this stage.
+Between two blocks, the simulator checks for newer sources, which make this answer useless. Newer sources do not stop
+the first stage, so its rocks fly in larger blocks, as in a run. This is faster, because rocks that start close together
+use the same facets.
 """
 
 SHOWN = 1000
@@ -298,8 +299,8 @@ def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpr
 
     Return the duration (s).
 
-    rocks : number of rocks; it must be large enough that some cells have more than `hazard.layers.FEW` bins, because
-        only such cells use a compiled loop
+    rocks : number of rocks; it must be so large that the reached cells together have more than `hazard.layers.FEW`
+        bins, because for fewer bins NumPy is used, and the loop would not be compiled
     """
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]

@@ -40,7 +40,10 @@ class WatchedOutlines:
         self._known: dict[str, list[KnownOutline]] = {}
 
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
-        """Watch exactly these areas from now (ns) on; digests : for each area, by name, the digest of its outline."""
+        """Watch exactly these areas from now (ns) on; an outline that is watched already keeps its time.
+
+        digests : for each area, by name, the digest of its outline
+        """
         known = {name: self._known.get(name, []) for name in digests}
         for name, digest in digests.items():
             if not known[name] or known[name][-1].digest != digest:

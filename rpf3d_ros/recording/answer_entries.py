@@ -60,8 +60,8 @@ class AnswerEntries:
     def cloud(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the points of trajectories/points, impacts or deposits, coloured by energy.
 
-        The motion of the rocks is added to trajectories/points, the largest energies to impacts. A cloud without points
-        deletes the points of the last event.
+        For trajectories/points, also yield the motion of the rocks; for impacts, also the energies for the plots. A
+        cloud without points deletes the points of the last event.
         """
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
