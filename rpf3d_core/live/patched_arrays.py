@@ -1,4 +1,4 @@
-"""Change the arrays of a ground as a patch requires: added facets are written into the rows of removed facets.
+"""Change the arrays of a terrain as a patch requires: added facets are written into the rows of removed facets.
 
 An unused row contains a facet without area, which no rock can touch and no search finds. If more facets are added than
 removed, the arrays grow into the spare memory behind them.
@@ -45,9 +45,9 @@ class IndexedTerrain(NamedTuple):
 def with_patch(
     terrain: Terrain, facets: Facets, locator: BucketLocator, change: PatchChange, room: Room, share: Share
 ) -> IndexedTerrain:
-    """Carry out the changes of a patch in the memory of the ground, and return the changed ground.
+    """Carry out the changes of a patch in the memory of the terrain, and return the changed terrain.
 
-    Raises TerrainError, with nothing changed, if the ground would become too wide.
+    Raises TerrainError, with nothing changed, if the terrain would become too wide.
     """
     low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)
     numbers, vertices = _vertices(terrain, change, room)

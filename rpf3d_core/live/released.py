@@ -1,4 +1,4 @@
-"""Release rocks for the sources of one message, over a ground.
+"""Release rocks for the sources of one message over a terrain.
 
 Monitoring gives the place of a source to some metres, and a rough speed. Therefore the rocks of a source are spread
 around it, and the answer includes this uncertainty.
@@ -93,7 +93,7 @@ class Released:
 
 
 def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread) -> Released:
-    """Return the sources of one message placed over a ground: where they can release rocks, and which are left out.
+    """Return the sources of one message placed over a terrain: where they can release rocks, and which are left out.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Prepare a ground once for many answers, so that an answer takes only the time to fly its rocks.
+"""Prepare a terrain once for many answers, so that an answer takes only the time to fly its rocks.
 
-Only `stand_on`, called once for each ground, takes longer for a larger ground.
+Only `stand_on`, called once for each terrain, takes longer for a larger terrain.
 """
 
 import math
@@ -41,7 +41,7 @@ Outlines = Mapping[str, Sequence[FloatArray]]
 
 
 class Surveyed(Protocol):
-    """The attributes that a ground must have to be prepared for answers (`live.ground.LiveTerrain` has them)."""
+    """The attributes that a terrain must have to be prepared for answers (`live.ground.LiveTerrain` has them)."""
 
     @property
     def terrain(self) -> Terrain:
@@ -57,7 +57,7 @@ class Surveyed(Protocol):
 
     @property
     def digest(self) -> str:
-        """Digest (SHA-256) of all surveys of the ground, which identifies it in logs."""
+        """Digest (SHA-256) of all surveys of the terrain, which identifies it in logs."""
 
     @property
     def whole_ns(self) -> int:
@@ -65,18 +65,18 @@ class Surveyed(Protocol):
 
     @property
     def changed(self) -> Changed | None:
-        """Where the last patch changed the ground; None if the ground was built from a whole survey."""
+        """Where the last patch changed the terrain; None if the terrain was built from a whole survey."""
 
 
 @dataclass(eq=False)
 class PreparedTerrain:
-    """A ground with all data that its answers share; for one thread and one answer at a time.
+    """A terrain with all data that its answers share; for one thread and one answer at a time.
 
     flight : materials, settings and models of the rocks; with unknowns, those of the first parameter set
     areas : rings of the scene's own areas of interest, local frame
     tallies : counts for the maps of the current answer, emptied for the next answer
-    before : map cells of the ground before the last patch; None if there was no patch, or once `cells` has used them
-    uncovered : share of an area without ground; the key is its outline as bytes (`live.coverage`)
+    before : map cells of the terrain before the last patch; None if there was no patch, or once `cells` has used them
+    uncovered : share of an area without terrain; the key is its outline as bytes (`live.coverage`)
     sets : parameter sets of a scene with unknowns; None without unknowns
     area_digests : digest of the outline of each of the scene's own areas, by name
     """
@@ -161,12 +161,12 @@ class PreparedTerrain:
 
 
 def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
-    """Prepare a ground for answers: compute everything that all answers of a scene over this ground share.
+    """Prepare a terrain for answers: compute everything that all answers of a scene over this terrain share.
 
     Raises
     ------
     InputError
-        A zone of the ground has no material, an area of interest lies off the ground, or the maps need too much memory.
+        A zone of the terrain has no material, an area of interest lies off the terrain, or the maps are too large.
     """
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
     (flight, sets), raster = _flights(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
@@ -198,9 +198,9 @@ def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
 
 
 def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
-    """Prepare a ground for answers after a patch; only the changed part is computed again.
+    """Prepare a terrain for answers after a patch; only the changed part is computed again.
 
-    before : the prepared ground without the patch; its memory is used again, so it must not be used any more
+    before : the prepared terrain without the patch; its memory is used again, so it must not be used any more
     """
     terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed
     scene, raster = before.scene, before.tallies.ground.raster

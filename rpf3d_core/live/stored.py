@@ -29,12 +29,12 @@ LENGTH = struct.Struct("<Q")
 
 
 class StoredSurvey(NamedTuple):
-    """A survey as it is stored on disk, with the digests that show which ground it belongs to.
+    """A survey as it is stored on disk, with the digests that show which terrain it belongs to.
 
-    digest : of the ground with this survey; upon : for a patch, digest of the ground before the patch, else ""
+    digest : of the terrain with this survey; upon : for a patch, digest of the terrain before the patch, else ""
     stamp_ns, received_ns, whole_ns : as in `ground.LiveTerrain`; whole_ns is 0 if an older version did not store it
-    patches : for a ground that was stored whole after patches, the number of these patches, or a lower bound; 1 for a
-        patch that has replaced the whole ground; else 0
+    patches : for a terrain that was stored whole after patches, the number of these patches, or a lower bound; 1 for a
+        patch that has replaced the whole terrain; else 0
     """
 
     survey: Survey
@@ -133,7 +133,7 @@ def _piece(body: memoryview) -> StoredSurvey:
 def _with_whole_ns(piece: StoredSurvey) -> StoredSurvey:
     """Return a survey from a file of an older version, which has no `whole_ns`, with `whole_ns` and `patches` set.
 
-    A whole survey without patches gets its own stamp as `whole_ns`. For a ground that was stored whole after patches,
+    A whole survey without patches gets its own stamp as `whole_ns`. For a terrain that was stored whole after patches,
     `whole_ns` stays 0, that is unknown: its digest differs from that of its mesh.
     """
     if digest_of(piece.survey) == piece.digest:

@@ -9,7 +9,7 @@ from rpf3d_core.terrain.frame import FloatArray
 MOST_POINTS = 5_000_000
 """Largest number of points in a survey, unless the user sets another number, to limit memory.
 
-5 million points give 10 million facets; two such grounds take 4.5 GB.
+5 million points give 10 million facets; two such terrains take 4.5 GB.
 """
 
 

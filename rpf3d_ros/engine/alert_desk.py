@@ -43,7 +43,7 @@ LONGEST_WRITE = 1.0
 """Time (s) that a decision may take to reach the disk; after this time the alarm sounds without the decision."""
 
 CLOSING = None
-"""Request that ends the thread of the desk."""
+"""Request that ends the thread of the alert desk."""
 
 
 class DecisionListener(Protocol):
@@ -97,11 +97,11 @@ CHANGED = Request(is_changed=True)
 """A request to decide again, because the standing faults have changed."""
 
 TICK = Request()
-"""A request without new evidence: the desk only checks whether the last decision is about to end."""
+"""A request without new evidence: the alert desk only checks whether the validity of the last decision ends soon."""
 
 
 class AlertDesk:
-    """Decides on the alert on its own thread: when evidence arrives, and again before a decision ends.
+    """Decides on the alert on its own thread: when evidence arrives, and again before the validity of a decision ends.
 
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
@@ -148,7 +148,7 @@ class AlertDesk:
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
 
-        reply : called on the desk's thread after the decision without evidence has been published
+        reply : called on the thread of the alert desk after the decision without evidence has been published
         """
         self._requests.put(Request(faults=why, reply=reply))
 
@@ -160,15 +160,16 @@ class AlertDesk:
         self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
-        """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread.
+        """Ask for a decision with an acknowledgement.
 
-        client : as in `Acknowledgement`
+        by, why : name and reason; client : as in `Acknowledgement`
+        reply : called with the result, on the thread of the alert desk
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
         self._requests.put(Request(acknowledged=given, reply=reply))
 
     def tick(self) -> None:
-        """Ask for a decision if the last one failed or is about to end; call this regularly.
+        """Ask for a decision if the last decision failed or its validity ends soon; call this regularly.
 
         Do nothing if a request is waiting. Also report a decision that has waited too long for the log, because a disk
         that hangs raises no error.

@@ -168,7 +168,8 @@ class Builder:
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
     """Return the prepared terrain after a patch, which has already changed the arrays of the terrain.
 
-    For the flyer, TerrainError means that nothing was changed. Therefore an error here raises MessageRefused instead.
+    For the thread that flies rocks, TerrainError means that nothing was changed. Therefore an error here raises
+    MessageRefused instead.
     """
     try:
         return stand_after(before, ground)

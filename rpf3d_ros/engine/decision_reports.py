@@ -1,4 +1,4 @@
-"""Publish the decisions of the alert desk, and report their problems; without a decision the alarm sounds."""
+"""Publish the decisions on alerts, and report problems with them; without a decision the alarm sounds."""
 
 import traceback
 

@@ -43,7 +43,7 @@ REMEMBERED = 4
 """Number of walls whose last sources are kept to be answered again, per wall that may wait in the queue."""
 
 COMPUTING = 0.5
-"""Time (s) for which flyer and builder may continue to compute when the station is closed.
+"""Time (s) for which the threads that fly rocks and build terrain may continue when the simulator is closed.
 
 After this time, a terrain that is not yet in use is lost, as after a `kill -9`.
 """
@@ -176,7 +176,7 @@ class Station:
             self.desk.forget(why)
 
     def beat(self) -> None:
-        """Do regular work: renew a decision that is about to end, free old patches, and report the queues."""
+        """Do regular work: renew a decision whose validity ends soon, free old patches, and report the queues."""
         if self.desk is not None:
             self.desk.tick()
             self._outlets.alerts.beat()

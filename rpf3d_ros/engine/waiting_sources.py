@@ -1,6 +1,6 @@
 """The queue of sources that wait for an answer: the newest message of each wall; dropped messages are counted.
 
-Any thread may put triggers in the queue, which is quick. The flyer's thread takes triggers from the walls in turn.
+Any thread may put triggers in the queue, which is quick. The thread that flies rocks takes them, wall after wall.
 """
 
 from collections.abc import Hashable

@@ -1,6 +1,6 @@
 """The queue of surveys to be built: the latest whole survey, then its patches in order; lost patches are counted.
 
-Any thread may put surveys in the queue, which is quick. The builder's thread takes them.
+Any thread may put surveys in the queue, which is quick. The thread that builds the terrain takes them.
 """
 
 import threading
@@ -98,7 +98,7 @@ class Chapter(Generic[M]):
 
 
 class WaitingTerrain(Generic[M]):
-    """The waiting surveys for the builder's thread: the latest whole survey first, then its patches in order.
+    """The surveys that wait to be built into the terrain: the latest whole survey first, then its patches in order.
 
     Older whole surveys are kept until a newer survey has become the terrain. Their number is limited. A chapter is a
     whole survey with its patches. The first chapter belongs to the survey in use.

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 NAME = "rpf3d_simulator"
 
 TICK = 0.25
-"""Time (s) between checks whether a decision is about to end."""
+"""Time (s) between two checks whether the validity of a decision ends soon, and other regular work."""
 
 NAMED_FOR = 10.0
 """Time (s) for which a value of `acknowledged_by` is valid; otherwise an old value could acknowledge a later alert."""
