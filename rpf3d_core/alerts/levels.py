@@ -7,7 +7,7 @@ from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.errors import InputError
 
 ANOTHER_PERSON = "another person must acknowledge"
-"""Text in the reply to an acknowledgement: a caller finds it there if another person must acknowledge, too."""
+"""Text that the reply to an acknowledgement contains if another person must acknowledge, too."""
 
 
 class Level(IntEnum):

@@ -69,7 +69,7 @@ def _still_waiting(previous: Alert, terms: AcknowledgeSpec, now_ns: int) -> tupl
 
 
 def _waiting(waiting: tuple[Acknowledgement, ...], terms: AcknowledgeSpec, lacking: str) -> Acknowledged:
-    """Return the result of `acknowledged_by` for these waiting acknowledgements; the wait ends when the oldest expires.
+    """Return the acknowledgements that wait, with the end of their wait: the time at which the oldest is too old.
 
     lacking : as in `Acknowledged`
     """

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from rpf3d_core.alerts.levels import Alert, AreaAlert, Level, Since
 
 KEPT_AFTER_ITS_END = (Level.EVACUATE, Level.FAULT)
-"""Levels that a subscriber still shows after the validity of a decision; it then shows any other level as a fault."""
+"""Levels that a subscriber still shows after the validity of a decision has ended; other levels become a fault."""
 
 
 class ShownLevel(NamedTuple):

@@ -175,7 +175,7 @@ def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: 
 
 
 def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
-    """Return where sources (S, 3) m are relative to the ground: under it, how high above it, or off the terrain.
+    """Return where sources (S, 3) m are: how deep under the ground, how high above the ground, or off the terrain.
 
     The result is three arrays (S,): depth under the ground (m; 0 above the ground), height above the highest ground
     there (m; NaN if other ground hangs over the point), and True for points off the terrain.

@@ -179,8 +179,8 @@ def _restored(
 ) -> tuple[PreparedTerrain | None, str, TerrainBefore]:
     """Return the last good terrain in a store, prepared, a sentence on its age, and what is known of its patches.
 
-    If the terrain cannot be read, the terrain is None, the sentence gives the reason, and the simulator starts without
-    it.
+    If the terrain cannot be read, return None for the terrain, and the reason in the sentence. The simulator then
+    starts without a terrain.
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:

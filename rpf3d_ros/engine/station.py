@@ -40,7 +40,7 @@ ANSWER_WITHIN = 0.04
 """Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
-"""Number of walls whose last sources are kept to be answered again, per wall that may wait in the queue."""
+"""Number of walls whose last sources are kept to be answered again, as a multiple of `waiting_sources`."""
 
 COMPUTING = 0.5
 """Time (s) for which the threads that fly rocks and build terrain may continue when the simulator is closed.

@@ -128,7 +128,7 @@ class WaitingTerrain(Generic[M]):
 
     @property
     def refused_surveys(self) -> int:
-        """Number of whole surveys that were refused after the survey in use, or after one that is still waiting."""
+        """Number of whole surveys that were refused although they are later than the survey in use."""
         with self._changed:
             return sum(len(chapter.refused) for chapter in self._chapters)
 

@@ -1,8 +1,8 @@
 """Find how to convert each input message to the map frame, from the frames in the parameters or from tf2.
 
 The parameters define two frames; transforms of other frames may be looked up. This file has the rules for transforms;
-`tf_buffer` reads them from tf2. A lookup never waits. A message is transformed once, when it is received. If the
-transform of a frame changes later, evidence of earlier messages stays the same.
+`tf_buffer` reads the transforms from tf2. A lookup never waits. A message is transformed once, when it is received. If
+the transform of a frame changes later, evidence of earlier messages stays the same.
 """
 
 from dataclasses import replace
