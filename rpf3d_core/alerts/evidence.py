@@ -96,7 +96,7 @@ class Outdated(NamedTuple):
 class Evidence(NamedTuple):
     """The evidence of one answer, all that a decision knows about it: stamps and digests of its inputs, counts by area.
 
-    result, stage : number of the answer, and number of times that the answer has been refined
+    result, stage : number of the result (each stage of an answer has its own), and number of the stage, from 0
     at_ns : time of the answer; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
     terrain_digest, sources_digest : digests of the inputs
     sources : number of sources; 0 if the monitoring works and sees no source

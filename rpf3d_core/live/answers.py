@@ -66,8 +66,8 @@ class EnsembleSize:
     """How many rocks an answer flies, and how its sources are divided into clusters.
 
     first : approximate number of rocks in the first stage, of all clusters together
-    least : smallest number of rocks of each cluster after the last stage, even if the target is met earlier: with fewer
-        rocks, the site lowers no alert level
+    least : smallest number of rocks of each cluster from the second stage on, even if the target is met earlier: with
+        fewer rocks, the site lowers no alert level
     cluster : m, side of the squares in plan whose sources form one cluster; 0: each source is a cluster; infinite: all
         sources are one cluster
     """
@@ -81,7 +81,8 @@ class EnsembleSize:
 class Answer:
     """The result of one stage of an answer: what the rocks flown so far did, as maps and trajectories.
 
-    result : number of this answer; stage : number of the stage, from 0; a stage has about twice the rocks of the last
+    result : number of this result; each stage of an answer has its own number
+    stage : number of the stage, from 0; a stage has about twice the rocks of the previous stage, the second maybe more
     complete : True if the target is met, or `most_rocks` have flown; this trigger then gets no better answer
     trigger, standing : the sources, and the prepared terrain that the rocks flew over
     sources : number of sources that released rocks
@@ -134,7 +135,7 @@ def answers(
     areas : live areas of interest, rings (P, 2) m, map frame, in addition to the scene's own
     stop : called with the number of the stage in flight; once it returns True, the stage is given up and no further
         answer is yielded
-    results : yields the numbers of the answers
+    results : yields a number for each result, that is for each stage of an answer
 
     Raises
     ------

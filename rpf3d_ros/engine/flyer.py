@@ -72,7 +72,8 @@ class Flyer:
     ) -> None:  # fmt: skip
         """Start the thread; nothing is answered before `activate`.
 
-        spread : distribution of the rocks around each source; results : yields the number of each answer
+        spread : distribution of the rocks around each source; size : number of rocks of an answer, and its clusters
+        results : yields a number for each result, that is for each stage of an answer
         """
         self._spread, self._size, self._results, self._listener = spread, size, results, listener
         answered = answered or AnsweredSources()

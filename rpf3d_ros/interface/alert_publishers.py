@@ -24,7 +24,7 @@ EARLY = 0.15
 
 
 class PublishedAlert(NamedTuple):
-    """The last published alert, kept to be repeated; result : number of its answer, None without an answer."""
+    """The last published alert, kept to be repeated; result : number of the live result behind it, None without one."""
 
     header: Header
     alert: Alert

@@ -37,7 +37,7 @@ def alerts_message(
     The status of an area is named after the area.
 
     header : copied to the message; its stamp is the stamp of the message that triggered the decision
-    result : number of the answer on which the decision is based; None if there is no answer
+    result : number of the result (stage of an answer) on which the decision is based; None if there is no answer
     publication : number and time of the publication, for a consumer that must notice a repeated or an old message
     """
     reasons = {f"reason.{number}": reason for number, reason in enumerate(alert.reasons)}

@@ -31,7 +31,7 @@ class AnswerContent(NamedTuple):
     deposits : x, y, z, t, rock, runout, speed, energy; one row for each rock that stopped or was caught on the terrain,
         with the greatest speed and energy of its path
 
-    Each of the three has a column `result`: the number of the answer.
+    Each of the three has a column `result`: the number of the result, different for each stage of an answer.
     """
 
     trajectories: Columns

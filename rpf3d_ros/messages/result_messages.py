@@ -15,9 +15,9 @@ NAME = "rpf3d: result"
 
 @dataclass(frozen=True)
 class ResultFacts:
-    """The figures of one answer, as published on `results`.
+    """The figures of one stage of an answer, as published on `results`.
 
-    result : number of the answer
+    result : number of this result; each stage of an answer has its own number
     stage : counted from 0; each stage has more rocks than the previous stage
     complete : True if no further stage follows
     rocks, sources : numbers of rocks flown and of sources that released rocks; outcomes : outcome -> number of rocks
