@@ -14,7 +14,7 @@ from launch_ros.substitutions import FindPackageShare
 
 OF_ALL = {"map_frame": str, "survey_frame": str, "use_sim_time": bool}
 SIMULATOR = {"scene": str, "site_file": str, "decision_log": str, "store": str, "autostart": bool}
-"""Arguments that are passed on as parameters of the same name, with their types: of all nodes, and of the simulator."""
+"""Launch arguments that become parameters of the same name, with their types: of all nodes, and of the simulator."""
 
 PAUSE = 2.0
 """Time (s) between the end of a node and its respawn."""
@@ -51,7 +51,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    """Return the nodes to start, with the given parameters only, because others would replace the parameter file's."""
+    """Return the nodes to start, with only the given parameters: defaults would replace those of the parameter file."""
 
     def said(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
@@ -75,7 +75,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
             respawn=yes("respawn"), respawn_delay=PAUSE,
         )  # fmt: skip
 
-    shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # the first sets no key of a scene
+    shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # rpf3d_scene.yaml sets no key of a scene
     file = said("params_file") or PathJoinSubstitution([FindPackageShare("rpf3d"), "config", shipped])
     nodes = [node("rpf3d_simulator", given(SIMULATOR))]
     if yes("record"):

@@ -1,8 +1,8 @@
-"""Decide the alert level of each area of interest: the level of the whole site does not show which to evacuate.
+"""Decide the alert level of each area of interest: the level of the site alone does not show which area to evacuate.
 
-An area follows the same rules as the site. The level held for an area rises at once. The level held for an area falls
-only when an acknowledgement lowers the level of the site, and then the levels of all areas fall together. Therefore the
-highest level held for any area is the level held for the site. If the evidence is not believed, the state of every area
+An area follows the same rules as the site. The held level of an area rises at once. It falls only when an
+acknowledgement lowers the held level of the site, and then the held levels of all areas fall together. Therefore the
+held level of the site is the highest held level of all areas. If the evidence is not believed, the state of every area
 is unknown.
 """
 
@@ -29,10 +29,10 @@ def area_alerts(
     is_small: bool,
     now_ns: int,
 ) -> tuple[AreaAlert, ...]:
-    """Return the alert of every area in the answer that has limits, and of every area that the site names in full.
+    """Return an alert for each area of the answer that has limits, and for each area that the site file names in full.
 
-    An area of the previous decision that is in neither group is kept while a level is held for this area, or while
-    there is a fault.
+    An area of the previous decision that is in neither group also gets an alert while there is a fault, or while its
+    held level is above normal.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def area_alerts(
     is_faulty : bool
         True if the evidence is not believed.
     steps_down : bool
-        True if an acknowledgement lowers the level held.
+        True if an acknowledgement lowers the held levels.
     is_small : bool
         True if too few rocks flew to judge an area.
     now_ns : int
@@ -83,7 +83,9 @@ def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
 def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
     """True if an area gets a higher alert level from the new answer than from the answer of the previous decision.
 
-    For an area that has moved, any level above normal is higher: no one has seen it at its new place.
+    For an area that has moved, any level above normal is higher, because no decision was made for its new place.
+
+    worst : for each area, by name, the new answer's finding with the highest level
     """
     unknown = Level.NORMAL if previous.areas else previous.evident
     before = {
@@ -96,9 +98,11 @@ def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
 def undecided(
     previous: Alert | None, worst: Mapping[str, LimitFinding], thresholds: Thresholds, now_ns: int
 ) -> list[str]:
-    """Return the areas of a small answer for which no decision stands.
+    """Return the areas of an answer with too few rocks for which the previous decision cannot be kept either.
 
-    The previous decision does not contain them, or it judged them for a place from which they were moved too long ago.
+    The previous decision does not contain the area, or it judged the area for a place that the area left too long ago.
+
+    worst : for each area, by name, the answer's finding with the highest level; now_ns : time of the new decision (ns)
     """
     decided = {} if previous is None else {area.name: area for area in previous.areas}
     return [
@@ -109,11 +113,10 @@ def undecided(
 
 
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
-    """Return which alert level each area had before this decision, by name, and the level for any other area.
+    """Return the held level of each area in the previous decision, by name, and the held level of any other area.
 
-    These are held levels, that is the highest level since an acknowledgement lowered the level. A decision in the log
-    of an older version contains no areas. Then the level of the site counts as held for every area. The sentences in
-    `held_by` name the areas that raised this level.
+    A decision in the log of an older version contains no areas. Then the held level of the site counts for every area,
+    and the names are those of the areas that raised it, taken from the sentences in `held_by`.
     """
     if previous is None:
         return {}, Level.NORMAL
@@ -124,7 +127,10 @@ def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
 
 
 def _origin_of(held: Level, finding: LimitFinding, before: AreaAlert | None) -> Origin | None:
-    """Return the cluster of sources that gave the level held for an area: of this answer, or of an earlier one."""
+    """Return the cluster of sources that caused the held level of an area, now or earlier; None if unknown.
+
+    finding : this answer's finding on the area; before : the previous decision on the area
+    """
     if held == finding.level:
         return finding.origin
     return before.origin if before is not None and before.held == held else None

@@ -31,15 +31,16 @@ LATER = ("areas", "since", "terrain_digest", "terrain_stamp_ns")
 """Values of an alert that logs of older versions do not have."""
 
 LATER_OF_AREA = ("since", "origin", "judged")
-"""Values of an area that a log without `since` does not have."""
+"""Values of an area that logs of older versions do not have; they are missing if the alert has no `since`."""
 
 
 class LevelChange(NamedTuple):
-    """A decision that the reader of an audit must see: the alert level or a fault changed, or a person acknowledged.
+    """A decision that the reader of an audit must see: a level or the fault state changed, or a person acknowledged.
 
-    A change of the fault state or of the level counts. The changed alert level may be the level of the site or the
-    level of an area.
-    line : number of the line in the log; before : the previous decision; version : version of rpf3d that decided
+    The changed level may be that of the site or of an area.
+
+    line : number of the line in the log; alert : the decision; before : the previous decision, None if there is none
+    version : version of rpf3d that made the decision
     """
 
     line: int
@@ -52,9 +53,11 @@ class LevelChange(NamedTuple):
 class Audit:
     """The result of auditing a log.
 
-    files, lines, decisions : how many of each were read; reproduced : decisions that were reproduced bit for bit
+    files, lines, decisions : numbers of files, lines and decisions that were read
+    reproduced : number of decisions that were reproduced bit for bit
     versions : versions of rpf3d that wrote decisions, in order; refused : number of refused acknowledgements
-    changes : changes of level, in order; notes : sentences that help the reader; findings : sentences about errors
+    changes : the decisions that the reader must see, in order
+    notes : sentences that help the reader; findings : sentences about errors
     hidden : number of findings that are not kept, beyond MOST_FINDINGS; head : hash of the last line
     """
 
@@ -163,7 +166,10 @@ class _AuditState:
             self.blame(f"{place}: {error}")
 
     def _chain(self, place: str, content: dict[str, Any], begins_alone: bool) -> None:
-        """Check by number and by hash that no line before this line is missing or changed."""
+        """Check by number and by hash that no line before this line is missing or changed.
+
+        place : file and line, for messages; begins_alone : True for the first line of a file that is audited alone
+        """
         before, number = (BEGINNING, 0) if self.last is None else (self.last["sha256"], self.last["n"] + 1)
         if begins_alone and self.last is None:
             self.is_part = content["n"] > 0
@@ -222,9 +228,10 @@ class _AuditState:
             )
 
     def _as_written(self, place: str, again: dict[str, Any], written: dict[str, Any]) -> dict[str, Any]:
-        """Return a repeated alert without the values that the version of rpf3d that wrote the log did not decide yet.
+        """Return the repeated alert without the values that the logged alert lacks because an older version wrote it.
 
-        This is noted once for each missing value.
+        again, written : the repeated and the logged alert, as plain values
+        The audit gets one note for each missing value.
         """
         lacking = [name for name in LATER if name not in written]
         for name in lacking:
@@ -236,7 +243,7 @@ class _AuditState:
         return _without(again, lacking)
 
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
-        """Check that a decision continues from the decision before it in the log: none is missing between them."""
+        """Check that a decision continues from the previous decision in the log, so that no decision is missing."""
         if lost := content.get("lost"):
             self.blame(f"{place}: {lost} decisions before it could not be written, and are not in the log")
         elif self.audit.decisions == 1 and self.is_part:
@@ -251,9 +258,9 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
-    """Return the alert that a logged decision gives when it is made again, to compare it with the logged alert.
+    """Make a logged decision again from its logged inputs, and return the alert, to compare it with the logged alert.
 
-    Raises Unreadable if a forged line holds non-numeric values.
+    Raises Unreadable if a forged line contains values that are not numbers.
     """
     previous, evidence, now_ns, given = decision.previous, decision.evidence, decision.now_ns, decision.acknowledgement
     try:
@@ -267,7 +274,7 @@ def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Return each area whose alert level changed otherwise than the site's: (name, level before, level after).
+    """Return each area whose alert level changed, but not exactly as the site's: (name, level before, level after).
 
     The level before is NORMAL for an area that the previous decision does not contain. The list is empty if there is no
     previous decision, or if the previous decision contains no areas.
@@ -288,7 +295,10 @@ def _is_change(decision: Decision) -> bool:
 
 
 def _difference(written: dict[str, Any], again: dict[str, Any]) -> str:
-    """Return a sentence that says which value of a decision was not reproduced: the first key that differs."""
+    """Return a sentence on the first value of a decision that was not reproduced.
+
+    written, again : the logged and the repeated alert, as plain values
+    """
     keys = [key for key in again if canonical(again[key]) != canonical(written.get(key))]
     keys += [key for key in written if key not in again]
     told = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but decides to {canonical(again.get(keys[0]))}"

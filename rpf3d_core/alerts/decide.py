@@ -21,7 +21,11 @@ from rpf3d_core.alerts.time_units import ns_of, when
 
 
 class _Held(NamedTuple):
-    """The held alert level, the sentences that raised it, its start (ns), and why an acknowledgement is void."""
+    """The held level after a decision.
+
+    by : the sentences of the findings that raised the level; since_ns : time (ns) since when the level is held
+    void : why the acknowledgement has no effect, "" if it has an effect or there is none
+    """
 
     level: Level
     by: tuple[str, ...]
@@ -46,7 +50,7 @@ def decide(
     previous : Alert or None
         The previous decision; None only if this is the first decision.
     evidence : Evidence or None
-        The newest answer; None if there is no answer.
+        The evidence of the newest answer; None if there is no answer.
     thresholds : Thresholds
         The thresholds of the site.
     now_ns : int
@@ -54,7 +58,7 @@ def decide(
     acknowledgement : Acknowledgement or None
         An acknowledgement given since the previous decision. The acknowledgement counts for this decision only.
     reported : tuple of str
-        Faults that stand now, whatever the evidence says, such as a refused input.
+        The present faults that do not come from the evidence, such as a refused input.
 
     Returns
     -------
@@ -104,12 +108,15 @@ def decide(
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
-    """True if rocks flew, but too few to lower an alert level or to show that an area is safe."""
+    """True if there are sources, but too few rocks flew to lower an alert level or to show that an area is safe."""
     return evidence.sources != 0 and any(is_small(area, thresholds.evidence) for area in evidence.areas)
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:
-    """True if a small answer must not replace the previous decision: that decision has no faults and is still valid."""
+    """True if the previous decision has no faults and is still valid at the time now (ns).
+
+    An answer with too few rocks must not replace such a decision.
+    """
     return previous is not None and not previous.faults and now_ns < previous.valid_until_ns
 
 
@@ -120,7 +127,12 @@ def _too_small(
     thresholds: Thresholds,
     now_ns: int,
 ) -> tuple[str, ...]:
-    """Return why an answer with too few rocks is a fault: no valid previous decision, or areas without a decision."""
+    """Return why an answer with too few rocks is a fault, as sentences; empty if the answer is no fault.
+
+    It is a fault without a valid previous decision, and for each area that the previous decision does not cover.
+
+    worst : for each area, by name, the answer's finding with the highest level
+    """
     new, stands = undecided(previous, worst, thresholds, now_ns), _stands(previous, now_ns)
     if stands and not new:
         return ()
@@ -142,9 +154,10 @@ def _held(
     acknowledgement: Acknowledgement | None,
     void: str,
 ) -> _Held:
-    """Return the held alert level after this decision: it rises at once, and falls only by a valid acknowledgement.
+    """Return the held level after this decision: it rises at once, and falls only by a valid acknowledgement.
 
-    void : why the acknowledgement has no effect, "" if it has
+    evident : the level that the evidence gives by itself; findings : on each area
+    void : why the acknowledgement has no effect, "" if it has an effect
     """
     said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
@@ -163,7 +176,11 @@ def _why_void(
     is_worse: bool,
     now_ns: int,
 ) -> str:
-    """Return why an acknowledgement does not lower the alert level; an empty string if it lowers the level."""
+    """Return why an acknowledgement does not lower the held level; "" if it lowers the level.
+
+    evident : the level that the evidence gives by itself
+    trusted : True if the evidence is believed and enough rocks flew; is_worse : True if the evidence got worse
+    """
     if previous is None or previous.held == Level.NORMAL:
         return "no level is held that could be lowered"
     if not acknowledgement.by.strip() or not acknowledgement.why.strip():
@@ -180,9 +197,9 @@ def _why_void(
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
-    """Return the time stamp (ns) of the newest answer so far, which shows how old the evidence is; None without answer.
+    """Return the time stamp (ns) of the newest answer so far; None if there is none.
 
-    A stamp in the future is ignored. If the clock was set back, earlier answers are ignored.
+    A stamp in the future is ignored. If the clock was set back, answers of earlier decisions are ignored.
     """
     before = None if previous is None or went_back(previous, now_ns) else previous.evidence_at_ns
     if evidence is None or evidence.at_ns > now_ns + ns_of(thresholds.evidence.clock_tolerance_s):
@@ -202,6 +219,8 @@ def _valid_until(
     """Return until when (ns) the mine may rely on the decision: at most until the evidence is too old.
 
     An answer with too few rocks does not extend the validity of the previous decision.
+
+    worst : for each area, by name, the answer's finding with the highest level; small : True if too few rocks flew
     """
     until = now_ns + ns_of(thresholds.valid_s)
     if evidence is None or faults:
@@ -225,9 +244,9 @@ def _reasons(
 ) -> tuple[str, ...]:
     """Return why the alert has its level, as sentences for the mine; the most important reasons are first.
 
-    The order is: faults, why an acknowledgement is void, why the level is held, the findings for the areas (highest
-    level first), the notes of the evidence, and the areas without limits. If `evacuate` is held, the faults follow
-    after the findings.
+    The order is: faults, why an acknowledgement has no effect, acknowledgements that wait for another person, why the
+    level is held, the findings for the areas (highest level first), the notes of the evidence, and the areas without
+    limits. If `evacuate` is held, the faults follow after the findings.
     """
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()

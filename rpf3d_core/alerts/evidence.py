@@ -12,7 +12,7 @@ from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.values import Outcome
 
 LEFT = (Outcome.LEFT_TERRAIN, Outcome.LOST_TO_HOLE)
-"""Outcomes of rocks that left the terrain, over its rim or into a hole: no one knows where such a rock went."""
+"""Outcomes of rocks that left the terrain, over its boundary or into a hole: it is unknown where such a rock went."""
 
 UNFINISHED = (
     Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED, Outcome.LOST_TO_HOLE,
@@ -24,8 +24,9 @@ UNFINISHED = (
 class AreaEvidence(NamedTuple):
     """What the rocks of one answer did in one area: counts, energies and the first arrival.
 
-    flown : number of all rocks flown; reached : number of rocks that reached the area
-        (of the worst cluster of sources, as if each cluster had flown as many rocks as the smallest)
+    flown : number of all rocks flown; reached : number of rocks that reached the area. With several clusters of
+        sources, `flown` is the smallest number of rocks that a cluster has flown, and `reached` is the number of the
+        worst cluster, scaled to `flown` rocks
     low, high : 95 % Wilson interval of the share (-) of rocks that reached the area; both 0 if no rock flew, because
         there was no source
     p95_energy : J, 95th percentile of the largest energy of each rock in the area; None if too few rocks reached the
@@ -34,21 +35,22 @@ class AreaEvidence(NamedTuple):
         None if no rock reached the area
     left : number of the flown rocks that left the terrain and might still have reached the area (`live.leaving`)
     uncovered : share (-) of the area in plan that has no terrain below it
-    clusters : number of clusters of sources that the figures are the worst of; 0 if there was no division
+    clusters : number of clusters of sources; each figure is from the cluster with the worst figure; 0 if the sources
+        were not divided into clusters
     pooled_flown, pooled_reached : numbers of rocks of all clusters together, for display only
-    sets : number of parameter sets of a scene with unknowns, which share out the rocks; 0 without unknowns
+    sets : number of parameter sets among which the rocks are shared out; 0 in a scene without unknowns
     predictive_low, predictive_high : 95 % predictive interval of the share (-) over the parameter sets; None without
         unknowns, and while too few rocks of each set have flown
-    left_high : as predictive_high, of the share of rocks that reached the area or are in `left`; set by set, because
-        most rocks may leave in the few sets that also decide the upper end
-    energy_high : J, upper end of the predictive interval of the p95 energy over the parameter sets; the largest of all
-        sets if fewer than 39 have a p95; never below `pooled_energy`
+    left_high : as `predictive_high`, if the rocks in `left` are counted as rocks that reached the area; computed set by
+        set, because most of them may belong to the few sets that decide the upper end
+    energy_high : J, upper end of the predictive interval of the p95 energy over the parameter sets; the largest energy
+        of all sets if fewer than 39 sets have a p95; never below `pooled_energy`
     energy_sets : number of parameter sets with enough rocks in the area for a p95 energy
-    first_arrival_low_s : s, lower end of the first arrival: the shortest of all sets, never above `first_arrival_s`;
-        both ends are None like `predictive_high`, and if no rock reached the area
-    origins : the cluster that gave each figure; None if no rock flew
+    first_arrival_low_s : s, shortest first arrival of all parameter sets, never above `first_arrival_s`
+    energy_high and first_arrival_low_s are None if `predictive_high` is None, and if no rock reached the area
+    origins : the cluster of sources that gave each figure; None if no rock flew
     outline : digest of the outline within which the rocks were counted; "" if that is not known
-    outlined_ns : time since when the present outline of the area is watched; 0 since before the first message
+    outlined_ns : time (ns) since when the present outline of the area is watched; 0 if that is not known
     """
 
     name: str
@@ -77,7 +79,10 @@ class AreaEvidence(NamedTuple):
 
     @property
     def pooled_energy(self) -> float | None:
-        """The energy (J) of all rocks that a limit is compared with: the p95, or the largest if there is no p95."""
+        """The energy (J) of all rocks together that is compared with a limit: the p95 energy, else the largest energy.
+
+        None if no rock reached the area.
+        """
         return self.largest_energy if self.p95_energy is None else self.p95_energy
 
 
@@ -91,7 +96,7 @@ class Outdated(NamedTuple):
 class Evidence(NamedTuple):
     """The evidence of one answer, all that a decision knows about it: stamps and digests of its inputs, counts by area.
 
-    result, stage : number of the answer, and number of times that the answer has been refined
+    result, stage : number of the result (each stage of an answer has its own), and number of the stage, from 0
     at_ns : time of the answer; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
     terrain_digest, sources_digest : digests of the inputs
     sources : number of sources; 0 if the monitoring works and sees no source
@@ -125,7 +130,10 @@ def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
 
 
 def areas_in(layers: Layers, names: Sequence[str], flown: int) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of the areas with the given names, from the map values of areas and the rocks flown."""
+    """Return the evidence of the areas with the given names.
+
+    layers : map values, with one row for each area that rocks reached; flown : number of rocks flown
+    """
     row_of = {int(cell): row for row, cell in enumerate(layers.cell)}
     return tuple(
         _reached(name, layers, row_of[a], int(flown)) if a in row_of else _missed(name, flown)
@@ -149,7 +157,7 @@ def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
 
 
 def _missed(name: str, flown: int) -> AreaEvidence:
-    """Return the evidence of an area that no rock reached; its interval is above 0, because few rocks prove little."""
+    """Return the evidence of an area that no rock reached; the upper end of its interval is above 0 all the same."""
     low, high = wilson_interval(0, max(int(flown), 1))
     return AreaEvidence(
         name=name, flown=int(flown), reached=0, low=low, high=high, p95_energy=None, largest_energy=None,

@@ -130,7 +130,10 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
 
 
 def _end_faults(area: AreaEvidence) -> Iterator[str]:
-    """Yield a fault for an end over the parameter sets that is impossible, or less safe than the pooled figure."""
+    """Yield a fault for an `energy_high`, `energy_sets` or `first_arrival_low_s` of an area that cannot be right.
+
+    The value is impossible, or it is less safe than the figure of all rocks together.
+    """
     energy, arrival = area.energy_high, area.first_arrival_low_s
     for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):
         if end is not None and not (area.sets > 0 and 0.0 <= end < math.inf):
@@ -144,9 +147,9 @@ def _end_faults(area: AreaEvidence) -> Iterator[str]:
 
 
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:
-    """Yield a fault for an area without terrain, and for rocks that may have reached it over ground that is not known.
+    """Yield a fault if too much of an area has no terrain, or if rocks that left the terrain may have reached the area.
 
-    The rocks that left are a fault if they are many, or if the area would have a higher level had they reached it.
+    The rocks that left are a fault if they are too many, or if they would raise the level by reaching the area.
     """
     terms = thresholds.evidence
     if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):

@@ -1,4 +1,4 @@
-"""Evidence and origins as plain values in the lines of the decision log, and back bit for bit."""
+"""Convert evidence and origins to plain values for the lines of the decision log, and back, bit for bit."""
 
 import math
 from typing import Any
@@ -7,15 +7,15 @@ from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, Outdated
 from rpf3d_core.alerts.origins import Origin, Origins
 
 TEXTS = ("name", "outline")
-"""Fields of the evidence of an area that hold text; text in any other field is a number that JSON does not have."""
+"""Text fields of the evidence of an area; in other fields, text stands for a number that JSON cannot express (NaN)."""
 
 OVER_SETS = ("energy_high", "energy_sets", "first_arrival_low_s")
-"""Fields of the evidence of an area that are left out where they have their default, as without unknowns."""
+"""Fields of the evidence of an area that are not logged if they have their default value, as without unknowns."""
 
 DEFAULTS = AreaEvidence._field_defaults
 
 SAME_IF_LEFT_OUT = ("energy_high", "first_arrival_low")
-"""Fields of the origins that are left out where they have no cluster of their own."""
+"""Fields of the origins that are not logged if they are None: `energy` or `first_arrival` then applies instead."""
 
 
 def evidence_content(evidence: Evidence) -> dict[str, Any]:
@@ -35,7 +35,7 @@ def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
 
 
 def _origins_content(origins: Origins) -> dict[str, Any]:
-    """Return the origins of an area's figures; figures with the same origin as `reached` are left out."""
+    """Return the origins of an area's figures as plain values; an origin equal to that of `reached` is left out."""
     others = {
         name: origin
         for name, origin in origins._asdict().items()
@@ -72,7 +72,7 @@ def _origins(content: dict[str, Any] | None) -> Origins | None:
 
 
 def origin_of(content: dict[str, Any] | None) -> Origin | None:
-    """Return an origin from the plain values that `origin_content` made."""
+    """Return an origin from the plain values that `origin_content` returned."""
     if content is None:
         return None
     x, y, z = (_read(value) for value in content["place"])
@@ -80,7 +80,7 @@ def origin_of(content: dict[str, Any] | None) -> Origin | None:
 
 
 def _written(value: Any) -> Any:
-    """Return a value as a type that JSON supports: NaN and infinity as text."""
+    """Return a value in a form that JSON supports: NaN and infinity become text."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -7,7 +7,7 @@ from rpf3d_core.alerts.origins import Origin
 from rpf3d_core.errors import InputError
 
 ANOTHER_PERSON = "another person must acknowledge"
-"""Words by which a caller recognises an acknowledgement that waits for another person."""
+"""Text that the reply to an acknowledgement contains if another person must acknowledge, too."""
 
 
 class Level(IntEnum):
@@ -29,7 +29,7 @@ class Level(IntEnum):
 
     @property
     def severity(self) -> int:
-        """Rank of the alert level for display: a fault ranks above restrict, but never hides evacuate."""
+        """Rank of the alert level for display, from 0 for normal: a fault ranks above restrict, and below evacuate."""
         return _SEVERITY.index(self)
 
 
@@ -39,7 +39,7 @@ _SEVERITY = (Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.FAULT, Level.EVACU
 class Acknowledgement(NamedTuple):
     """A person's statement that the alert level may fall: the person's name, the reason, and the time (ns).
 
-    client : the nodes that may have called, as far as ROS shows it; "" if that is not known
+    client : names of the nodes that may have sent the acknowledgement, as far as ROS shows them; "" if unknown
     """
 
     by: str
@@ -49,9 +49,9 @@ class Acknowledgement(NamedTuple):
 
 
 class Since(NamedTuple):
-    """Since when (ns, by the node's clock) an alert level is shown without a break.
+    """Since when (ns, by the node's clock) an alert level is shown without interruption.
 
-    level_ns : this level; not_normal_ns : any level but normal, None if the level is normal
+    level_ns : start of this level; not_normal_ns : start of the levels other than normal, None if the level is normal
     """
 
     level_ns: int
@@ -59,10 +59,11 @@ class Since(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """The outline for which an area is judged: its digest, and when it was replaced.
+    """The outline for which an area is judged.
 
-    outline : digest; moved_ns : time (ns) at which another outline replaced it, for which too few rocks have flown
-        yet; None if it is the present outline
+    outline : digest of the outline
+    moved_ns : time (ns) at which a newer outline replaced it, for which too few rocks have flown so far; None if the
+        outline is the present one
     """
 
     outline: str
@@ -77,6 +78,7 @@ class AreaAlert(NamedTuple):
     origin : the cluster of sources that gave `held`, in the newest answer that gives this level; None if `held` is
         normal, or if the cluster is not known
     judged : the outline for which the area is judged; None in a log of an older version, and before the first answer
+        that contains the area
     """
 
     name: str
@@ -103,15 +105,15 @@ class Alert(NamedTuple):
         back; an acknowledgement given before this time does not count
     at_ns : time of this decision; valid_until_ns : end of its validity; afterwards the state must be read as a fault
     evidence_at_ns : time of the newest evidence so far; None before the first evidence
-    alarm : True if the site's alarm sounds
+    alarm : True if the alarm of the site is on
     acknowledgement : the acknowledgement given with this decision, or None; void : why the acknowledgement did not
         lower the level, or empty
     areas : the decision on each area with limits; the highest `held` of the areas is the `held` of the site
     since : since when `level` is shown; None in a log of an older version
     terrain_digest, terrain_stamp_ns : digest and stamp of the whole survey of the terrain in the evidence; "" and 0
         without evidence
-    waiting : acknowledgements that have no effect before another person acknowledges; waiting_until_ns : end of the
-        wait, None if none waits
+    waiting : acknowledgements that have no effect before another person acknowledges
+    waiting_until_ns : time (ns) at which their wait ends, None if no acknowledgement waits
     """
 
     level: Level

@@ -37,7 +37,7 @@ class LimitFinding(NamedTuple):
 
 
 class ReachedLimit(NamedTuple):
-    """A limit that the rocks in an area reach: the sentence that says so, and the cluster of sources of its figure."""
+    """A limit that the rocks in an area reach: a sentence on it, and the cluster of sources that gave the figure."""
 
     sentence: str
     origin: Origin | None
@@ -65,10 +65,10 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 
 
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
-    """Return the level that an area would have if all rocks that left the terrain had reached it; None if none left.
+    """Return the level of an area if all rocks that left the terrain had reached the area; None if no rock left.
 
-    Only the share of rocks counts here, because no one knows the energy of a rock that left. Without `left_high`, all
-    rocks that left may belong to one parameter set.
+    Only the share of rocks counts here, because the energy of a rock that left is unknown. Without `left_high`, all
+    rocks that left are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
         return None
@@ -87,9 +87,9 @@ def level_of(area: AreaEvidence, thresholds: Thresholds) -> Level:
 
 
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if too few rocks flew to lower an alert level; a small answer may still raise the level.
+    """True if an answer is small: too few rocks flew to lower an alert level. A small answer may still raise the level.
 
-    With unknowns, an answer without predictive interval is small, too.
+    With unknowns, an answer is also small if the site compares predictive intervals and the answer has none yet.
     """
     return area.flown < terms.fewest_rocks or lacks_predictive(area, terms)
 
@@ -100,7 +100,10 @@ def lacks_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
 
 
 def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
-    """Return the upper end (-) of the interval of the share of rocks that reached an area, as the site chooses it."""
+    """Return the upper end (-) of the interval of the share of rocks that reached an area.
+
+    This is the predictive interval if the site chooses it and it is known, else the sampling interval.
+    """
     if terms.interval == "predictive" and area.predictive_high is not None:
         return area.predictive_high
     return area.high
@@ -123,9 +126,9 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 
 
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Yield a text about the energy and one about the first arrival of an area in which no limit is reached.
+    """Yield a text on the energy and a text on the first arrival of an area in which no limit is reached.
 
-    Only figures for which the area has limits; none without unknowns.
+    A figure without a limit is left out. Without unknowns, there is no text.
     """
     limits = [each for each in (spec.watch, spec.restrict, spec.evacuate) if each is not None and area.sets > 0]
     if energies_of(area, terms) and any(each.p95_energy_j is not None for each in limits):
@@ -166,7 +169,7 @@ def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) 
 
 
 def _share_of(area: AreaEvidence) -> float:
-    """Return the share (-) of rocks that reached an area, also for impossible numbers of rocks."""
+    """Return the share (-) of rocks that reached an area, from 0 to 1 even if the numbers of rocks are impossible."""
     return min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0
 
 
@@ -180,7 +183,7 @@ def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return which interval an upper end is of, as words for a reason; empty for a scene without unknowns."""
+    """Return words for a reason: which interval the upper end belongs to; "" for a scene without unknowns."""
     if area.sets == 0:
         return ""
     if _is_predictive(area, terms):
@@ -189,16 +192,20 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
-    """Return the energies (J) that are compared with a limit: one of all rocks, one upper end over parameter sets.
+    """Return the energies (J) that are compared with a limit: that of all rocks, and the upper end over parameter sets.
 
     Empty if no rock reached the area. The upper end is left out if the site compares sampling intervals. The energy of
-    all rocks is compared always, so that a wrong upper end hides no danger.
+    all rocks is always compared, so that a wrong upper end hides no danger.
     """
     return _known(area.pooled_energy, area.energy_high, terms)
 
 
 def arrivals_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
-    """Return the first arrivals (s) that are compared with a limit: of all rocks, and the lower end (`energies_of`)."""
+    """Return the first arrivals (s) that are compared with a limit: that of all rocks, and that of the fastest set.
+
+    Empty if no rock reached the area. The arrival of the fastest set is left out if the site compares sampling
+    intervals.
+    """
     return _known(area.first_arrival_s, area.first_arrival_low_s, terms)
 
 
@@ -208,7 +215,7 @@ def _known(pooled: float | None, end: float | None, terms: EvidenceSpec) -> tupl
 
 
 def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return the energy in an area as words for a reason; with unknowns, also which end over the sets is compared."""
+    """Return the energy in an area as words for a reason; with unknowns, also the upper end over the parameter sets."""
     what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
     told = "no rock came" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
     if area.sets == 0:
@@ -222,7 +229,7 @@ def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return the first arrival in an area as words for a reason; with unknowns, also which end is compared."""
+    """Return the first arrival in an area as words for a reason; with unknowns, also that of the fastest set."""
     first = area.first_arrival_s
     told = "no rock came" if first is None else f"the first rock after {first:.1f} s"
     if area.sets == 0:

@@ -20,7 +20,7 @@ BEGINNING = "0" * HASH_DIGITS
 """Value that the first line of a log has in place of the hash of a previous line."""
 
 LEVELS = ("level", "held", "evident")
-"""Fields of an alert and of an area that hold an alert level, which the log writes as a word."""
+"""Fields of an alert and of an area with an alert level; the log contains the level as a word."""
 
 OWN_HASH = b',"sha256":"'
 
@@ -41,9 +41,12 @@ class Decision(NamedTuple):
 
 
 def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tuple[bytes, str]:
-    """Return a line for the log (bytes, with line end), and its hash (64 hex digits), which the next line holds.
+    """Return a line for the log (bytes, with line end), and its hash (64 hex digits), which the next line repeats.
 
-    The hash covers everything in front of it.
+    The hash covers everything before it in the line.
+
+    number : of the line, from 0; before : hash of the previous line
+    kind : such as "decision"; content : plain values of the line
     """
     body = canonical({"kind": kind, "n": number, "before": before, **content}).encode()[:-1]
     own = hashlib.sha256(body).hexdigest()
@@ -51,7 +54,7 @@ def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tup
 
 
 def content_of(raw: bytes) -> dict[str, Any] | None:
-    """Return the content of a log line if its hash is correct; None if the line was changed."""
+    """Return the content of a log line if its hash is correct; None if the line is damaged or was changed."""
     body, mark, rest = raw.rstrip(b"\n").rpartition(OWN_HASH)
     own = hashlib.sha256(body).hexdigest()
     if not mark or rest != own.encode() + b'"}':
@@ -86,7 +89,7 @@ def decision_content(decision: Decision) -> dict[str, Any]:
 
 
 def decision_of(content: dict[str, Any]) -> Decision:
-    """Return the decision that a log line holds, from the values that `decision_content` wrote.
+    """Return the decision in a log line, from the values that `decision_content` wrote.
 
     Raises
     ------
@@ -122,7 +125,7 @@ def alert_content(alert: Alert) -> dict[str, Any]:
 
 
 def _given_content(given: Acknowledgement) -> dict[str, Any]:
-    """Return an acknowledgement as plain values; older logs have no client."""
+    """Return an acknowledgement as plain values; an empty `client` is left out, as in older logs."""
     return {name: value for name, value in given._asdict().items() if value or name != "client"}
 
 

@@ -1,8 +1,8 @@
 """The decision log: lines of JSON that are only appended; each line is on disk before its alert is published.
 
-A log is a folder of numbered files. Each line holds the hash of the previous line, also from one file to the next, so a
-changed or missing line is found. Each decision is logged with all inputs of `decide`, so `rpf3d audit` can repeat the
-decision.
+A log is a folder of numbered files. Each line contains the hash of the previous line, also from one file to the next,
+so a changed or missing line is found. Each decision is logged with all inputs of `decide`, so `rpf3d audit` can repeat
+the decision.
 """
 
 import fcntl
@@ -86,7 +86,7 @@ class DecisionLog:
         content = {"version": self.version, "site": site_digest(thresholds), **lost, **decision_content(decision)}
         try:
             self._append([("decision", content)], thresholds)
-        except (OSError, TypeError, ValueError) as error:  # TypeError, ValueError: JSON cannot hold a value
+        except (OSError, TypeError, ValueError) as error:  # TypeError, ValueError: JSON cannot express a value
             self._lost += 1
             raise _not_logged(self.folder, error) from error
         self._lost, self.last_alert = 0, decision.alert
@@ -162,7 +162,7 @@ class DecisionLog:
         self._resume(path, tail)
 
     def _go_on_from(self, tails: list[Tail]) -> None:
-        """Take over number, hash and alert of the last log lines, to continue from them; newest file first."""
+        """Set number, hash and alert from the last log lines, so that the log continues there; newest file first."""
         last = next((tail.last for tail in tails if tail.last is not None), None)
         if last is not None:
             self._next, self.head = last["n"] + 1, last["sha256"]
@@ -193,7 +193,7 @@ class DecisionLog:
 
 
 def _ends(files: list[tuple[int, Path]]) -> list[tuple[Path, Tail]]:
-    """Return how the last log files end, back to the file with the last decision, so that the log can continue."""
+    """Return the last log files, newest first, with the state of each, back to the file with the last decision."""
     found: list[tuple[Path, Tail]] = []
     for _, path in reversed(files):
         found.append((path, tail_of(path)))

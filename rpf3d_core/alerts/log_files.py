@@ -1,4 +1,4 @@
-"""The files of a decision log: their names, how each file ends, and safe writing to disk."""
+"""The files of a decision log: their names, the last lines of each file, and safe writing to disk."""
 
 import os
 from pathlib import Path
@@ -14,7 +14,7 @@ class NotLogged(OSError):
 
 
 class Tail(NamedTuple):
-    """The state of a log file at its last sound line, that is the last line with a correct hash.
+    """The state of a log file at its last sound line; a sound line is one with a correct hash.
 
     end : position (bytes) after the last sound line; size : size of the file (bytes)
     last : the last sound line, None if the file has no sound line
@@ -42,7 +42,7 @@ def files_in(folder: Path) -> list[tuple[int, Path]]:
 
 
 def tail_of(path: Path) -> Tail:
-    """Read a log file and return where its last line with a correct hash ends, and the last decision before that."""
+    """Read a log file and return its state: where the last line with a correct hash ends, and the last decision."""
     last, decision, site, broken, end, seen = None, None, None, False, 0, 0
     with path.open("rb") as file:
         for raw in file:
@@ -100,10 +100,9 @@ def sync_folder(folder: Path) -> None:
 def set_aside(path: Path, end: int, number: int) -> tuple[Path, bytes]:
     """Move an incomplete line at the end of a log file, after the position `end` (bytes), into a separate file.
 
-    The line number in the name of the new file says which line was not completed.
+    Return the path of the separate file, and the moved bytes.
 
-    number : number of the line that was not completed
-    Return the path of the separate file, and the bytes.
+    number : number of the incomplete line, which becomes part of the name of the separate file
     """
     with path.open("rb") as file:
         file.seek(end)

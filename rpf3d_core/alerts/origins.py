@@ -1,4 +1,4 @@
-"""Origins: which cluster of sources gave a figure of the evidence, over which terrain its rocks flew."""
+"""Origins: which cluster of sources gave a figure of the evidence, and over which terrain its rocks flew."""
 
 from typing import NamedTuple
 
@@ -20,11 +20,13 @@ class Origin(NamedTuple):
 
 
 class Origins(NamedTuple):
-    """The cluster that gave each figure of an area that a limit is compared with; None if that is not known.
+    """For each figure of an area that is compared with a limit: the cluster that gave the figure; None if unknown.
 
-    reached : of the share of rocks and its sampling interval; predictive : of the upper end of the predictive interval
-    energy : of the p95 or largest energy; first_arrival : of the first arrival
-    energy_high, first_arrival_low : of their ends over the parameter sets; None if it is the same cluster
+    reached : the cluster that gave the share of rocks and its sampling interval
+    predictive : the cluster that gave the upper end of the predictive interval
+    energy : the cluster that gave the p95 or largest energy; first_arrival : the cluster that gave the first arrival
+    energy_high, first_arrival_low : the clusters that gave the upper end of the energy and the lower end of the first
+        arrival over the parameter sets; None if the cluster is that of `energy` or `first_arrival`
     """
 
     reached: Origin | None

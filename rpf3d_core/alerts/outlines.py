@@ -10,11 +10,12 @@ from rpf3d_core.alerts.time_units import ns_of, span
 
 
 def judged_of(before: AreaAlert | None, finding: LimitFinding | None, is_small: bool) -> Judged | None:
-    """Return for which outline an area is judged after a decision.
+    """Return for which outline an area is judged after a decision; None if that is not known.
 
-    A small answer lowers nothing, so the area is still judged for the outline before.
+    If too few rocks flew for a new outline, the area is still judged for its former outline.
 
-    before : the previous decision on the area; finding : what the answer says of it, None if it says nothing
+    before : the previous decision on the area; finding : the answer's finding on the area, None if there is none
+    is_small : True if too few rocks flew to judge an area
     """
     judged = None if before is None else before.judged
     if finding is None:
@@ -25,7 +26,10 @@ def judged_of(before: AreaAlert | None, finding: LimitFinding | None, is_small: 
 
 
 def is_moved(before: AreaAlert, finding: LimitFinding) -> bool:
-    """True if the previous decision judged the area for another outline than the answer."""
+    """True if the previous decision judged the area for another outline than that of the answer.
+
+    before : the previous decision on the area; finding : the answer's finding on the area
+    """
     return before.judged is not None and before.judged.outline != finding.outline
 
 
@@ -36,9 +40,10 @@ def places_end_ns(
     thresholds: Thresholds,
     is_small: bool,
 ) -> list[int]:
-    """Return the times (ns) at which areas can no longer be judged for their former place; afterwards that is a fault.
+    """Return the times (ns) until which moved areas may be judged for their former place; afterwards that is a fault.
 
-    Parameters as in `decide`; is_small : True if too few rocks flew to judge an area
+    Parameters as in `decide`; worst : for each area, by name, the answer's finding with the highest level
+    is_small : True if too few rocks flew to judge an area
     """
     longest = ns_of(thresholds.evidence.moved_area_s)
     moved = [outdated.since_ns for outdated in _watched(evidence, thresholds)]
@@ -49,14 +54,19 @@ def places_end_ns(
 
 
 def place_is_over(before: AreaAlert, finding: LimitFinding, thresholds: Thresholds, now_ns: int) -> bool:
-    """True if the place for which the previous decision judged an area was replaced too long ago (a small answer)."""
+    """True if the previous decision judged an area for a place that the area left too long ago.
+
+    This is for an answer with too few rocks, which cannot judge the area for its new place.
+
+    before : the previous decision on the area; finding : the answer's finding; now_ns : time of the new decision (ns)
+    """
     judged = judged_of(before, finding, is_small=True)
     moved_ns = None if judged is None else judged.moved_ns
     return moved_ns is not None and now_ns - moved_ns >= ns_of(thresholds.evidence.moved_area_s)
 
 
 def outdated_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
-    """Yield a fault for each watched area whose new place has not been answered for all sources within the time."""
+    """Yield a fault for each watched area that moved too long ago and is not yet at its new place in all answers."""
     longest = thresholds.evidence.moved_area_s
     for outdated in _watched(evidence, thresholds):
         age = now_ns - outdated.since_ns

@@ -1,4 +1,4 @@
-"""Whether enough persons have acknowledged. Only names are compared: nothing that a node is given proves who called."""
+"""Check whether enough persons have acknowledged. Only names are compared, because a node cannot prove who called."""
 
 import unicodedata
 from typing import NamedTuple
@@ -11,7 +11,8 @@ from rpf3d_core.alerts.time_units import ns_of, when
 class Acknowledged(NamedTuple):
     """The acknowledgements after a decision.
 
-    waiting : those that wait for another person; until_ns : end of the wait, None if none waits
+    waiting : acknowledgements that wait for another person
+    until_ns : time (ns) at which the wait ends, None if no acknowledgement waits
     lacking : why the acknowledgement of this decision has no effect yet; "" if enough persons have acknowledged
     """
 
@@ -32,10 +33,12 @@ def person_of(name: str) -> str:
 def acknowledged_by(
     previous: Alert | None, given: Acknowledgement | None, terms: AcknowledgeSpec, now_ns: int, is_reset: bool
 ) -> Acknowledged:
-    """Return which acknowledgements wait after a decision, and whether the given one has an effect.
+    """Return which acknowledgements wait after a decision, and whether the new acknowledgement has an effect.
 
-    previous : the previous decision; given : an acknowledgement that nothing else makes void, or None
-    is_reset : True if the evidence got worse or has a fault: what a person saw before does not count any more
+    previous : the previous decision
+    given : the new acknowledgement, or None if there is none or another rule has made it void
+    terms : the site's rules for acknowledgements; now_ns : time of the decision (ns)
+    is_reset : True if the evidence got worse or has a fault; then earlier acknowledgements do not count any more
     """
     waiting = () if previous is None or is_reset else _still_waiting(previous, terms, now_ns)
     if given is None or previous is None:
@@ -66,6 +69,9 @@ def _still_waiting(previous: Alert, terms: AcknowledgeSpec, now_ns: int) -> tupl
 
 
 def _waiting(waiting: tuple[Acknowledgement, ...], terms: AcknowledgeSpec, lacking: str) -> Acknowledged:
-    """Return the acknowledgements that wait; the wait ends when the oldest is too old."""
+    """Return the acknowledgements that wait, with the end of their wait: the time at which the oldest is too old.
+
+    lacking : as in `Acknowledged`
+    """
     until_ns = min((one.at_ns + ns_of(terms.within_s) for one in waiting), default=None)
     return Acknowledged(waiting=waiting, until_ns=until_ns, lacking=lacking)

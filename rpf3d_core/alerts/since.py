@@ -1,15 +1,15 @@
-"""Since when an alert level is shown without a break, as a subscriber sees it."""
+"""Find since when an alert level is shown without interruption, as a subscriber sees it."""
 
 from typing import NamedTuple
 
 from rpf3d_core.alerts.levels import Alert, AreaAlert, Level, Since
 
 KEPT_AFTER_ITS_END = (Level.EVACUATE, Level.FAULT)
-"""Levels that a subscriber still shows after the decision has ended; any other level is then shown as a fault."""
+"""Levels that a subscriber still shows after the validity of a decision has ended; other levels become a fault."""
 
 
 class ShownLevel(NamedTuple):
-    """What a decision shows of the site or an area: the level, since when, and when the decision ends (ns)."""
+    """The level of the site or an area in a decision, since when it is shown, and the end of its validity (ns)."""
 
     level: Level
     since: Since
@@ -17,9 +17,9 @@ class ShownLevel(NamedTuple):
 
 
 def shown_by(one: Alert | AreaAlert | None, decision: Alert | None) -> ShownLevel | None:
-    """Return what a decision shows of the site or of an area; None if it does not know since when.
+    """Return the level that a decision shows for the site or for an area; None if the start of the level is unknown.
 
-    one : the decision itself for the site, or its decision on the area; None if it has none
+    one : the part of the decision to show: the decision itself for the site, or its part on an area, None if missing
     """
     if one is None or decision is None or one.since is None:
         return None
@@ -27,9 +27,10 @@ def shown_by(one: Alert | AreaAlert | None, decision: Alert | None) -> ShownLeve
 
 
 def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
-    """Return since when a level that is shown now (ns) is shown without a break.
+    """Return since when the level of a new decision is shown without interruption.
 
-    before : what the previous decision shows; None if there is none, or if it does not know since when
+    before : the level in the previous decision; None if there is none, or if its start is unknown
+    now_ns : time of the new decision (ns)
     """
     shown = _at_its_end(before) if before is not None and now_ns >= before.valid_until_ns else before
     level_ns, not_normal_ns = now_ns, None if shown is None else shown.since.not_normal_ns
@@ -41,7 +42,7 @@ def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
 
 
 def _at_its_end(before: ShownLevel) -> ShownLevel:
-    """Return what a subscriber shows after a decision has ended and no other has followed."""
+    """Return the level that a subscriber shows after the validity of a decision has ended without a new decision."""
     if before.level in KEPT_AFTER_ITS_END:
         return before
     end, since = before.valid_until_ns, before.since.not_normal_ns

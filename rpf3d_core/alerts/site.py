@@ -1,4 +1,4 @@
-"""Read a site file, that is the mine's own thresholds: return `Thresholds`, or report one sentence for each error."""
+"""Read a site file, which contains the mine's own thresholds, as `Thresholds`; report one sentence for each error."""
 
 import hashlib
 import json

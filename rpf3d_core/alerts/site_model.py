@@ -82,7 +82,7 @@ class AreaLimitsSpec(StrictModel):
 def _pairs(below: LimitsSpec, above: LimitsSpec) -> dict[str, tuple[float | None, float | None]]:
     """Return each limit of two alert levels as a pair, to check that the lower level is reached first.
 
-    The numbers are signed so that the second number must not be smaller.
+    Limits of the first arrival are negated, so that in every pair the second number must not be smaller.
     """
     early, late = below.first_arrival_s, above.first_arrival_s
     return {

@@ -1,7 +1,7 @@
-"""Answer sources that the monitoring reports: fly a few rocks at once, then twice as many, until that is enough.
+"""Answer sources that the monitoring reports: fly a few rocks at once, then about twice as many, until that is enough.
 
-An answer is a function of the trigger, the ground, the scene and the seed. An interruption prevents later answers, but
-changes no bit of any answer.
+An answer depends only on the trigger, the terrain, the scene and the seed. An interruption prevents later stages, but
+does not change a stage that is yielded.
 """
 
 import math
@@ -44,17 +44,18 @@ from rpf3d_core.unknowns.dealing import rocks_of_set
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
-"""Rocks that fly before the next check for newer sources, which would make this answer useless.
+"""Approximate number of rocks in a block after the first stage; they take some tens of milliseconds.
 
-These rocks take some tens of milliseconds. The first stage is flown even if newer sources arrive. Its rocks fly in
-groups as large as in a run, because rocks that start close together use the same facets.
+Between two blocks, the simulator checks for newer sources, which make this answer useless. Newer sources do not stop
+the first stage, so its rocks fly in larger blocks, as in a run. This is faster, because rocks that start close together
+use the same facets.
 """
 
 SHOWN = 1000
 """Number of rocks of the first stage whose trajectories, impacts and deposits are kept for display in the viewer."""
 
 Stop = Callable[[int], bool]
-"""A function that returns True if the rocks of the stage with this number must not fly on, because of newer sources.
+"""A function that returns True if the flight of the stage with this number must stop, for example for newer sources.
 
 If the function returns True for stage 0, the sources get no answer.
 """
@@ -62,11 +63,13 @@ If the function returns True for stage 0, the sources get no answer.
 
 @dataclass(frozen=True)
 class EnsembleSize:
-    """How many rocks an answer flies: about `first` in its first stage, and at least `least` by its last stage.
+    """How many rocks an answer flies, and how its sources are divided into clusters.
 
-    least : flown for each cluster of sources even if the target is met earlier, because the site lowers no alert level
-        with fewer rocks
-    cluster : side of the squares in plan whose sources are one cluster, m; 0: each source, infinite: all sources
+    first : approximate number of rocks in the first stage, of all clusters together
+    least : smallest number of rocks of each cluster from the second stage on, even if the target is met earlier: with
+        fewer rocks, the site lowers no alert level
+    cluster : m, side of the squares in plan whose sources form one cluster; 0: each source is a cluster; infinite: all
+        sources are one cluster
     """
 
     first: int
@@ -78,15 +81,18 @@ class EnsembleSize:
 class Answer:
     """The result of one stage of an answer: what the rocks flown so far did, as maps and trajectories.
 
-    result : number of this answer; stage : from 0, each with twice the rocks of the previous one
+    result : number of this result; each stage of an answer has its own number
+    stage : number of the stage, from 0; a stage has about twice the rocks of the previous stage, the second maybe more
     complete : True if the target is met, or `most_rocks` have flown; this trigger then gets no better answer
     trigger, standing : the sources, and the prepared terrain that the rocks flew over
-    sources : number of sources that were released
+    sources : number of sources that released rocks
     flights : of the rocks of the first stage that are kept for display; outcomes, maps : of all rocks
     areas : outlines of the areas of interest in the maps, local frame
-    evidence : for each area, the worst of all clusters of sources; unfinished : rocks cut off in the worst cluster
-    seconds : s, since the work on the trigger began; left_out : which sources were not released, and why
-    doubtful : which sources are too far from the ground; elsewhere : which are far from where the scene was calibrated
+    evidence : for each area, the worst figures of all clusters of sources
+    unfinished : number of rocks whose flight was cut off in the worst cluster, scaled to the smallest cluster
+    seconds : s, since the work on the trigger began; left_out : a sentence on the sources without rocks, and why
+    doubtful, elsewhere : a sentence on the sources that are too far from the ground, and on those far from the place
+        where the scene was calibrated; "" if there are none
     """
 
     result: int
@@ -121,7 +127,7 @@ def answers(
     stop: Stop,
     results: Iterator[int],
 ) -> Iterator[Answer]:
-    """Fly rocks for the sources of one message, and yield a better answer after each stage, with twice as many rocks.
+    """Fly rocks for the sources of one message, and yield a better answer after each stage, with about twice the rocks.
 
     Parameters
     ----------
@@ -129,7 +135,7 @@ def answers(
     areas : live areas of interest, rings (P, 2) m, map frame, in addition to the scene's own
     stop : called with the number of the stage in flight; once it returns True, the stage is given up and no further
         answer is yielded
-    results : yields the numbers of the answers
+    results : yields a number for each result, that is for each stage of an answer
 
     Raises
     ------
@@ -179,7 +185,10 @@ def answers(
 def _clusters(
     standing: PreparedTerrain, trigger: Trigger, released: Released, tallies: Tallies, outlines: Outlines, side: float
 ) -> list[ClusterTally]:
-    """Return the empty counts of each cluster of sources; side : of the squares that hold a cluster (m)."""
+    """Return empty counts for each cluster of sources; empty if no source was received.
+
+    tallies, outlines : the counts of the answer and the areas in them; side : m, of the squares as in `clusters_of`
+    """
     if not len(released.places):
         return []
     places, groups = outlines_for_places(outlines), clusters_of(released.places, released.sound, side)
@@ -195,7 +204,7 @@ def _clusters(
 
 
 def _origin(standing: PreparedTerrain, trigger: Trigger, places: FloatArray) -> Origin:
-    """Return the origin of the rocks of a cluster with sources at places (N, 3) m, local frame."""
+    """Return the origin of a cluster whose sources are at places (N, 3) m, local frame."""
     ground = standing.ground
     x, y, z = ground.terrain.frame.points_to_input(places.mean(axis=0)).tolist()
     return Origin(
@@ -212,9 +221,10 @@ def _fly(
     numbers: tuple[Sequence[int], Sequence[int]],
     size: int | None,
 ) -> bool:
-    """Fly the next rocks of a cluster; return False if that was stopped.
+    """Fly the next rocks of a cluster; return False if the flight was stopped.
 
-    numbers : for every source, first rock to fly and the number after the last; size : as in `blocks_of`
+    numbers : two lists over all sources: first rock number to fly, and the number after the last rock
+    size : approximate number of rocks between two checks whether to stop; None for the size in a run
     """
     sources = cluster.sources
     first, last = ([column[i] for i in sources.tolist()] for column in numbers)
@@ -232,9 +242,9 @@ def _fly_sets(
     cluster: ClusterTally,
     numbers: tuple[Sequence[int], Sequence[int]],
 ) -> bool:
-    """Fly the next rocks of a cluster with one parameter set after another; return False if that was stopped.
+    """Fly the next rocks of a cluster, one parameter set after another; return False if the flight was stopped.
 
-    numbers : for every source of the cluster, first rock to fly and the number after the last
+    numbers : two lists over the sources of the cluster: first rock number to fly, and the number after the last rock
     """
     sets, over, sources = standing.sets, cluster.over_sets, cluster.sources
     assert sets is not None and over is not None
@@ -259,9 +269,9 @@ def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:
 def _evidence(
     standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines, digests: Mapping[str, str]
 ) -> tuple[tuple[AreaEvidence, ...], int]:
-    """Return the evidence of each area, with the share that has no terrain, and the number of rocks cut off.
+    """Return the evidence of each area, with its share without terrain, and the number of rocks cut off in flight.
 
-    digests : of the outline of each area
+    digests : for each area, the digest of its outline
     """
     names = tuple(outlines)
     areas, unfinished = worst_evidence(clusters, names) if clusters else (untouched(names), 0)
@@ -286,11 +296,12 @@ def _stream(standing: PreparedTerrain, first: Sequence[int]) -> Stream:
 
 
 def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:
-    """Fly a small answer and discard it, so that all its code is compiled before the first real answer.
+    """Fly the first stage of an answer and discard it, so that all code is compiled before the first real answer.
 
-    Return the seconds it took.
+    Return the duration (s).
 
-    rocks : enough to reach cells with more than `hazard.layers.FEW` bins, so that the compiled loop is used, too
+    rocks : number of rocks; it must be so large that the reached cells together have more than `hazard.layers.FEW`
+        bins, because for fewer bins NumPy is used, and the loop would not be compiled
     """
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]

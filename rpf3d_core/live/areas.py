@@ -65,16 +65,18 @@ class AreaOutline:
         return inside
 
     def is_ahead(self, places: FloatArray, ways: FloatArray) -> NDArray[np.bool_]:
-        """Return flags (N,), True if a part of the area is ahead of places (N, 2) m on ways (N, 2) m.
+        """Return flags (N,), True if a part of the area is ahead of a rock.
 
-        A rock that left straight below its release has no direction: everything is ahead.
+        places : (N, 2) m, places of the rocks in plan; ways : (N, 2) m, from the release of each rock to its place
+
+        A rock straight below its release has no direction: every area is ahead of this rock.
         """
         farthest = (ways @ self.hull.T).max(axis=1)
         return np.asarray((farthest > (places * ways).sum(axis=1)) | (ways == 0.0).all(axis=1))
 
 
 def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaOutline]:
-    """Return the areas of interest, given as rings (P, 2) m, prepared for comparisons with places."""
+    """Return the areas of interest, given as rings (P, 2) m, prepared for tests whether places are inside."""
     return [
         AreaOutline(rings=[shapely.Polygon(ring) for ring in rings], hull=_hull(np.concatenate(list(rings))))
         for rings in areas.values()
@@ -84,8 +86,8 @@ def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaO
 def reached_by(areas: Iterable[Sequence[FloatArray]], points: FloatArray, begins: IntArray) -> NDArray[np.bool_]:
     """Return flags (R,), True for paths that cross or touch an area of interest in plan.
 
-    areas : rings (P, 2) or (P, 3) m of each area; a hole of an area counts as the area
-    points : (N, 2) or (N, 3) m, path after path, straight in plan between two points
+    areas : rings (P, 2) or (P, 3) m of each area; a hole of an area counts as a part of the area
+    points : (N, 2) or (N, 3) m, the points of all paths, path after path; paths are straight between two points
     begins : (R,) index of the first point of each path
     """
     rings = [ring[:, :2] for rings in areas for ring in rings if len(ring) >= FEWEST_CORNERS]

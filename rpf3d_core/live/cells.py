@@ -17,8 +17,8 @@ class TerrainCells(NamedTuple):
     """Where the C cells of a map lie over ground, and how high the ground is; computed once for each terrain.
 
     covered : (C,) True if there is ground below the middle of the cell
-    height : (C,) m, local frame, of the highest ground below the middle; if the middle has none, of ground near it; NaN
-        if no facet is near
+    height : (C,) m, local frame, of the highest ground below the middle of the cell; without ground there, of ground
+        near it; NaN if no facet is near
     """
 
     covered: NDArray[np.bool_]
@@ -36,10 +36,10 @@ def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
 def cells_after(
     before: TerrainCells, terrain: Terrain, raster: Raster, locator: BucketLocator, low: Plan, high: Plan
 ) -> TerrainCells:
-    """Return the cells of a map after the terrain changed in a part, without computing the other cells again.
+    """Return the cells of a map after a part of the terrain changed, without computing the other cells again.
 
-    The terrain changed only between low and high (m, local frame, in plan). The cost depends on the size of the change;
-    `before` is not changed.
+    low, high : corners in plan (m, local frame) of the box in which the terrain changed
+    before : the cells before the change, which the function does not change; locator : search structure over the facets
     """
     columns = _span(low[0], high[0], raster.x, raster.cell, raster.nx)
     rows = _span(low[1], high[1], raster.y, raster.cell, raster.ny)
@@ -63,9 +63,10 @@ def _span(low: float, high: float, origin: float, cell: float, count: int) -> sl
 
 @loop
 def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: Any) -> None:
-    """Find for each cell of a map whether there is ground, and its height: write `covered` (C,) and `height` (C,) m.
+    """Find for each cell of a map whether there is ground, and its height: update `covered` (C,) and `height` (C,) m.
 
-    Each facet is compared with all cells within its box in plan.
+    Before the call, both are False and NaN in the cells to find. Each facet is compared with all cells in its box in
+    plan.
     """
     x, y, cell, nx, ny = raster.x, raster.y, raster.cell, raster.nx, raster.ny
     for f in range(len(triangles)):

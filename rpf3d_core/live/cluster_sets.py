@@ -1,8 +1,8 @@
-"""Parameter sets of a live scene with unknowns: their flights, and what each set does in the areas of interest.
+"""Parameter sets of a live scene with unknowns: their flights, and the counts of each set in the areas of interest.
 
 The rocks of a cluster of sources are shared out among the sets as in a run (`unknowns.dealing`), so the set of a rock
-depends on its number and source alone. The shares of the sets give the predictive interval of an area, their p95
-energies the upper end of the energy there.
+depends on its number and source alone. The predictive interval of an area follows from the shares of rocks of each set
+that reach the area. The upper end of the energy in the area follows from the p95 energy of each set.
 """
 
 from dataclasses import dataclass, replace
@@ -33,17 +33,17 @@ from rpf3d_core.unknowns.predictive import Interval, holding, predictive_shares,
 Flags = NDArray[np.bool_]
 
 ROCKS_A_SET = 50
-"""Mean number of rocks of a parameter set from which a cluster has predictive intervals.
+"""Smallest mean number of rocks per parameter set with which a cluster gets predictive intervals.
 
-With fewer rocks, a single rock that reaches an area would move the upper end by more than the ground does.
+With fewer rocks, a single rock that reaches an area would change the upper end more than the unknowns do.
 """
 
 
 class LiveSets(NamedTuple):
     """The parameter sets of a live scene over one terrain.
 
-    flights : of the S sets, all with the same compiled loop
-    moves : (S, 2) m, displacement of the rocks of each set in plan by the misfit of the model; None if none is stated
+    flights : for each of the S sets, the materials, settings and models; all sets use the same compiled loop
+    moves : (S, 2) m, displacement in plan of the paths of each set by the misfit; None if the scene states no misfit
     place : where the sample of the scene was calibrated, survey coordinates; None if that is not known
     """
 
@@ -53,13 +53,13 @@ class LiveSets(NamedTuple):
 
     @property
     def least_rocks(self) -> int:
-        """Number of rocks of a cluster from which there are predictive intervals."""
+        """Smallest number of rocks of a cluster with which the cluster gets predictive intervals."""
         return ROCKS_A_SET * len(self.flights)
 
 
 @dataclass(frozen=True)
 class _Ready:
-    """A scene with its terrain and the flight of its own values, as `setup.parameter_sets.Ready`."""
+    """What `flights_over_sets` needs (`setup.parameter_sets.Ready`): a scene, its terrain, and its flight settings."""
 
     scene: Scene
     terrain: Terrain
@@ -67,9 +67,9 @@ class _Ready:
 
 
 def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None:
-    """Return the parameter sets of a scene over a terrain; None if nothing is unknown.
+    """Return the parameter sets of a scene over a terrain; None if the scene has no unknowns.
 
-    flight : with the scene's own values
+    flight : materials, settings and models with the scene's own values
 
     Raises
     ------
@@ -84,12 +84,12 @@ def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None
 
 
 class SafeEnds(NamedTuple):
-    """The ends over the parameter sets of a cluster that are compared with limits, of A areas; NaN where unknown.
+    """For A areas, the figures over the parameter sets of a cluster that are compared with limits; NaN where unknown.
 
     share : predictive intervals of the share (-) of rocks that reach each area
-    left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had gone on
+    left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had reached the areas ahead
     energy_high : (A,) J, upper ends of the p95 energy; energy_sets : (A,) number of sets that have a p95 energy
-    first_arrival : (A,) s, of the fastest rock of all sets, with displaced paths where the scene states a misfit
+    first_arrival : (A,) s, of the fastest rock of all sets, on displaced paths if the scene states a misfit
     """
 
     share: Interval
@@ -99,7 +99,10 @@ class SafeEnds(NamedTuple):
     first_arrival: FloatArray
 
     def added_to(self, area: AreaEvidence, number: int) -> AreaEvidence:
-        """Return the evidence of the area with a number and its ends, none less safe than the pooled figures."""
+        """Return the evidence of an area with these figures added, none less safe than the figures of all rocks.
+
+        number : index of the area in the arrays
+        """
         energies = _known(area.pooled_energy, self.energy_high[number])
         arrivals = _known(area.first_arrival_s, self.first_arrival[number])
         return area._replace(
@@ -113,7 +116,7 @@ class SafeEnds(NamedTuple):
 
 
 def _known(pooled: float | None, end: float) -> list[float]:
-    """Return a pooled figure and an end without those that are unknown: None or NaN."""
+    """Return those of two figures that are known, that is neither None nor NaN."""
     return [float(value) for value in (pooled, end) if value is not None and not np.isnan(value)]
 
 
@@ -123,8 +126,9 @@ class ClusterSets:
     def __init__(self, sets: LiveSets, tallies: Tallies, places: Tallies | None, engine: Engine) -> None:
         """Begin without rocks.
 
-        tallies : counts of the cluster; places : empty counts of displaced paths, from `hazard.displaced`, which the
-        clusters of an answer share except for their areas; None without displacements
+        tallies : counts of the cluster
+        places : empty counts of displaced paths from `tallies_of_displaced`; all clusters of an answer share them, but
+            not those of areas; None without displacements
         """
         self._sets, self._engine, self._tallies = sets, engine, tallies
         counted = [tallies.inside]
@@ -141,7 +145,7 @@ class ClusterSets:
         return len(self._sets.flights)
 
     def watch_of(self, number: int) -> Watch:
-        """Return the function that counts each batch of a set while its rocks fly."""
+        """Return the function that counts each batch of a parameter set while its rocks fly; number : of the set."""
         moves = self._sets.moves
         if moves is None:
             return self._tallies
@@ -153,10 +157,10 @@ class ClusterSets:
         return both
 
     def end(self, number: int, flown: int, left: IntArray) -> None:
-        """Add the rocks counted since the last call to the counts of a set; number : of the set.
+        """Assign all rocks counted since the last call to a parameter set; number : of the set.
 
-        flown : number of its rocks, fragments included, that flew since then
-        left : (A,) how many of them left the terrain with each area ahead of them
+        flown : number of these rocks, including fragments
+        left : (A,) number of these rocks that left the terrain with each area ahead of them
         """
         self._flown[number] += flown
         self._left[number] += left
@@ -164,9 +168,9 @@ class ClusterSets:
             areas.end(number)
 
     def ends(self, flown: Layers) -> SafeEnds | None:
-        """Return the ends over the parameter sets; None for too few rocks.
+        """Return the figures over the parameter sets that are compared with limits; None if too few rocks flew.
 
-        flown : map values of the areas, of the paths that flew
+        flown : map values of the areas from the simulated paths, without displacement
         """
         if self._flown.sum() < self._sets.least_rocks:
             return None
@@ -185,39 +189,40 @@ class ClusterSets:
         """Return the predictive intervals of the share of rocks that reach each area."""
         flown, totals = self._areas[0].reached, self._totals()
         low, high = predictive_shares(self._areas[-1].reached, totals)
-        # An interval that is not known must not compare as below every limit.
+        # An unknown interval (NaN) becomes 0 to 1, because NaN would compare as below every limit.
         found = Interval(low=np.nan_to_num(low, nan=0.0), high=np.nan_to_num(high, nan=1.0))
         return holding(found, flown.sum(axis=0), totals.sum(axis=0))
 
     def _left_high(self, found: Interval) -> FloatArray:
-        """Return the upper ends (A,) of the predictive intervals if every rock that left the terrain had gone on.
+        """Return the upper ends (A,) of the predictive intervals if rocks that left the terrain are counted, too.
 
-        A rock that left the terrain with an area ahead then counts as a rock that reached this area.
+        A rock that left the terrain with an area ahead counts as a rock that reached this area.
 
-        found : result of `_share`; no upper end is below its own
+        found : result of `_share`, whose upper ends are lower bounds of the returned ends
         """
         totals = self._totals()
         counts = np.minimum(self._areas[-1].reached + self._left, totals)
         return np.fmax(predictive_shares(counts, totals).high, found.high)
 
     def _totals(self) -> FloatArray:
-        """Return the number of rocks of each set, for each area: (S, A)."""
+        """Return the number of rocks flown with each set, repeated for each area: (S, A)."""
         return np.broadcast_to(self._flown[:, None], self._left.shape)
 
 
 def tallies_of_displaced(sets: LiveSets | None, tallies: Tallies) -> Tallies | None:
-    """Return the empty counts that displaced paths of all clusters of an answer share; None without displacements."""
+    """Return empty counts of displaced paths, which all clusters of an answer share; None without displacements."""
     return None if sets is None or sets.moves is None else tallies_of_places(tallies)
 
 
 def _upper_energies(energies: FloatArray, has_p95: Flags) -> FloatArray:
-    """Return the upper ends (A,) J of the p95 energy in areas; NaN if no rock reached one.
+    """Return the upper ends (A,) J of the p95 energy in areas; NaN if no rock reached the area.
 
-    The end is that of the sets with a p95, as in the tables of a run, or that of all sets, if it is higher: sets of
-    which few rocks came must not be forgotten once enough others have a p95. If fewer than 39 sets have a p95, the end
-    is the largest energy of all sets.
+    The upper end is computed from the sets with a p95, as in the tables of a run, and again from all sets. The higher
+    result counts, so that sets with few rocks in the area are not ignored. If fewer than 39 sets have a p95, the upper
+    end is the largest energy of all sets.
 
-    energies : (S, A) J, p95 of each set, else its largest; has_p95 : (S, A) False where too few rocks of a set came
+    energies : (S, A) J, p95 energy of each set, or its largest energy if too few of its rocks reached the area
+    has_p95 : (S, A) False if too few rocks of the set reached the area
     """
     known = ranked_if_enough(np.where(has_p95, energies, np.nan)).high
     ends = np.fmax(known, ranked_if_enough(energies).high)
@@ -225,7 +230,7 @@ def _upper_energies(energies: FloatArray, has_p95: Flags) -> FloatArray:
 
 
 def _laid_out(layers: Layers, values: FloatArray) -> FloatArray:
-    """Return values (S,) of the areas that rocks reached as an array (A,) of all areas; NaN elsewhere."""
+    """Return values (N,) of the areas that rocks reached as an array (A,) over all areas; NaN for the other areas."""
     return layers.everywhere(np.asarray(values, dtype=float), np.nan)
 
 

@@ -1,7 +1,7 @@
-"""Judge each cluster of sources by its own rocks: one dangerous source among many harmless ones must not be diluted.
+"""Judge each cluster of sources by its own rocks, so that many harmless sources do not hide one dangerous source.
 
-A cluster holds the sources of one message within a square in plan. Its rocks fly by themselves and are counted by
-themselves in the areas of interest. The evidence of an area is the worst of all clusters, figure by figure.
+A cluster contains the sources of one message within a square in plan. Its rocks are flown separately, and counted
+separately in the areas of interest. Each figure of the evidence of an area is the worst figure of all clusters.
 """
 
 import math
@@ -30,9 +30,10 @@ from rpf3d_core.values import Outcome
 
 
 def clusters_of(places: FloatArray, sound: Flags, side: float) -> list[IntArray]:
-    """Return the clusters of the sound sources at places (S, 3) m: the numbers of the sources of each.
+    """Return the clusters of sources at places (S, 3) m: for each cluster, an array of source numbers.
 
-    side : side of the squares in plan (m); 0 if each source is a cluster, infinite if all sources are one
+    sound : (S,) True for sources that release rocks; the others belong to no cluster
+    side : m, of the squares in plan; 0 if each source is a cluster, infinite if all sources are one cluster
     """
     numbers = np.flatnonzero(sound)
     if side == 0.0:
@@ -46,12 +47,12 @@ def clusters_of(places: FloatArray, sound: Flags, side: float) -> list[IntArray]
 
 
 def first_of_clusters(clusters: Sequence[IntArray], sources: int, rocks: int) -> list[int]:
-    """Return how many rocks each of the sources releases in the first stage, at least `rocks` in total.
+    """Return how many rocks each source releases in the first stage; the total is at least `rocks`.
 
-    All clusters release about the same number of rocks, because each is judged by its own. Sources without a cluster
-    release none.
+    All clusters release about the same number of rocks, because each cluster is judged separately. A source without a
+    cluster releases no rocks.
 
-    clusters : as from `clusters_of`, arrays (N,) of numbers of sources
+    clusters : as from `clusters_of`, arrays (N,) of source numbers; sources : number of sources
     """
     counts = np.zeros(sources, dtype=np.int64)
     each = -(-rocks // max(len(clusters), 1))
@@ -61,9 +62,10 @@ def first_of_clusters(clusters: Sequence[IntArray], sources: int, rocks: int) ->
 
 
 def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: int) -> int:
-    """Return the rocks that must fly in total, shared out as in `first`, until each cluster has `least` rocks.
+    """Return the total number of rocks with which each cluster has at least `least` rocks.
 
-    clusters : as from `clusters_of`, arrays (N,) of numbers of sources
+    first : number of rocks of each source in the first stage; later stages keep the ratios of these numbers
+    clusters : as from `clusters_of`, arrays (N,) of source numbers
     """
     fewest = min((sum(first[i] for i in cluster.tolist()) for cluster in clusters), default=1)
     return -(-least * sum(first) // fewest)
@@ -72,12 +74,12 @@ def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: in
 def calibrated_elsewhere(
     sets: LiveSets | None, positions: FloatArray, origin: tuple[float, float, float], clusters: Sequence[IntArray]
 ) -> str:
-    """Return a sentence on the sources away from the place where the sample of the scene was calibrated; "" if few.
+    """Return a sentence on the sources away from the place where the scene was calibrated; "" if there are few or none.
 
-    As in a run, 5 % of the rocks are enough. The rocks are those of a cluster, because many sources at the place must
-    not hide a few elsewhere. All sources of a cluster release the same number of rocks.
+    A cluster counts if at least 5 % of its sources are away. Clusters are tested one by one, so that many sources at
+    the calibrated place do not hide a few sources elsewhere.
 
-    sets : of the scene, None without unknowns; positions : (S, 3) m, of the sources, map frame
+    sets : parameter sets of the scene, None without unknowns; positions : (S, 3) m, of the sources, map frame
     origin : m, survey coordinates of the origin of the map frame; clusters : as from `clusters_of`
     """
     if sets is None or sets.place is None or not clusters:
@@ -91,16 +93,17 @@ def calibrated_elsewhere(
 
 
 class ClusterTally:
-    """The counts of the rocks of one cluster: outcomes, visits of areas, and rocks that left with an area ahead.
+    """The counts of the rocks of one cluster: outcomes, visits of areas, and rocks that left the terrain.
 
-    left : (A,) rocks that left the terrain with each area ahead of them
-    over_sets : what each parameter set of a scene with unknowns did; None without unknowns
+    left : (A,) number of rocks that left the terrain with each area ahead of them
+    over_sets : counts for each parameter set of a scene with unknowns; None without unknowns
     """
 
     def __init__(self, sources: IntArray, tallies: Tallies, areas: Sequence[AreaOutline], origin: Origin) -> None:
         """Begin without rocks.
 
-        tallies : the empty counts of the answer, whose maps the rocks of all clusters share; origin : of the rocks
+        sources : (N,) source numbers of the cluster; areas : the areas of interest; origin : of the cluster
+        tallies : the empty counts of the answer; the clusters share its counts of map cells, but not those of areas
         """
         inside = tallies.inside
         self.sources, self._areas, self._origins = sources, areas, all_from(origin)
@@ -111,7 +114,7 @@ class ClusterTally:
         self.over_sets: ClusterSets | None = None
 
     def count(self, deposits: Deposits, impacts: Impacts) -> None:
-        """Count how the rocks of a block ended."""
+        """Count the outcomes of the rocks of a block, and those that left the terrain with an area ahead."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
         self.left = self.left + left_ahead_of(deposits, self._areas)
@@ -131,7 +134,7 @@ class ClusterTally:
 
 
 def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layers) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of areas with their ends over the parameter sets, where enough rocks have flown.
+    """Return the evidence of areas with the figures over the parameter sets added, if enough rocks have flown.
 
     layers : map values of the areas
     """
@@ -141,7 +144,10 @@ def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layer
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:
-    """Return the counts of an answer with the visits of areas by the rocks of all clusters."""
+    """Return the counts of an answer in which the areas contain the visits of the rocks of all clusters.
+
+    tallies : the counts of the answer without visits of areas
+    """
     if len(clusters) == 1:
         return clusters[0].tallies
     inside = CellTally(len(tallies.inside.slot), tallies.inside.scales, tallies.inside.limit, tallies.inside.compiled)
@@ -153,7 +159,7 @@ def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:
 def worst_evidence(clusters: Sequence[ClusterTally], names: Sequence[str]) -> tuple[tuple[AreaEvidence, ...], int]:
     """Return the worst evidence of each area over all clusters, and the number of rocks cut off in the worst cluster.
 
-    All numbers are as if each cluster had flown as many rocks as the smallest.
+    Numbers of rocks are scaled as if each cluster had flown as many rocks as the cluster with the fewest.
     """
     flown = min(cluster.flown for cluster in clusters)
     unfinished = max(scaled(unfinished_of(each.outcomes), each.flown, flown) for each in clusters)

@@ -1,4 +1,4 @@
-"""Measure which share of an area of interest has terrain below it: beyond a survey, and in holes, nothing is known."""
+"""Measure which share of an area of interest has no terrain below it: the part beyond the survey or over its holes."""
 
 import numpy as np
 
@@ -7,16 +7,18 @@ from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.terrain.frame import FloatArray
 
 PROBES = 400
-"""Approximate number of evenly spread places of an area that are tested for terrain."""
+"""Approximate number of evenly spread places in an area that are tested for terrain."""
 
 MOST_PLACES = 40_000
-"""Largest number of places in the box around an area, of which those inside the area are tested."""
+"""Largest number of places that are spread over the box around an area; the places inside the area are tested."""
 
 
 def uncovered_shares(standing: PreparedTerrain, areas: Outlines) -> dict[str, float]:
-    """Return for each area, by name, the share (-) of it in plan that has no terrain below it.
+    """Return for each area, by name, the share (-) of the area in plan that has no terrain below it.
 
-    areas : rings (P, 2) m, local frame. The share of an outline over this ground is computed once.
+    The share of an outline is computed once for each terrain, and kept in `standing.uncovered`.
+
+    areas : rings (P, 2) m, local frame
     """
     prepared = dict(zip(areas, outlines_for_places(areas), strict=True))
     shares = {}
@@ -36,7 +38,7 @@ def _uncovered(standing: PreparedTerrain, area: AreaOutline) -> float:
 def _probes(area: AreaOutline) -> FloatArray:
     """Return about PROBES places (N, 2) m, at least one: the middles of squares that are evenly spread over the area.
 
-    An area between the middles of the squares is tested at the corners of its hull.
+    If no middle is inside the area, the places are the corners of its convex hull.
     """
     low, high = area.hull.min(axis=0), area.hull.max(axis=0)
     step = max(np.sqrt(_surface(area) / PROBES), np.sqrt(np.prod(high - low) / MOST_PLACES), np.finfo(float).tiny)
@@ -47,5 +49,5 @@ def _probes(area: AreaOutline) -> FloatArray:
 
 
 def _surface(area: AreaOutline) -> float:
-    """Return an upper bound of the surface of the area in plan, m^2."""
+    """Return an upper bound of the size of the area in plan, m^2; holes are added, not subtracted."""
     return float(sum(ring.area for ring in area.rings))

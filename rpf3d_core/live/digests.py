@@ -11,7 +11,7 @@ from rpf3d_core.live.survey import MeshSurvey, Survey
 def digest_of(survey: Survey, upon: str = "") -> str:
     """Return a digest (SHA-256, hex) that identifies a survey by its kind, sizes and bits.
 
-    upon : digest of the ground that the survey is a patch of, which is included in the digest; "" for a whole survey
+    upon : for a patch, the digest of the terrain before the patch, which is included in the result; else ""
     """
     digest = hashlib.sha256(f"{upon} {type(survey).__name__}".encode())
     arrays = (survey.vertices, survey.triangles) if isinstance(survey, MeshSurvey) else (survey.points,)

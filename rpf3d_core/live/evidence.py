@@ -11,14 +11,13 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 
 
 def together(parts: Sequence[Evidence]) -> Evidence:
-    """Return one evidence from the evidence of several walls: for each area of interest, the worst result counts.
+    """Combine the evidence of several walls into one `Evidence`: for each area of interest, the worst result counts.
 
-    parts : at least one evidence, the newest last
+    parts : the evidence of each wall, at least one, the newest last
 
-    The watched areas are taken from the newest evidence with areas: an evidence without areas hides none. The result
-    is as uncertain as the evidence with the fewest rocks: numbers of rocks are scaled to the fewest flown and rounded
-    up. The result is as old as the oldest trigger and the oldest survey. All other values are those of the newest
-    evidence.
+    The areas are those of the newest part that has areas. All numbers of rocks are scaled to the part with the fewest
+    rocks and rounded up, so the result is as uncertain as that part. The result is as old as the oldest trigger and the
+    oldest survey. Other values are those of the newest part.
     """
     newest = parts[-1]
     if len(parts) == 1:
@@ -39,7 +38,7 @@ def together(parts: Sequence[Evidence]) -> Evidence:
 
 
 def _told(parts: Sequence[Evidence], name: str) -> Iterator[AreaEvidence]:
-    """Return what each evidence says about the area `name`; evidence without this area is skipped."""
+    """Return the evidence of the area `name` in each part; parts without this area are skipped."""
     return (area for part in parts for area in part.areas if area.name == name)
 
 
@@ -48,7 +47,7 @@ def _flown(part: Evidence) -> int:
 
 
 def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
-    """Return the worst of several results for one area, as if each were from `flown` rocks."""
+    """Return the worst of several results for one area, figure by figure; numbers are scaled to `flown` rocks."""
     reached = max(scaled(area.reached, area.flown, flown) for area in said)
     left = max(scaled(area.left, area.flown, flown) for area in said)
     low, high = wilson_interval(reached, max(flown, 1))
@@ -82,7 +81,10 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
 
 
 def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
-    """Return the origin of each figure of the worst result: that of the result which gave the figure."""
+    """Return the origin of each figure of the worst result: the cluster whose result has the worst figure.
+
+    None if no result has origins. flown : as in `worst_of`
+    """
     if all(area.origins is None for area in said):
         return None
     most = max(said, key=lambda area: scaled(area.reached, area.flown, flown))
@@ -104,9 +106,10 @@ def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
 
 
 def _ends_over_sets(said: list[AreaEvidence]) -> dict[str, Any]:
-    """Return the fields of the worst ends of energy and first arrival over the parameter sets; none without such ends.
+    """Return the fields `energy_high`, `energy_sets` and `first_arrival_low_s` of the worst result, by name.
 
-    A result without an end takes part with its pooled figure, so that no end is less safe than the pooled figures.
+    A field is missing if no result has it. For a result without the field, the figure of all its rocks is compared, so
+    that the worst result is never less safe than these figures.
     """
     ends: dict[str, Any] = {}
     if any(area.energy_high is not None for area in said):
@@ -118,21 +121,24 @@ def _ends_over_sets(said: list[AreaEvidence]) -> dict[str, Any]:
 
 
 def _energy_high(area: AreaEvidence) -> float:
-    """Return the upper end (J) of the energy in an area, else the pooled energy; -1 if no rock reached the area."""
+    """Return the upper end (J) of the energy in an area, at least `pooled_energy`; -1 if no rock reached the area."""
     ends = [end for end in (area.pooled_energy, area.energy_high) if end is not None]
     return max(ends, default=-1.0)
 
 
 def _arrival_low(area: AreaEvidence) -> float:
-    """Return the lower end (s) of the first arrival in an area, else the pooled one; infinite if no rock reached it."""
+    """Return the lower end (s) of the first arrival, at most `first_arrival_s`; infinite if no rock reached the area.
+
+    With parameter sets, this is the arrival of the fastest set.
+    """
     ends = [end for end in (area.first_arrival_s, area.first_arrival_low_s) if end is not None]
     return min(ends, default=math.inf)
 
 
 def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[float | None, float | None]:
-    """Return the worst predictive interval of several results, which holds the sampling interval from low to high.
+    """Return the worst predictive interval of several results, widened to contain the sampling interval low to high.
 
-    Both ends are None if a result over parameter sets has none.
+    Both ends are None if no result is from parameter sets, or if a result from parameter sets has no interval.
     """
     over = [(area.predictive_low, area.predictive_high) for area in said if area.sets]
     lows, highs = [end for end, _ in over if end is not None], [end for _, end in over if end is not None]
@@ -142,7 +148,10 @@ def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[f
 
 
 def _left_high_of(said: list[AreaEvidence], predictive_high: float | None) -> float | None:
-    """Return the worst `left_high` of several results; None if a result over parameter sets has none."""
+    """Return the worst `left_high` of several results, at least `predictive_high`.
+
+    None if no result is from parameter sets, or if a result from parameter sets lacks the value.
+    """
     ends = [area.left_high for area in said if area.sets]
     known = [end for end in ends if end is not None]
     if predictive_high is None or not ends or len(known) < len(ends):
@@ -151,5 +160,5 @@ def _left_high_of(said: list[AreaEvidence], predictive_high: float | None) -> fl
 
 
 def scaled(count: int, of: int, to: int) -> int:
-    """Return a count out of `of` rocks as a count out of `to` rocks, rounded up."""
+    """Return a number of rocks out of `of` rocks, scaled to `to` rocks and rounded up; 0 if `of` is 0."""
     return -(-count * to // of) if of else 0

@@ -1,10 +1,10 @@
-"""The terrain that rocks fly over in a live simulator: built from a whole survey, or changed by a patch.
+"""The terrain that rocks fly over in a live simulator: built from a whole survey, and changed by patches.
 
-A whole ground is built in memory that no ground in use occupies, so rocks can fly over another ground at the same time.
-A patch changes the memory of the ground itself: no rock may fly over the old ground meanwhile or afterwards.
+A terrain is built from a whole survey in memory that no terrain in use occupies. Meanwhile, rocks can fly over another
+terrain. A patch changes the terrain in its own memory: no rock may fly over the old terrain during the change or later.
 
-Only a mesh survey can have pieces that pass through each other. Grids and clouds have one height at each place in plan,
-and a patch removes all facets in its footprint.
+Pieces of terrain, whose facets share no vertex with other pieces, can pass through each other only in a mesh survey.
+Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
 """
 
 import time
@@ -42,11 +42,11 @@ ZONE = "terrain"
 WELD = 1e-4
 """Distance (m) below which vertices of a mesh survey are merged, unless the user sets another distance."""
 THREADS = 2
-"""Number of threads that compute the data of a ground; each computes one half of the facets."""
+"""Number of threads that compute the data of a terrain; each thread computes one half of the facets."""
 
 
 class Changed(NamedTuple):
-    """The part of the ground that the last patch changed, so that only this part is computed again.
+    """The part of the terrain that the last patch changed, so that only this part is computed again.
 
     block : range of search cells (buckets) in which facets were removed or added
     low, high : corners in plan of the box of these facets, m, local frame
@@ -58,18 +58,18 @@ class Changed(NamedTuple):
 
 
 class SurveyStamps(NamedTuple):
-    """The stamps of a ground (ns): of its last survey or patch, and of its last whole survey."""
+    """The stamps of a terrain (ns): of its last survey or patch, and of its last whole survey."""
 
     last_ns: int
     whole_ns: int
 
 
 class Border(NamedTuple):
-    """The boundary of a ground, with the caps that catch flights through gaps.
+    """The boundary of a terrain, with the caps that catch flights through gaps.
 
-    sides : (B, 3, 3) m, sides of facets without a neighbour; caps : triangles over the gaps that the sides enclose
-
-    A ground has caps even without a gap: flights over it are then compiled once, whichever gaps patches open and close.
+    sides : (B, 3, 3) m, sides of facets without a neighbour: begin, end, and third corner of the facet
+    caps : triangles over the gaps that the sides enclose; never None, because flights would have to be compiled again
+        if a patch opened the first gap
     """
 
     sides: FloatArray
@@ -80,16 +80,17 @@ class Border(NamedTuple):
 class LiveTerrain:
     """The terrain of a live simulator, with everything that is needed to fly rocks over it.
 
-    terrain, facets, engine : share memory; the engine is compiled if numba is installed
-    digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the ground before
-    stamp_ns : stamp of the last survey or patch
-    received_ns : time when the ground was built, by the machine's clock
-    whole_ns : stamp of the whole survey, which patches do not renew, because they do not show the rest of the ground
-    patches : number of patches since the ground was built whole
+    terrain, facets, engine : share memory; the engine is compiled, unless `Workshop` uses the reference engine
+    digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the terrain before the patch
+    stamp_ns : stamp (ns) of the last survey or patch
+    received_ns : time (ns) when the terrain was built, by the machine's clock
+    whole_ns : stamp (ns) of the whole survey; a patch does not renew it, because the rest of the terrain is as old
+    patches : number of patches since the terrain was built from a whole survey
     locator : search structure over the facets; room : the memory of all arrays
     border : the sides of facets without a neighbour, and the caps over the gaps there
-    pieces : the pieces of the terrain; every ground has them, overlapping or not, so that flights are compiled once
-    changed : where the last patch changed the ground; None if the ground was built whole
+    pieces : the piece of each facet, and whether pieces can pass through each other; never None, so that flights are
+        compiled once
+    changed : where the last patch changed the terrain; None if the terrain was built from a whole survey
     """
 
     terrain: Terrain
@@ -108,7 +109,7 @@ class LiveTerrain:
 
 
 class Workshop:
-    """Builds the grounds of a live simulator from surveys, while other threads fly rocks or patch a ground.
+    """Builds the terrains of a live simulator from surveys, while other threads fly rocks or patch a terrain.
 
     Parameters
     ----------
@@ -120,9 +121,9 @@ class Workshop:
         m; triangles of a scattered cloud with a longer side are left out. None for `terrain.cloud.GAP` times the median
         of the triangles' longest sides.
     reference : bool
-        Fly with the reference engine, which is slow.
+        True to use the reference engine, which is slow.
     must_face_up : bool
-        Refuse a mesh of which more facets face down than up, instead of turning its facets over.
+        True to refuse a mesh if more of its facets face down than up; False to turn its facets over.
     """
 
     def __init__(
@@ -136,12 +137,12 @@ class Workshop:
         self._rooms = Rooms()
 
     def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "", whole_ns: int | None = None) -> LiveTerrain:
-        """Return the ground of a whole survey, ready for flights.
+        """Return the terrain built from a whole survey, ready for flights.
 
         Raises TerrainError if the survey is too large or is not a terrain.
 
-        digest : the digest of the survey if it is known; "" to compute it
-        whole_ns : stamp of the whole survey (ns) if the survey also contains patches; None for `stamp_ns`
+        stamp_ns : stamp of the survey (ns); digest : the digest of the survey if it is known, "" to compute it
+        whole_ns : for a survey that already includes patches, the stamp (ns) of its whole survey; None for `stamp_ns`
         """
         check_points(points_of(survey), self._most)
         told = self._aside.submit(lambda: digest or digest_of(survey))
@@ -157,19 +158,19 @@ class Workshop:
             return self._ground(indexed, room, border, pieces, told.result(), stamps)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
-        """Return the ground after a patch, that is a survey of a part of the terrain.
+        """Return the terrain after a patch, that is a survey of a part of the terrain.
 
         The result uses the same memory, so `ground` must not be used any more. The footprint of a patch is the area
-        that its triangles cover in plan; see `live.patching`. If nothing of the ground stays, the result is the patch
-        built whole in other memory, and `ground` is unchanged.
+        that its triangles cover in plan; see `live.patching`. If no facet of the terrain stays, the result is built
+        from the patch alone in other memory, and `ground` is unchanged.
 
         Raises
         ------
         TerrainError
-            The patch is too large, is not a terrain, folds in plan, touches no ground, reaches far beyond the ground,
-            or cannot be joined to it. The ground is then unchanged.
+            The patch is too large, is not a terrain, folds in plan, does not touch the terrain, reaches far beyond it,
+            or cannot be joined to it. The terrain is then unchanged.
         ValueError
-            The ground has been patched already: only the ground with this patch is valid.
+            `ground` has been patched already; only the terrain after that patch is valid.
         """
         check_points(points_of(patch), self._most)
         if ground.room.patches != ground.patches:
@@ -186,7 +187,7 @@ class Workshop:
 
     @property
     def size(self) -> int:
-        """Size (bytes) of the memory of all grounds, in use or kept for the next ground."""
+        """Size (bytes) of the memory of all terrains, in use or kept for the next terrain."""
         return self._rooms.size
 
     def _changed(self, ground: LiveTerrain, change: PatchChange, digest: str, stamp_ns: int) -> LiveTerrain:
@@ -242,7 +243,7 @@ class Workshop:
 
 
 def _kept(mesh: Mesh, room: Room) -> Mesh:
-    """Return the mesh copied into the memory of a ground, where patches can change it."""
+    """Return the mesh copied into the memory of a terrain, where patches can change it."""
     vertices = room.memory("vertices", mesh.vertices.size, np.float64).reshape(-1, 3)
     triangles = room.memory("triangles", mesh.triangles.size, np.int32).reshape(-1, 3)
     vertices[:], triangles[:] = mesh.vertices, mesh.triangles
@@ -250,7 +251,7 @@ def _kept(mesh: Mesh, room: Room) -> Mesh:
 
 
 def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
-    """Return the facets of a terrain, computed into the memory of a ground."""
+    """Return the facets of a terrain; their arrays are in the memory of this terrain (`room`)."""
     count = len(terrain.triangles)
     geometry = room.memory("geometry", 12 * count, np.float64).reshape(-1, 12)
     room.memory("marks", count, np.uint8)[:] = STAYS
@@ -266,12 +267,12 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
 
 
 def _border(sides: FloatArray, tolerance: float) -> Border:
-    """Return the boundary of a ground with its caps; sides : as in `Border`; tolerance : of contacts (m)."""
+    """Return the boundary of a terrain with its caps; sides : as in `Border`; tolerance : m, contact tolerance."""
     return Border(sides, caps_within(sides, tolerance))
 
 
 def _border_after(ground: LiveTerrain, change: PatchChange) -> Border:
-    """Return the boundary of a ground after a patch; most patches change neither the boundary nor the caps."""
+    """Return the boundary of a terrain after a patch; most patches change neither the boundary nor the caps."""
     sides = net_sides(ground.terrain.triangles[change.gone], change.triangles)
     if len(sides) == 0:
         return ground.border

@@ -1,8 +1,9 @@
 """Find which rocks left the terrain while an area of interest was still ahead of them: such rocks may have reached it.
 
-A rock that leaves over the rim of the survey, or into a hole, moves on over ground that no one knows. The rock counts
-as lost for an area unless the rock left inside the area, or the whole area lies behind the rock: on the other side of
-the line in plan through the place where the rock left, perpendicular to the way from its release to that place.
+A rock that leaves over the boundary of the survey, or into a hole, moves on over unknown ground. The area counts as
+ahead of the rock, unless the rock left inside the area, or the whole area lies behind the rock. To decide what is
+behind, a line in plan is drawn through the place where the rock left, perpendicular to the direction from the release
+to this place: everything on the side of the release is behind.
 """
 
 from collections.abc import Sequence
@@ -17,7 +18,10 @@ CODES = [int(outcome) for outcome in LEFT]
 
 
 def left_ahead_of(deposits: Deposits, areas: Sequence[AreaOutline]) -> IntArray:
-    """Return for each area (A,) how many rocks left the terrain with the area still ahead of them."""
+    """Return for each area (A,) how many rocks left the terrain with the area still ahead of them.
+
+    deposits : where and how the rocks ended
+    """
     left = np.isin(deposits.outcome, CODES)
     if not left.any():
         return np.zeros(len(areas), dtype=np.int64)

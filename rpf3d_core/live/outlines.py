@@ -1,4 +1,4 @@
-"""The present outline of each area of interest, and which evidence was made for an outline that it has replaced."""
+"""The present outline of each area of interest, and which evidence was made for a former outline of an area."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,7 +11,10 @@ from rpf3d_core.alerts.evidence import Evidence, Outdated
 from rpf3d_core.terrain.frame import FloatArray
 
 REMEMBERED = 100
-"""Number of outlines of an area that are remembered; an older one counts as replaced when the oldest of them began."""
+"""Largest number of outlines remembered for each area.
+
+A forgotten outline counts as replaced at the time when the oldest remembered outline began.
+"""
 
 
 def outline_digest(rings: Iterable[FloatArray]) -> str:
@@ -24,7 +27,7 @@ def outline_digest(rings: Iterable[FloatArray]) -> str:
 
 
 class KnownOutline(NamedTuple):
-    """An outline of an area, by its digest, and the time (ns) since which it is watched."""
+    """An outline of an area: its digest, and the time (ns) since when it is watched."""
 
     digest: str
     since_ns: int
@@ -37,7 +40,10 @@ class WatchedOutlines:
         self._known: dict[str, list[KnownOutline]] = {}
 
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
-        """Watch the areas with the given digests of their outlines from now (ns) on, and no others."""
+        """Watch exactly these areas from now (ns) on; an outline that is watched already keeps its time.
+
+        digests : for each area, by name, the digest of its outline
+        """
         known = {name: self._known.get(name, []) for name in digests}
         for name, digest in digests.items():
             if not known[name] or known[name][-1].digest != digest:
@@ -45,22 +51,22 @@ class WatchedOutlines:
         self._known = known
 
     def restart(self, now_ns: int) -> None:
-        """Forget former outlines, because times from before now (ns) are no longer valid."""
+        """Forget all former outlines, and watch the present outlines from now (ns) on: earlier times are not valid."""
         present = {name: known[-1].digest for name, known in self._known.items()}
         self._known = {}
         self.watch(present, now_ns)
 
     def described(self, evidence: Evidence) -> Evidence:
-        """Return evidence with the time since when the present outline of each of its areas is watched."""
+        """Return the evidence with `outlined_ns` set for each area: since when its present outline is watched."""
         since = {name: known[-1].since_ns for name, known in self._known.items()}
         return evidence._replace(
             areas=tuple(area._replace(outlined_ns=since.get(area.name, 0)) for area in evidence.areas)
         )
 
     def outdated(self, parts: Sequence[Evidence]) -> tuple[Outdated, ...]:
-        """Return the areas that some of the parts of an evidence do not show at their present place, and since when.
+        """Return the areas that at least one part of the evidence does not show at their present place, and since when.
 
-        A part without areas has no answer, which is a fault of its own.
+        parts : the evidence of each wall; a part without areas is skipped, because it has no answer, a separate fault
         """
         found: dict[str, int] = {}
         for part in parts:
@@ -74,7 +80,8 @@ class WatchedOutlines:
     def _replaced_ns(self, name: str, digest: str) -> int | None:
         """Return when (ns) an outline of an area was replaced; None if the outline is the present one.
 
-        The digest is "" if the area was not there: it is outdated since the area is watched.
+        digest : of the outline, "" for an evidence without the area. An unknown outline counts as replaced when the
+        oldest remembered outline began.
         """
         known = self._known[name]
         if known[-1].digest == digest:

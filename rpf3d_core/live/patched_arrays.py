@@ -1,6 +1,6 @@
-"""Change the arrays of a ground as a patch requires: added facets take the rows of removed facets.
+"""Change the arrays of a terrain as a patch requires: added facets are written into the rows of removed facets.
 
-Unused rows hold a facet without area, which no rock can touch and no search finds. If more facets are added than
+An unused row contains a facet without area, which no rock can touch and no search finds. If more facets are added than
 removed, the arrays grow into the spare memory behind them.
 """
 
@@ -45,9 +45,9 @@ class IndexedTerrain(NamedTuple):
 def with_patch(
     terrain: Terrain, facets: Facets, locator: BucketLocator, change: PatchChange, room: Room, share: Share
 ) -> IndexedTerrain:
-    """Carry out the changes of a patch in the memory of the ground, and return the changed ground.
+    """Carry out the changes of a patch in the memory of the terrain, and return the changed terrain.
 
-    Raises TerrainError, with nothing changed, if the ground would become too wide.
+    Raises TerrainError, with nothing changed, if the terrain would become too wide.
     """
     low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)
     numbers, vertices = _vertices(terrain, change, room)
@@ -83,7 +83,10 @@ def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArra
 
 
 def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
-    """Return which rows (S,) of the arrays the added facets take, which rows stay empty, and the new number of rows."""
+    """Return the rows (S,) for the added facets, the rows (U,) that stay unused, and the new number of rows.
+
+    before : number of rows before the patch
+    """
     coming = len(change.triangles)
     free = np.concatenate([change.gone, room.free_rows]).astype(np.int32)
     more = np.arange(before, before + max(coming - len(free), 0), dtype=np.int32)
@@ -91,7 +94,10 @@ def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int3
 
 
 def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: Share) -> tuple[Vec, Vec]:
-    """Return the corners (m) of the box around all facets after a patch. Raises TerrainError if it grows too much."""
+    """Return the low and high corner (m) of the box around all facets after a patch.
+
+    Raises TerrainError if the box grows too much. marks : (F,) as `change_of` has set them
+    """
     going = facets.corners[change.gone].reshape(-1, 3)
     box = np.array([facets.low, facets.high])
     if bool((going == box[0]).any() or (going == box[1]).any()):

@@ -1,9 +1,9 @@
-"""Plan how a patch is joined to the ground, before anything is changed: which facets to remove and which to add.
+"""Plan how a patch is joined to the terrain, before anything is changed: which facets to remove and which to add.
 
-The footprint of a patch is the area of its own facets in plan. Every facet of the ground that touches the footprint is
-removed as a whole; all other facets keep every bit. The ring-shaped gap between the remaining ground and the border of
-the patch is filled with triangles. So are small holes of the patch, in which no facet of the ground remains. In larger
-holes the ground remains unchanged.
+The footprint of a patch is the area of its own facets in plan. Every facet of the terrain that touches the footprint is
+removed as a whole; all other facets stay exactly the same. The ring-shaped gap between the remaining terrain and the
+border of the patch is filled with triangles. Small holes of the patch, in which no facet of the terrain remains, are
+filled, too. In larger holes the terrain remains unchanged.
 """
 
 from typing import Any, NamedTuple
@@ -34,7 +34,7 @@ FOLDED = "the patch folds over itself or stands upright in plan: only a patch th
 
 
 class PatchChange(NamedTuple):
-    """The planned changes of a patch to a ground with F facets and V vertices.
+    """The planned changes of a patch to a terrain with F facets and V vertices.
 
     gone : (G,) facets that are removed; freed : (U,) vertices that no facet uses any more
     vertices : (N, 3) m, added vertices; triangles : (S, 3) added triangles, numbers from V on refer to `vertices`
@@ -55,11 +55,11 @@ class PatchChange(NamedTuple):
 def change_of(
     patch: Mesh, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> PatchChange | None:
-    """Return the changes that a patch will make to the ground; None if the patch replaces the whole ground.
+    """Return the changes that a patch will make to the terrain; None if the patch replaces the whole terrain.
 
-    patch : in the ground's frame
-    marks : (F,) all STAYS at first; the function sets GOES for removed facets
-    Raises TerrainError if the patch touches no ground, folds over itself in plan, or cannot be joined to the rest.
+    patch : mesh in the terrain's local frame
+    marks : (F,) all STAYS before the call; the function sets GOES for each facet that the patch removes
+    Raises TerrainError if the patch does not touch the terrain, folds over itself in plan, or cannot be joined to it.
     """
     slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)
     _check_sheet(corners)
@@ -92,7 +92,7 @@ def change_of(
 
 
 class _Found:
-    """The facets of the ground that a patch touches, with functions that compare places with the patch in plan."""
+    """The facets of the terrain that a patch touches, with functions that compare places with the patch in plan."""
 
     def __init__(
         self, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8], patch: FloatArray,
@@ -123,7 +123,7 @@ def _check_sheet(corners: FloatArray) -> None:
 
 
 def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
-    """True if a facet with an area stays in the ground, so that the patch is not the whole ground."""
+    """True if a facet with an area stays in the terrain, so that the patch is not the whole terrain."""
     stays = np.flatnonzero(marks[: len(facets.zone)] == 0)
     return bool(facets.normals[stays].any())
 
@@ -131,9 +131,12 @@ def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
 def _ring(
     patch: Mesh, terrain: Terrain, seam: NDArray[np.int64], border: NDArray[np.int64], found: _Found
 ) -> NDArray[np.int64]:
-    """Return the triangles (T, 3) that fill the gap between the remaining ground and the border of the patch.
+    """Return the triangles (T, 3) that fill the gap between the remaining terrain and the border of the patch.
 
-    Vertex numbers from V on are the patch's vertices.
+    Vertex numbers from V on, the number of the terrain's vertices, are the patch's vertices.
+
+    seam : (N, 2) edges between removed and remaining facets
+    border : (M, 2) other edges around the removed facets, away from the patch: the former boundary of the terrain
     """
     count = len(terrain.vertices)
     edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
@@ -147,7 +150,7 @@ def _ring(
 
 
 def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
-    """Raise TerrainError if a gap would remain: an edge of the remaining ground without a triangle of the ring."""
+    """Raise TerrainError if a gap would remain: an edge of the remaining terrain without a triangle of the ring."""
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):
@@ -155,7 +158,10 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
-    """Return the triangles with other vertex numbers: first the ground's vertices `some`, then the patch's vertices."""
+    """Return triangles with new vertex numbers: the terrain's vertices `some` get the first numbers, then the patch's.
+
+    came : (N, 3) added triangles, patch vertices numbered after all terrain vertices; some : sorted terrain vertices
+    """
     old = came < len(terrain.vertices)
     return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))
 

@@ -1,7 +1,7 @@
-"""Release rocks for the sources of one message, over a ground.
+"""Release rocks for the sources of one message over a terrain.
 
-The rocks of a source are spread around it. Monitoring gives a place that is exact to some metres, and a rough speed. So
-the answer shows how much this uncertainty matters.
+Monitoring gives the place of a source to some metres, and a rough speed. Therefore the rocks of a source are spread
+around it, and the answer includes this uncertainty.
 """
 
 import math
@@ -24,9 +24,10 @@ from rpf3d_core.terrain.frame import FloatArray
 Flags = NDArray[np.bool_]
 
 SAME_GROUND = 1e-6
-"""Difference (m) in two measured heights of a source above the ground up to which they count as equal.
+"""Largest difference (m) between two heights of a source that count as equal.
 
-The heights are those above the ground below it, and above the highest ground there.
+The two heights are measured above the ground straight below the source, and above the highest ground at its place in
+plan.
 """
 
 MOST_NAMED = 3
@@ -41,8 +42,8 @@ class ReleaseSpread:
     """How rocks are spread around each source, because monitoring gives only a rough place and speed.
 
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
-    above_ground : height of each source above the ground (m); None for the height at which the source was seen
-    highest : height above the ground (m) above which a source is doubtful, such as over terrain with z down
+    above_ground : height above the ground (m) to which each source is moved; None to keep the height in the message
+    highest : distance from the ground (m) above which a source is reported as doubtful: z may point down in the input
     map_origin : (east, north, height) m, survey coordinates of the origin of the map frame
     """
 
@@ -55,14 +56,15 @@ class ReleaseSpread:
 
 @dataclass(frozen=True, eq=False)
 class Released:
-    """The S sources of one message that rocks start from, in the order of the message.
+    """The S sources of one message, in the order of the message, and which of them release rocks.
 
     All sources keep their numbers even if some are left out, so that their random numbers stay the same.
 
-    places : (S, 3) m, local; velocities : (S, 3) m/s; diameters : (S,) m, NaN for the scene's rocks, or None
+    places : (S, 3) m, local frame; velocities : (S, 3) m/s
+    diameters : (S,) m, NaN for the size of the scene's rocks; None if all rocks have that size
     heights : (S,) m above the highest ground there; spread rocks start at the same height; NaN if rocks are not spread
-    sound : (S,) True for released sources; left_out : a sentence on the other sources, "" if there are none
-    doubtful : a sentence on released sources that are too far from the ground, "" if there are none
+    sound : (S,) True for sources that release rocks; left_out : a sentence on the other sources, "" if there are none
+    doubtful : a sentence on sound sources that are too far from the ground, "" if there are none
     around : how rocks are spread around each source
     """
 
@@ -77,21 +79,21 @@ class Released:
 
     @property
     def highest(self) -> float:
-        """Upper bound of the height of release (m, local frame), to size the maps.
+        """Upper bound of the height of the releases (m, local frame), from which the bins of the maps are chosen.
 
-        It holds if the ground under spread rocks is no higher than at their source.
+        The bound is right only if the ground under spread rocks is no higher than at their source.
         """
         return float(np.nanmax(self.places[:, 2] + np.nan_to_num(self.heights), initial=-np.inf))
 
     @property
     def fastest(self) -> float:
-        """Upper bound of the speed of release (m/s), to size the maps."""
+        """Upper bound of the speed at release (m/s), from which the bins of the maps are chosen."""
         spread = self.around.velocity * len(IN_SPEED) ** 0.5
         return float(np.linalg.norm(self.velocities, axis=1).max(initial=0.0) + spread)
 
 
 def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread) -> Released:
-    """Return the sources of one message placed over a ground: where they can release rocks, and which are left out.
+    """Return the sources of one message placed over a terrain: where they can release rocks, and which are left out.
 
     Raises
     ------
@@ -117,13 +119,14 @@ def releases_of(
     standing: PreparedTerrain, released: Released, ranges: Sequence[range | IntArray], seed: int,
     sources: IntArray | None = None,
 ) -> Releases:  # fmt: skip
-    """Return the releases of each source for the given ranges of rock numbers, or numbers (N,).
+    """Return the releases of the rocks with the given numbers, source after source.
 
-    sources : numbers of the sources that the ranges belong to; None for all sources in order
+    ranges : for each source, a range or an array (N,) of rock numbers
+    sources : source number of each of the ranges; None for all sources in order
 
-    The bits of a rock do not depend on the ranges. A rock that is spread keeps its source's height above the ground, so
-    no rock starts in the wall behind the source. Where there is no ground, the rock starts at its source. Random
-    numbers are drawn as in `ensemble.releases`.
+    The release of a rock depends only on its source and number, not on the ranges. A spread rock starts as high above
+    the ground as its source, so no rock starts in the wall behind the source. If there is no ground at its place, the
+    rock starts at its source. Random numbers are drawn as in `ensemble.releases`.
     """
     numbers = [np.arange(s.start, s.stop, s.step) if isinstance(s, range) else s for s in ranges]
     which = np.arange(len(ranges)) if sources is None else sources
@@ -153,9 +156,9 @@ def _placed(standing: PreparedTerrain, released: Released, seed: int, source: In
 
 
 def _spread(half: float, purposes: Sequence[Purpose], seed: int, source: IntArray, rock: IntArray) -> FloatArray:
-    """Return random deviations (R, K), uniform within a half-width, one column for each purpose.
+    """Return random deviations (R, K), uniform from -half to half, one column for each of K purposes.
 
-    Zeros if `half` is 0.
+    source, rock : (R,) numbers of the source and of the rock
     """
     if half == 0.0:
         return np.zeros((len(rock), len(purposes)))
@@ -163,19 +166,21 @@ def _spread(half: float, purposes: Sequence[Purpose], seed: int, source: IntArra
 
 
 def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: float) -> tuple[FloatArray, FloatArray]:
-    """Return masses (R,) kg and radii (R,) m from the diameters (R,) m that the message gives.
+    """Return masses (R,) kg and radii (R,) m from the diameters (R,) m of the message.
 
-    NaN keeps the rock's own.
+    A rock with the diameter NaN keeps its mass and radius.
     """
     known = np.isfinite(diameter)
     return np.where(known, mass_of(diameter, density), mass), np.where(known, 0.5 * diameter, radius)
 
 
 def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
-    """Return where sources (S, 3) m are relative to the ground: under it, how high above it, or off the terrain.
+    """Return where sources (S, 3) m are: how deep under the ground, how high above the ground, or off the terrain.
 
     The result is three arrays (S,): depth under the ground (m; 0 above the ground), height above the highest ground
     there (m; NaN if other ground hangs over the point), and True for points off the terrain.
+
+    above : height above the ground (m) to which all sources are moved, or None
     """
     over = _over_top(standing, x)
     off = over[:, 1] < 0
@@ -189,9 +194,9 @@ def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> 
 
 
 def _distances(standing: PreparedTerrain, x: FloatArray, above: float | None) -> FloatArray:
-    """Return the distance (S,) m of sources (S, 3) m from the ground: above the ground straight below them.
+    """Return the distance (S,) m of sources (S, 3) m from the ground, measured to the ground straight below them.
 
-    If all sources are moved to a height `above` the ground, the distance is that from the highest ground, up or down.
+    If all sources are moved to a height `above` the ground, the distance is from the highest ground there, up or down.
     """
     if above is None:
         return np.asarray(standing.ground.engine.ground_below(x)[:, 0])
@@ -211,7 +216,7 @@ def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
-    """Return the highest ground at places (S, 3) m, as `Engine.ground_below` gives it from above all terrain."""
+    """Return `Engine.ground_below` (S, 3) from above all terrain: the highest ground at places (S, 3) m."""
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)
@@ -224,7 +229,7 @@ def _tops(standing: PreparedTerrain, x: FloatArray, over: FloatArray) -> FloatAr
 
 
 def _raised(standing: PreparedTerrain, x: FloatArray, heights: FloatArray) -> FloatArray:
-    """Return points moved to given heights (N,) m above the highest ground below or above them: (N, 3) m.
+    """Return points (N, 3) m moved up or down to the given heights (N,) m above the highest ground there.
 
     z is NaN where there is no ground. Points whose height is NaN are not moved.
     """

@@ -1,4 +1,4 @@
-"""Memory for the grounds of a live simulator, used again when no object uses the previous ground in it any more."""
+"""Memory for the terrains of a live simulator; it is used again when no object uses the terrain in it any more."""
 
 import weakref
 from collections.abc import Iterator
@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from rpf3d_core.jit.memory import Kept
 
 SETS = 2
-"""Number of unused memory sets that are kept: one for the running ground, one to build the next ground in."""
+"""Largest number of unused memory sets that are kept: usually one terrain is in use while the next terrain is built."""
 
 
 class Room:
-    """A memory set for one ground, and the objects that use it.
+    """A memory set for one terrain, and the objects that use it.
 
-    claimed : True while a ground is being built here
-    patches : number of patches of the ground here
-    free_rows, free_vertices : rows of facets and of vertices that are no longer used
+    claimed : True while a terrain is being built in this memory
+    patches : number of patches of the terrain since it was built from a whole survey
+    free_rows, free_vertices : rows of the arrays of facets and of vertices that are no longer used
     """
 
     def __init__(self) -> None:
@@ -31,31 +31,31 @@ class Room:
         self.begin()
 
     def begin(self) -> None:
-        """Reset the memory set for a new whole ground: every row is in use."""
+        """Reset the memory set for a new terrain from a whole survey: no patches, no unused rows."""
         self.patches = 0
         self.free_rows = np.empty(0, np.int32)
         self.free_vertices = np.empty(0, np.int64)
 
     def patched(self, free_rows: NDArray[np.int32]) -> None:
-        """Record one more patch; free_rows : (U,) rows that hold no facet after the patch."""
+        """Record one more patch; free_rows : (U,) rows without a facet after the patch."""
         self.patches += 1
         self.free_rows = free_rows
 
     def used_by(self, *users: Any) -> None:
-        """Register objects that use this memory; it stays occupied as long as one of them exists."""
+        """Register objects that use this memory; the memory stays occupied as long as one of these objects exists."""
         with self._lock:  # another thread may be searching for a free room
             self._users += [weakref.ref(user) for user in users]
 
     @property
     def free(self) -> bool:
-        """True if this memory can be used for another ground: no object uses it, and no ground is being built here."""
+        """True if this memory is available for a terrain: no object uses it, and no terrain is being built in it."""
         with self._lock:
             self._users = [user for user in self._users if user() is not None]
             return not (self._users or self.claimed)
 
 
 class Rooms:
-    """All memory sets of a `Workshop`: one for each ground in use, and at most SETS unused ones."""
+    """All memory sets of a `Workshop`: one for each terrain in use, and at most SETS unused ones."""
 
     def __init__(self) -> None:
         self._rooms: list[Room] = []
@@ -63,7 +63,7 @@ class Rooms:
 
     @contextmanager
     def free_one(self) -> Iterator[Room]:
-        """Return an unused set of memory for building a terrain; a new set if all are in use."""
+        """Provide an unused memory set in a `with` statement, to build a terrain in; a new set if all are in use."""
         with self._lock:
             free = [room for room in self._rooms if room.free]
             self._rooms = [room for room in self._rooms if room not in free[SETS:]]

@@ -69,9 +69,9 @@ EXCLUDED: Mapping[str, str] = {
     "materials.default.library": "names ranges, which no parameter can hold",
     "data_hint": "speaks of files that are missing",
 }
-"""Fields of a scene that cannot be given as live parameters, with all fields below them, and why.
+"""Fields of a scene that cannot be given as live parameters, including all fields below them, and the reason.
 
-A scene file may give these fields.
+A scene file may contain these fields, except for the shape of a body.
 """
 
 STAND_INS: Mapping[str, Any] = {
@@ -85,8 +85,8 @@ STAND_INS: Mapping[str, Any] = {
 def live_parameters() -> tuple[SceneField, ...]:
     """Return the fields of a scene that users may give as single parameters, in the order of the reference.
 
-    `default` is the value of a field that is not given, None for a field that is then left out. Fields `within` a model
-    or an effect have their default only where the model or the effect is named.
+    `default` is the value of a field that no parameter gives, None for a field that is then left out. A field `within`
+    a model or an effect has its default only if the model or the effect is named.
     """
     standard = live_scene({})
     offered = (field for field in scene_fields() if why_excluded(field.key) is None)
@@ -94,15 +94,15 @@ def live_parameters() -> tuple[SceneField, ...]:
 
 
 def live_scene(values: Mapping[str, Any]) -> Scene:
-    """Return the scene from parameters such as `rock.diameter`, or from the scene file that `scene` names.
+    """Return the scene from parameters such as `rock.diameter`, or from the scene file in the parameter `scene`.
 
-    A value for a parameter of a model or an effect names the model or effect, as in a scene file; `effects.<name>:
-    true` names an effect with all its defaults.
+    A parameter below a model or an effect also chooses this model or effect, as in a scene file; `effects.<name>: true`
+    chooses an effect with all its defaults.
 
     Raises
     ------
     SceneError
-        Values are refused: one line for each, as for a scene file. Or there are values in addition to `scene`.
+        A value is refused (one line for each, as for a scene file), or there are values in addition to `scene`.
     """
     given = {name: value for name, value in values.items() if name != SCENE}
     if values.get(SCENE):
@@ -114,7 +114,7 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
 
 
 def why_excluded(key: str) -> str | None:
-    """Return why a field of a scene cannot be a live parameter; None if it can."""
+    """Return why a field of a scene cannot be a live parameter; None if it can be one. key : such as `rock.diameter`"""
     return next((why for at, why in EXCLUDED.items() if key == at or key.startswith(f"{at}.")), None)
 
 
@@ -196,7 +196,8 @@ def _copied(value: Any) -> Any:
 def _default(field: SceneField, standard: Scene) -> Any:
     """Return the value that a field has if no parameter gives it.
 
-    For a field of a model or effect, the field's default.
+    For a field of a model or effect, this is the field's own default, else the value in `standard`, the scene without
+    parameters.
     """
     if field.within or field.names:
         return field.default

@@ -10,17 +10,16 @@ from rpf3d_core.live.standing import Outlines
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
 MOST_STEPS = 2000
-"""Largest number of steps along an outline; for a longer outline, steps are longer than a cell."""
+"""Approximate largest number of steps along an outline; for a longer outline, steps are longer than a cell."""
 
 
 def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:
     """Return the outlines of each area, by name, as closed lines (T, 3) m on the ground, map frame.
 
-    A line has the height of the cells it crosses.
+    The height of a line is that of the ground in the cells that the line crosses. Parts of a line without ground below
+    them get the height of the line next to them. A ring that crosses no cell with known height is left out.
 
-    areas : rings (P, 2) m, local frame, with or without the first corner repeated. Parts of a ring without ground below
-    them have the height of the line next to them. A ring that crosses no cell of the raster is left out, whether it
-    lies outside the raster or encloses it.
+    areas : rings (P, 2) m, local frame, with or without the first corner repeated
     """
     return {
         name: [frame.points_to_input(line) for ring in rings if len(line := _laid_on(ring, cells, raster))]
@@ -31,7 +30,7 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
 def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
     """Return one outline as a closed line (T, 3) m on the ground, local frame, with a point in each cell.
 
-    The line is empty if it crosses no cell.
+    The line is empty if it crosses no cell with known height.
     """
     corners = np.vstack([ring, ring[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])

@@ -1,6 +1,6 @@
-"""Prepare a ground once for many answers, so that each answer costs only the flight of its rocks.
+"""Prepare a terrain once for many answers, so that an answer takes only the time to fly its rocks.
 
-Only `stand_on`, called once for each ground, takes longer for a larger terrain.
+Only `stand_on`, called once for each terrain, takes longer for a larger terrain.
 """
 
 import math
@@ -41,7 +41,7 @@ Outlines = Mapping[str, Sequence[FloatArray]]
 
 
 class Surveyed(Protocol):
-    """The attributes that a ground must have to be prepared for answers (`live.ground.LiveTerrain` has them)."""
+    """The attributes that a terrain must have to be prepared for answers (`live.ground.LiveTerrain` has them)."""
 
     @property
     def terrain(self) -> Terrain:
@@ -57,7 +57,7 @@ class Surveyed(Protocol):
 
     @property
     def digest(self) -> str:
-        """Digest (SHA-256) of all surveys of the ground, which identifies it in logs."""
+        """Digest (SHA-256) of all surveys of the terrain, which identifies it in logs."""
 
     @property
     def whole_ns(self) -> int:
@@ -65,19 +65,20 @@ class Surveyed(Protocol):
 
     @property
     def changed(self) -> Changed | None:
-        """Where the last patch changed the ground; None if the ground was built whole."""
+        """Where the last patch changed the terrain; None if the terrain was built from a whole survey."""
 
 
 @dataclass(eq=False)
 class PreparedTerrain:
-    """A ground with all data that its answers share; for one thread and one answer at a time.
+    """A terrain with all data that its answers share; for one thread and one answer at a time.
 
+    flight : materials, settings and models of the rocks; with unknowns, those of the first parameter set
     areas : rings of the scene's own areas of interest, local frame
-    tallies : counts for the maps of the current answer, emptied for the next one
-    before : map cells of the ground before the patch, None if there was no patch
-    uncovered : share of an area without ground, by the bytes of its outline (`live.coverage`)
-    sets : parameter sets of a scene with unknowns (`flight` is that of the first); None without unknowns
-    area_digests : digest of the outline of each of the scene's own areas
+    tallies : counts for the maps of the current answer, emptied for the next answer
+    before : map cells of the terrain before the last patch; None if there was no patch, or once `cells` has used them
+    uncovered : share of an area without terrain; the key is its outline as bytes (`live.coverage`)
+    sets : parameter sets of a scene with unknowns; None without unknowns
+    area_digests : digest of the outline of each of the scene's own areas, by name
     """
 
     ground: Surveyed
@@ -106,7 +107,7 @@ class PreparedTerrain:
         return {**self.areas, **live}
 
     def digests_with(self, live_areas: Outlines) -> dict[str, str]:
-        """Return the digest of the outline of each area in `areas_with`, which no change of the terrain changes."""
+        """Return the digest of the outline of each area in `areas_with`, by name; it does not depend on the terrain."""
         return {**self.area_digests, **{name: outline_digest(rings) for name, rings in live_areas.items()}}
 
     def empty_tallies(
@@ -115,8 +116,8 @@ class PreparedTerrain:
         """Return empty counts for the maps of a new answer, in the memory of the previous answer's counts.
 
         outlines : of all areas of interest, as from `areas_with`
-        fastest, highest : upper bounds of speed (m/s) and height (m, local) of release
-        diameters : (S,) m, of rocks in addition to the scene's own, NaN for the scene's own; None if there are none
+        fastest, highest : upper bounds of the speed (m/s) and height (m, local frame) at release
+        diameters : (S,) m, of the rocks of each source, NaN for the scene's own rocks; None if all are the scene's own
         """
         facets, scene = self.ground.facets, self.scene
         areas, masses, old = areas_of(outlines), _masses(self.rock, diameters), self.tallies
@@ -140,10 +141,7 @@ class PreparedTerrain:
 
     @cached_property
     def cells(self) -> TerrainCells:
-        """The map cells that lie over ground, with the height of the ground there, for display.
-
-        Computed on first use.
-        """
+        """The map cells that lie over ground, with the height of the ground, for display; computed on first use."""
         terrain, walked = self.ground.terrain, self.tallies.ground
         known, self.before = self.before, None
         changed = self.ground.changed
@@ -153,7 +151,7 @@ class PreparedTerrain:
 
     @property
     def least_rocks(self) -> int:
-        """Number of rocks that a cluster of sources needs for predictive intervals; 0 without unknowns."""
+        """Smallest number of rocks with which a cluster of sources gets predictive intervals; 0 without unknowns."""
         return 0 if self.sets is None else self.sets.least_rocks
 
     @property
@@ -163,12 +161,12 @@ class PreparedTerrain:
 
 
 def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
-    """Prepare a ground for answers: compute everything that all answers of a scene over this ground share.
+    """Prepare a terrain for answers: compute everything that all answers of a scene over this terrain share.
 
     Raises
     ------
     InputError
-        A zone of the ground has no material, an area of interest lies off it, or its maps need too much memory.
+        A zone of the terrain has no material, an area of interest lies off the terrain, or the maps are too large.
     """
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
     (flight, sets), raster = _flights(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
@@ -190,9 +188,9 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
 
 
 def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
-    """Return what the simulation of a scene over a terrain needs, and the parameter sets of the scene.
+    """Return the flight of a scene over a terrain (materials, settings, models), and the parameter sets of the scene.
 
-    The parameter sets are None if the scene has no unknowns; otherwise the settings are for the first set.
+    Without unknowns, the parameter sets are None. With unknowns, the flight is that of the first set.
     """
     flight = scene_flight(scene, terrain)
     sets = live_sets(scene, terrain, flight)
@@ -200,9 +198,9 @@ def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
 
 
 def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
-    """Prepare a ground for answers after a patch; only the changed part is computed again.
+    """Prepare a terrain for answers after a patch; only the changed part is computed again.
 
-    before : the prepared ground without the patch; its memory is used again, so it must not be used any more
+    before : the prepared terrain without the patch; its memory is used again, so it must not be used any more
     """
     terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed
     scene, raster = before.scene, before.tallies.ground.raster
@@ -229,9 +227,9 @@ def density_of(rock: Rock | DrawnRock) -> float:
 
 
 def _masses(rock: Rock | DrawnRock, diameters: FloatArray | None) -> tuple[float, float]:
-    """Return the smallest and largest mass (kg) of the scene's own rocks and of rocks with given diameters (m).
+    """Return the smallest and largest mass (kg) of the rocks of an answer.
 
-    diameters : NaN for rocks of the scene, None if there are no others
+    diameters : (S,) m, of the rocks of each source, NaN for the scene's own rocks; None if all are the scene's own
     """
     low, high = mass_range(rock)
     if diameters is None or not np.isfinite(diameters).any():

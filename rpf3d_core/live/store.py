@@ -1,7 +1,7 @@
 """Keep the last good terrain on disk, so that a simulator can load it after a restart and report its age.
 
-A folder holds the last whole survey and the patches since then. Each patch names the digest of the ground that it
-was laid upon. Whenever the process ends, the folder holds a ground that was in use: a whole survey replaces the
+A folder contains the last whole survey and the patches since then. Each patch names the digest of the terrain to which
+it was added. Whenever the process ends, the folder contains a terrain that was in use: a whole survey replaces the
 previous one in one step, and patches that do not continue from it are ignored. Only one store at a time may use a
 folder: two stores would remove each other's patches.
 """
@@ -21,9 +21,9 @@ from rpf3d_core.live.survey import MeshSurvey, Survey
 
 WHOLE = f"whole{SUFFIX}"
 MOST_PATCHES = 64
-"""Number of patches after which the ground is stored whole, because each patch takes time when it is loaded.
+"""Largest number of stored patches; the next patch is stored as a whole terrain instead.
 
-Loading a patch takes some hundredths of a second.
+Each stored patch makes a restart some hundredths of a second longer.
 """
 
 LOCK = "in_use.lock"
@@ -34,7 +34,7 @@ The file stays; the lock ends with its process, even after a crash.
 
 
 class StoredSurveys(NamedTuple):
-    """The surveys of one ground on disk: the whole survey and its patches.
+    """The surveys of one terrain on disk: the whole survey and its patches.
 
     pieces : the whole survey, then its patches in order; faults : sentences about patches that could not be read
     unread : number of patches that are left out because of these faults
@@ -45,21 +45,25 @@ class StoredSurveys(NamedTuple):
     unread: int = 0
 
     def age_s(self, now_ns: int | None = None) -> float:
-        """Return how long ago (s) the last survey was built into the ground, by the machine's clock; never below 0."""
+        """Return how long ago (s) the terrain was last built or patched, by the machine's clock; never below 0.
+
+        now_ns : present time (ns), None to read the clock
+        """
         now = time.time_ns() if now_ns is None else now_ns
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
     def patches_ns(self, latest_ns: int) -> tuple[int, ...]:
-        """Return when each patch in the ground was received (ns), by the machine's clock, not after `latest_ns`.
+        """Return the time of each patch in the terrain (ns, by the machine's clock); no time is after `latest_ns`.
 
-        Of patches in a ground that was stored whole, the time is that of the last, and the number is a lower bound.
+        If the terrain was stored whole after some patches, these have the time of the last, and their number is a lower
+        bound.
         """
         first, *patches = self.pieces
         times = [first.received_ns] * first.patches + [patch.received_ns for patch in patches]
         return tuple(min(time_ns, latest_ns) for time_ns in times)
 
     def ground(self, workshop: Workshop) -> LiveTerrain:
-        """Return the ground built again from the stored surveys. Raises TerrainError if that fails."""
+        """Return the terrain built again from the stored surveys. Raises TerrainError if that fails."""
         first, *patches = self.pieces
         ground = workshop.whole(first.survey, first.stamp_ns, first.digest, first.whole_ns)
         for piece in patches:
@@ -69,10 +73,10 @@ class StoredSurveys(NamedTuple):
 
 
 def read_last(folder: Path) -> StoredSurveys | None:
-    """Return the surveys of the last ground that was stored in a folder; None if there is none.
+    """Return the surveys of the last terrain that was stored in a folder; None if there is none.
 
-    A damaged patch ends the list; see `faults`. Raises TerrainError if the whole survey is damaged, and OSError if
-    it cannot be read.
+    A damaged patch and all later patches are left out; `faults` then has a sentence. Raises TerrainError if the whole
+    survey is damaged, and OSError if it cannot be read.
     """
     if not (folder / WHOLE).exists():
         return None
@@ -90,9 +94,9 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Writes each new ground to a folder on its own thread, so that a restarted simulator has a terrain at once.
+    """Writes each new terrain to a folder on its own thread, so that a restarted simulator has a terrain at once.
 
-    A new whole ground replaces the surveys that are not yet written.
+    A new whole terrain replaces the surveys that are not yet written.
     """
 
     def __init__(self, folder: Path, most_patches: int = MOST_PATCHES) -> None:
@@ -117,12 +121,13 @@ class Store:
         self._thread.start()
 
     def keep(self, ground: LiveTerrain, survey: Survey, is_patch: bool = False) -> None:
-        """Queue the survey of a new ground or patch for writing; returns at once.
+        """Queue the survey of a new terrain or patch for writing, and return at once.
 
-        survey : what the ground was built from, or its last patch
-        is_patch : True if the survey is a patch; a patch that leaves nothing of the ground is stored whole
+        survey : the whole survey that the terrain was built from, or its last patch
+        is_patch : True if the survey is a patch; if it has replaced the whole terrain, it is stored as a whole survey
 
-        After many patches the ground itself is copied, which takes some hundredths of a second.
+        After many patches, or if a survey is missing on disk, the terrain itself is copied and stored whole, which
+        takes some hundredths of a second.
         """
         follows = ground.patches > 0 and self._patches < self._most and self._last and not self._gap
         upon = self._last if follows else ""
@@ -134,17 +139,17 @@ class Store:
         )  # fmt: skip
         with self._changed:
             if not upon:
-                self._waiting.clear()  # the whole ground replaces all waiting surveys
+                self._waiting.clear()  # the whole terrain replaces all waiting surveys
             self._last, self._patches = ground.digest, self._patches + 1 if upon else 0
             self._waiting.append(piece)
             self._changed.notify_all()
 
     def follow(self, last: StoredSurveys) -> None:
-        """Continue after a restart from surveys read from this folder: later patches are stored after them."""
+        """Continue after a restart from surveys that were read from this folder; later patches are added to them."""
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:
-        """Wait until all surveys are on disk, at most `timeout` (s); return True if they are."""
+        """Wait until no survey is left to write, at most `timeout` (s); return True if none is left."""
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting and not self._busy, timeout)
 
@@ -180,7 +185,7 @@ class Store:
                 self._changed.notify_all()
 
     def _try_to_write(self, piece: StoredSurvey) -> None:
-        """Write a survey; after a failure, set `fault` and write no patch until a whole ground is on disk."""
+        """Write a survey; after a failure, set `fault` and write no patch until a whole terrain is on disk."""
         try:
             self._write(piece)
         except Exception as error:  # the thread must survive any error
@@ -202,9 +207,10 @@ class Store:
 
 
 def _locked(folder: Path) -> tuple[int, str | None]:
-    """Lock a folder against a second store; return a descriptor that holds the lock, or -1 and why it was not locked.
+    """Lock a folder against a second store; return the descriptor of the lock and None, or -1 and why the lock failed.
 
-    A faulty disk must not stop the simulator. Raises InputError if another store holds the lock.
+    A failed lock is no error, because a faulty disk must not stop the simulator. Raises InputError if another store has
+    locked the folder.
     """
     handle = -1
     try:
@@ -220,7 +226,7 @@ def _locked(folder: Path) -> tuple[int, str | None]:
 
 
 def mesh_of(ground: LiveTerrain) -> MeshSurvey:
-    """Return a ground as a mesh survey in the map frame, to store it whole.
+    """Return a terrain as a mesh survey in the map frame, to store it whole.
 
     Rows that patches have left empty are left out.
     """

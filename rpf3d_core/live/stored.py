@@ -1,7 +1,7 @@
-"""Write and read one survey in one file, which is never half-written and never half-read.
+"""Write and read one survey in one file; the file is always complete, and a damaged file is refused.
 
 The file consists of a line that names the kind of file, the length of a header, the header (JSON), the arrays, and the
-SHA-256 of all that. It is written under another name, flushed to the disk, and renamed in one step.
+SHA-256 of all these. It is written under another name, flushed to the disk, and renamed in one step.
 """
 
 import hashlib
@@ -29,12 +29,12 @@ LENGTH = struct.Struct("<Q")
 
 
 class StoredSurvey(NamedTuple):
-    """A survey as it is stored on disk, with the digests that show which ground it belongs to.
+    """A survey as it is stored on disk, with the digests that show which terrain it belongs to.
 
-    digest : of the resulting ground; upon : of the ground that the survey is a patch of, "" for a whole survey
+    digest : of the terrain with this survey; upon : for a patch, digest of the terrain before the patch, else ""
     stamp_ns, received_ns, whole_ns : as in `ground.LiveTerrain`; whole_ns is 0 if an older version did not store it
-    patches : number of patches that a whole survey contains because the ground was stored whole after them, or 1 if the
-        survey is itself a patch that left nothing of the ground
+    patches : for a terrain that was stored whole after patches, the number of these patches, or a lower bound; 1 for a
+        patch that has replaced the whole terrain; else 0
     """
 
     survey: Survey
@@ -68,7 +68,10 @@ def write_piece(path: Path, piece: StoredSurvey) -> None:
 
 
 def read_piece(path: Path) -> StoredSurvey:
-    """Read a survey from a file. Raises TerrainError if anything is missing or changed, or OSError."""
+    """Read a survey from a file.
+
+    Raises TerrainError if a part of the file is missing or changed, and OSError if it cannot be read.
+    """
     content = path.read_bytes()
     body = memoryview(content)[: max(len(content) - CHECK, 0)]
     if bytes(body[: len(MAGIC)]) != MAGIC:
@@ -104,7 +107,7 @@ def _bytes_of(array: Any) -> Any:
 def _piece(body: memoryview) -> StoredSurvey:
     """Return the survey from the content of a file whose checksum is correct.
 
-    Body : the content without the checksum.
+    body : the content of the file without the checksum
     """
     begin = len(MAGIC) + LENGTH.size
     (length,) = LENGTH.unpack(body[len(MAGIC) : begin])
@@ -128,9 +131,10 @@ def _piece(body: memoryview) -> StoredSurvey:
 
 
 def _with_whole_ns(piece: StoredSurvey) -> StoredSurvey:
-    """Return a piece of a store without `whole_ns`: a whole survey of its own stamp, unless it contains patches.
+    """Return a survey from a file of an older version, which has no `whole_ns`, with `whole_ns` and `patches` set.
 
-    A ground that was stored whole after patches has the digest of the ground, not of its mesh; its age is unknown.
+    A whole survey without patches gets its own stamp as `whole_ns`. For a terrain that was stored whole after patches,
+    `whole_ns` stays 0, that is unknown: its digest differs from that of its mesh.
     """
     if digest_of(piece.survey) == piece.digest:
         return piece._replace(whole_ns=piece.stamp_ns)

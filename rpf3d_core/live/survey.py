@@ -9,7 +9,7 @@ from rpf3d_core.terrain.frame import FloatArray
 MOST_POINTS = 5_000_000
 """Largest number of points in a survey, unless the user sets another number, to limit memory.
 
-5 million points give 10 million facets; two such grounds take 4.5 GB.
+5 million points give 10 million facets; two such terrains take 4.5 GB.
 """
 
 
@@ -60,11 +60,9 @@ def points_of(survey: Survey) -> int:
 
 
 def check_points(points: int, most: int = MOST_POINTS) -> None:
-    """Refuse a survey with too many points, before memory is used for it.
+    """Raise TerrainError if a survey has more than `most` points, before memory is used for it.
 
-    points : number that the message announces
-
-    Raises TerrainError, naming the limit.
+    points : number of points that the message announces
     """
     if points > most:
         raise TerrainError(f"the survey has {points:,} points, more than the {most:,} that a survey may have")

@@ -14,7 +14,7 @@ class Trigger:
 
     positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
     stamp_ns : stamp of the message
-    digest : SHA-256 (hex) of all these values, as from `digest_of`; topic : the topic of the message
+    digest : SHA-256 (hex) of the values above, as from `digest_of`; topic : the topic of the message
     """
 
     positions: FloatArray
@@ -37,7 +37,7 @@ def trigger_of(
 
 
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
-    """Return a digest (SHA-256, hex) that identifies sources; equal numbers of any data type give the same digest.
+    """Return a digest (SHA-256, hex) that identifies sources; it depends on the numbers, not on their data type.
 
     Parameters as in `trigger_of`.
     """

@@ -14,7 +14,8 @@ from rpf3d_core.terrain.frame import FloatArray
 class ShownZone:
     """A hazard zone for display: the facets within one range of reach probability, map frame.
 
-    name : of the level; corners : (F, 3, 3) m, of the zone's facets; outline : (E, 2, 3) m, ends of its edges
+    name : the reach level as text; corners : (F, 3, 3) m, of the zone's facets
+    outline : (E, 2, 3) m, both ends of each edge around the facets of at least this level
     """
 
     name: str
@@ -23,12 +24,12 @@ class ShownZone:
 
 
 def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> list[ShownZone]:
-    """Return a hazard zone for each level of reach probability, for display.
+    """Return a hazard zone for each reach level, for display.
 
-    levels : (-), ascending
+    levels : reach levels (-), ascending
 
-    The facets of a zone have at least its level and less than the next level, so no two zones overlap. The outline of a
-    zone encloses all facets of at least its level.
+    The facets of a zone have a reach probability of at least its level and below the next level, so zones do not
+    overlap. The outline of a zone encloses all facets of at least its level.
     """
     share = reach_probability(maps.facets, maps.flown)
     band = np.searchsorted(levels, share, side="right")
@@ -42,7 +43,7 @@ def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> 
 
 
 def outer_edges(triangles: IntArray) -> IntArray:
-    """Return the edges (E, 2) around a set of triangles (F, 3): pairs of vertices that only one triangle has."""
+    """Return the edges (E, 2) around a set of triangles (F, 3): the edges that belong to only one of the triangles."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     one, other = sides.T
     edges = np.sort(np.minimum(one, other) << 32 | np.maximum(one, other))

@@ -13,7 +13,7 @@ DOMAINS = 101
 """Number of ROS domains that are used: ids 1 to 101 need no ports from the system's ephemeral range."""
 
 _numbers = itertools.count(13 * os.getpid())
-"""Next domain number to try: not a domain that was just released, whose nodes may still be shutting down."""
+"""Numbers for the next domains to try; they increase, because nodes of a released domain may still be shutting down."""
 
 
 def free_domain() -> tuple[int, IO[str]]:

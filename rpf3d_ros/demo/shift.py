@@ -89,7 +89,10 @@ class Shift:
         stand_in.subscribe("alerts", self._note_alert, RESULTS)
 
     def play(self, report: Callable[[str], None]) -> None:
-        """Do each action at its time. Raises InputError if a node does not answer or refuses an acknowledgement."""
+        """Do each action at its time; report : called with a line of text before each action.
+
+        Raises InputError if a node does not answer or refuses an acknowledgement.
+        """
         if not self._stand_in.wait(lambda: self.levels, ANSWERING):
             raise InputError(f"no alert is heard within {ANSWERING:g} s")
         for event in EVENTS:
@@ -104,12 +107,12 @@ class Shift:
         self._publish_sources()
 
     def falls(self) -> None:
-        """Let the radar detect rocks from here on."""
+        """Let the radar detect rocks from now on."""
         self._detected = (self._content.places, self._content.velocities)
         self._publish_sources()
 
     def quiet(self) -> None:
-        """Let the radar detect nothing from here on."""
+        """Let the radar detect nothing from now on."""
         self._detected = (NONE, NONE)
         self._publish_sources()
 
@@ -161,7 +164,12 @@ class Shift:
             self._stand_in.spin_once()
 
     def _await(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
-        """Publish after the nodes have received the current time, and wait for the answer."""
+        """Publish after the nodes have received the current time, and wait for the answer.
+
+        ask : publishes the message; answered : returns True once the answer has been received
+
+        Raises InputError if no answer is received within ANSWERING seconds.
+        """
 
         def is_answered() -> bool:
             self._clock.publish()

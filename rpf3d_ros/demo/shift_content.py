@@ -22,7 +22,7 @@ from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 CORNER, STEP, COLUMNS, ROWS = (-586.0, -92.0), 1.5, 52, 112
 """Grid of the second survey: south-western corner (m), step (m), columns, rows.
 
-Two benches above the ramp, and its edge.
+The grid covers two benches above the haul ramp, and the edge of the ramp.
 """
 
 TOP, EDGE, SLOPE = 1664.5, -581.0, 0.72
@@ -39,7 +39,7 @@ class ShiftContent:
 
     mesh : CDR bytes of the pit
     places : (S, 3) m, positions of the sources; velocities : (S, 3) m/s
-    bench, muck : (H, W, 3) m, map frame, the two benches before and after the failure
+    bench, muck : (H, W, 3) m, map frame, grids of the two benches before and after the crest has failed
     """
 
     mesh: bytes
@@ -50,7 +50,7 @@ class ShiftContent:
 
     @property
     def speed(self) -> float:
-        """Return the speed of every source (m/s)."""
+        """The speed of the first source (m/s), which is that of every source."""
         return float(np.linalg.norm(self.velocities[0]))
 
 

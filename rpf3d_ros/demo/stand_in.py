@@ -1,7 +1,7 @@
 """A replacement for survey, radar, dispatch and operator in a demo, a benchmark or a soak test.
 
 The replacement needs little computing time, so that measurements show the nodes. It can publish messages that are
-already serialized. Received messages stay serialized and are given with their time of arrival.
+already serialized. Received messages stay serialized, and each is passed on with its time of arrival.
 """
 
 import time
@@ -73,7 +73,7 @@ class StandIn:
     def wait_for_subscribers(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
         """Handle messages until every published topic has `count` subscribers, or `alive` is false.
 
-        True if all have enough subscribers.
+        Return True if every topic has enough subscribers. alive : returns False if waiting has become useless
         """
         offered = self._publishers.values()
 

@@ -47,12 +47,15 @@ class AlarmState:
         self._alarm = sounds, at
 
     def note_alert(self, alert: HeardAlert, at: float) -> None:
-        """Note a message of `alerts` that arrived at a time (s); it ends what `note_lost` reported."""
+        """Note a message of `alerts` that arrived at a time (s)."""
         self._before = None if self._alert is None else self._alert[0].sequence
         self._alert, self._lost = (alert, at), ""
 
     def note_lost(self, why: str) -> None:
-        """Note that the publisher has missed its deadline or has died; the next two alerts end this."""
+        """Note that the publisher is lost; the contact stays open until two more alerts have arrived.
+
+        why : the reason, such as a missed deadline
+        """
         self._lost, self._alert, self._before = why, None, None
 
     def why_open(self, now: float) -> str:

@@ -34,13 +34,16 @@ NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
 """Reason why no decision is made before the clock runs: it would state that a level is held since 1970."""
 
 RENEWED_BEFORE = SECOND
-"""Time (ns) before the end of a decision at which the next is made; at most half of the decision's validity."""
+"""Time (ns) before the end of a decision's validity at which the next decision is made.
+
+If half of the validity is shorter than this time, the next decision is made after half of the validity.
+"""
 
 LONGEST_WRITE = 1.0
-"""Time (s) that a decision may take to reach the disk before the alarm sounds without it."""
+"""Time (s) that a decision may take to reach the disk; after this time the alarm sounds without the decision."""
 
 CLOSING = None
-"""Request that ends the thread of the desk."""
+"""Request that ends the thread of the alert desk."""
 
 
 class DecisionListener(Protocol):
@@ -62,7 +65,7 @@ class DecisionListener(Protocol):
         """Report, once for each decision, that a decision has long been waiting for the disk and is unpublished."""
 
     def undecided(self, error: BaseException) -> None:
-        """Report that a decision failed with an unforeseen error; the next is made soon, without evidence."""
+        """Report that a decision failed with an unforeseen error; the next decision is made soon, without evidence."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +75,10 @@ class Request:
     region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
     faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
         "" if there is no such reason
-    is_error : True if the reason is an error, so the stamps of what was received before are still valid
+    is_error : True if the reason is an error, so that the stamps of earlier messages are still valid
     acknowledged : an acknowledgement, whose name and reason are not checked yet
-    reply : called with True and a sentence if the request was met, or False and the reason
-    is_changed : True if the standing faults have changed
+    reply : called with True and a sentence if the request succeeded, or with False and the reason
+    is_changed : True to decide again because the standing faults or the outlines have changed
     outlines : digest of the present outline of each area of interest, or None if no outline has changed
     """
 
@@ -94,16 +97,17 @@ CHANGED = Request(is_changed=True)
 """A request to decide again, because the standing faults have changed."""
 
 TICK = Request()
-"""A request without new evidence: the desk only checks whether the last decision is about to end."""
+"""A request without new evidence: the alert desk only checks whether the validity of the last decision ends soon."""
 
 
 class AlertDesk:
-    """Decides on the alert on its own thread: when evidence arrives, and again before a decision ends.
+    """Decides on the alert on its own thread: when evidence arrives, and again before the validity of a decision ends.
 
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
-    standing : faults that stand in every decision until their cause has ended
-    expected : topics of sources that must report; has_sensors : True if there are topics of sensors, besides clicks
+    standing : the faults that every decision contains until their cause has ended
+    expected : topics of sources that must publish
+    has_sensors : True if there are topics of sensors in addition to clicked sources
     """
 
     def __init__(
@@ -131,9 +135,9 @@ class AlertDesk:
         self._requests.put(Request(region=region, evidence=evidence, topic=topic))
 
     def watch(self, outlines: Callable[[], Mapping[str, str]]) -> None:
-        """Watch areas of interest at their present places; evidence for a former place is outdated.
+        """Watch areas of interest at their present places; evidence for a former place is then outdated.
 
-        outlines : returns the digest of the present outline of each area. Any thread may call.
+        outlines : returns the digest of the present outline of each area, by name. Any thread may call this method.
         """
         with self._watching:  # otherwise an older state could be put after a newer one
             present = outlines()
@@ -144,24 +148,28 @@ class AlertDesk:
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
 
-        reply : called on the desk's thread after the decision without evidence has been published
+        reply : called on the thread of the alert desk after the decision without evidence has been published
         """
         self._requests.put(Request(faults=why, reply=reply))
 
     def lose(self, why: str) -> None:
-        """Ask to forget all evidence because of an error: only later messages count, and a lost click is a fault."""
+        """Ask to forget all evidence because of an error: only later messages count, and lost clicks are a fault.
+
+        why : the reason for the unknown state
+        """
         self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
-        """Ask for a decision with an acknowledgement; `reply` is called with the result on the desk's thread.
+        """Ask for a decision with an acknowledgement.
 
-        client : as in `Acknowledgement`
+        by, why : name and reason; client : as in `Acknowledgement`
+        reply : called with the result, on the thread of the alert desk
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
         self._requests.put(Request(acknowledged=given, reply=reply))
 
     def tick(self) -> None:
-        """Ask for a decision if the last one failed or is about to end; call this regularly.
+        """Ask for a decision if the last decision failed or its validity ends soon; call this regularly.
 
         Do nothing if a request is waiting. Also report a decision that has waited too long for the log, because a disk
         that hangs raises no error.
@@ -270,10 +278,10 @@ class AlertDesk:
             self._writing_since = None
 
     def _is_over(self, now: int) -> bool:
-        """True if the last decision has ended or is about to end, so that the next must be made.
+        """True if a new decision must be made: the validity of the last decision has ended, or ends soon.
 
-        If the evidence becomes stale, every decision on this evidence ends at the same time, and the alert becomes a
-        fault one tick later.
+        now : time (ns). No decision on an evidence is valid after the evidence becomes stale, so the alert becomes a
+        fault at the latest one tick after that.
         """
         if self._owed or self.alert is None:
             return True

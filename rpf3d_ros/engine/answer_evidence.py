@@ -11,7 +11,7 @@ from rpf3d_ros.engine.configuration import version
 
 @dataclass(frozen=True, eq=False)
 class EvidenceContext:
-    """What the evidence of an answer contains besides the answer: terrain, time and seed.
+    """What the evidence contains in addition to the values of an answer: terrain, time and seed.
 
     standing : the prepared terrain in use, or None
     at_ns : time of the answer (ns); seed : random seed of the scene
@@ -23,9 +23,9 @@ class EvidenceContext:
 
 
 def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
-    """Return the evidence of an answer, for the alert decision; left-out and doubtful sources are faults.
+    """Return the evidence of an answer, for the alert decision.
 
-    Sources far from where the scene was calibrated are a note.
+    Left-out and doubtful sources are faults of the evidence. Sources far from the calibrated place are a note.
     """
     faults = tuple(sentence for sentence in (answer.left_out, answer.doubtful) if sentence)
     without_sources = evidence_without_answer(answer.trigger, "", context)._replace(

@@ -1,4 +1,4 @@
-"""Choose which sources the simulator answers next: new ones, then ones to answer again, then interrupted ones."""
+"""Choose which sources are answered next: new sources, then sources to answer again, then interrupted answers."""
 
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.answered_sources import AnsweredSources
@@ -8,12 +8,12 @@ from rpf3d_ros.engine.waiting_sources import WaitingSources
 class AnswerSchedule:
     """The order in which triggers (the sources of one message each) are answered.
 
-    The refinement of an answer ends when a new trigger arrives, or when the ground or the areas change. After such a
-    change, the last trigger of each region is answered again, the newest trigger last. If a trigger of another wall has
-    interrupted a refinement, this refinement is completed afterwards.
+    The refinement of an answer, that is its later stages, ends when a new trigger arrives, or when the terrain or the
+    areas change. After such a change, the last trigger of each region is answered again, the newest trigger last. If a
+    trigger of another wall has interrupted a refinement, this refinement is completed afterwards.
 
-    The flyer is the thread that flies rocks. It holds its lock when it calls a method, except for `progress` and
-    `finish`, which only its thread calls.
+    The flyer (`Flyer`, the thread that flies rocks) holds its lock while a method is called, except for `progress` and
+    `finish`, which only its own thread calls.
 
     current : the trigger that is being answered or was answered last, None if there is none
     repeats : True if the latest trigger must be answered again
@@ -51,11 +51,11 @@ class AnswerSchedule:
 
     @property
     def has_next(self) -> bool:
-        """True if a trigger waits to be answered for the first time, again or completely."""
+        """True if a trigger waits: to be answered for the first time, to be answered again, or to be completed."""
         return bool(self.has_new or self._again or self._wants_latest() or self._to_be_completed())
 
     def answer_again(self) -> None:
-        """Schedule the last trigger of each region again, because the ground or the areas have changed."""
+        """Schedule the last trigger of each region again, because the terrain or the areas have changed."""
         self.repeats = self._outdated = True
 
     def forget(self) -> None:
@@ -68,7 +68,7 @@ class AnswerSchedule:
     def next_trigger(self) -> Trigger | None:
         """Return the next trigger to answer; None if there is none.
 
-        The latest trigger is returned again if the ground or the areas have changed, or if another trigger was
+        The latest trigger is returned again if the terrain or the areas have changed, or if another trigger was
         answered after it.
         """
         if self._outdated and self._latest is not None:
@@ -119,6 +119,9 @@ class AnswerSchedule:
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _next_again(self) -> Trigger | None:
-        """Return the next older trigger to answer again, unless a newer trigger of its region has replaced it."""
+        """Return the next of the older triggers to answer again; None without one.
+
+        A trigger is skipped if a newer trigger of its region has replaced it.
+        """
         self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
         return self._again.pop(0) if self._again else None

@@ -1,6 +1,7 @@
-"""Keep the last trigger of each region until it is too old, so that all can be answered again after a change.
+"""Keep the last trigger of each region until the trigger is too old, so that all regions can be answered again.
 
-The change may be of the ground or of an area. A region is a topic and a square in plan (`WaitingSources.region_of`).
+This is needed when the terrain or an area changes. A region is a topic and a square in plan, see
+`WaitingSources.region_of`.
 """
 
 from collections.abc import Hashable
@@ -10,20 +11,20 @@ from rpf3d_ros.messages.stamps import SECOND
 
 
 class AnsweredSources:
-    """The last trigger of each region; all are answered again after a change of the ground or the areas."""
+    """The last trigger of each region; all are answered again after a change of the terrain or the areas."""
 
     def __init__(self, age_s: float = 0.0, most: int = 0) -> None:
         """Keep at most `most` triggers.
 
-        age_s : age (s) relative to the newest trigger up to which a trigger is answered again
+        age_s : largest age (s), relative to the newest trigger, of a trigger that is answered again
         """
         self._age, self._most = round(age_s * SECOND), most
         self._last: dict[Hashable, Trigger] = {}
 
     def note(self, region: Hashable, trigger: Trigger) -> None:
-        """Note a trigger that is answered.
+        """Keep a trigger that is answered as the last trigger of its region.
 
-        A trigger without sources removes the triggers of its topic that are older.
+        A trigger without sources is not kept, but removes the older triggers of its topic.
         """
         if not len(trigger.positions):
             self._last = {

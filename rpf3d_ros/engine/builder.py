@@ -1,6 +1,6 @@
 """The thread that builds the terrain from surveys while rocks fly over the terrain in use.
 
-It also stores the terrain.
+The thread also passes each new terrain to the store.
 """
 
 import threading
@@ -27,7 +27,7 @@ class Arrival:
 
     convert : returns the survey in the message; stamp_ns : stamp (ns)
     data : bytes of a mesh, to detect that the same mesh is published again; empty for other messages
-    moved_by : transform of the frame of the message, None for the frames that the parameters know
+    moved_by : transform from the frame of the message, from tf2; None for a frame that the parameters define
     """
 
     convert: Callable[[], Survey]
@@ -37,18 +37,21 @@ class Arrival:
 
     @property
     def mesh(self) -> "PlacedMesh":
-        """The bytes and the place of a mesh; without bytes for other messages."""
+        """The bytes and the transform of a mesh; the bytes are empty for other messages."""
         return PlacedMesh(data=self.data, moved_by=self.moved_by)
 
 
 class PlacedMesh(NamedTuple):
-    """The bytes of a mesh, and the transform of its frame, None for the frames that the parameters know."""
+    """The bytes of a mesh, and the transform from its frame; None for a frame that the parameters define."""
 
     data: Buffer = b""
     moved_by: RigidTransform | None = None
 
     def repeats(self, other: "PlacedMesh") -> bool:
-        """True if a mesh has the bytes and the place of another; a frame that was surveyed again moves its mesh."""
+        """True if this mesh has the same bytes and the same transform as another mesh.
+
+        A new transform of the frame moves the mesh, so equal bytes alone are no repetition.
+        """
         return same_transform(self.moved_by, other.moved_by) and same_bytes(self.data, other.data)
 
 
@@ -123,7 +126,7 @@ class Builder:
     def _whole(self, arrival: Arrival) -> tuple[LiveTerrain, Survey | None]:
         """Build the terrain of a whole survey and put it into use; return the terrain and the survey.
 
-        If the survey equals the ground in use, this ground stays and the returned survey is None.
+        If the survey equals the terrain in use, this terrain stays and the returned survey is None.
         """
         standing = self._flyer.standing
         known = standing.ground if standing is not None else None
@@ -133,7 +136,7 @@ class Builder:
             return known, None
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
-        if keeps and known.digest == ground.digest:  # as after a restart with the ground from the store
+        if keeps and known.digest == ground.digest:  # for example after a restart with the terrain from the store
             self._mesh = arrival.mesh
             return known, None
         standing = stand_on(ground, self._scene)
@@ -163,9 +166,10 @@ class Builder:
 
 
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
-    """Return the prepared terrain after a patch; an error here means that the terrain was already changed.
+    """Return the prepared terrain after a patch, which has already changed the arrays of the terrain.
 
-    So MessageRefused is raised in place of TerrainError, which means that no terrain was changed.
+    For the thread that flies rocks, TerrainError means that nothing was changed. Therefore an error here raises
+    MessageRefused instead.
     """
     try:
         return stand_after(before, ground)

@@ -5,7 +5,7 @@ STANDS = "the clock stands still, so the age of all evidence is unknown: start t
 
 
 class ClockWatch:
-    """The last time of the node's clock, and since when a steady clock has shown the same time."""
+    """The last time of the node's clock, and the time of a steady clock at which the node's clock reached it."""
 
     def __init__(self, patience_s: float) -> None:
         """Begin without a time; patience_s : time (s) for which the clock may stand still."""

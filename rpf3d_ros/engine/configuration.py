@@ -37,7 +37,7 @@ The slope has enough cells that compiled code is used in place of NumPy.
 """
 
 WARM_ROCKS = 300
-"""Number of rocks that fly over the artificial slope: enough that all code is used, and so compiled."""
+"""Number of rocks that fly over the artificial slope: enough that all code is used and therefore compiled."""
 
 LIVE_AREAS = (LIVE_AREA, EQUIPMENT)
 """Names of the areas whose outlines are received as messages."""
@@ -72,6 +72,8 @@ class StationConfiguration:
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
     """Read and prepare everything for a configured simulator; call this on a thread, because it takes seconds.
 
+    given : the given parameters of the scene, by name; now_ns : time of the node's clock (ns)
+
     Raises InputError if the scene, the site file or the store is refused; the store is then free again.
     """
     scene = live_scene(given)
@@ -98,7 +100,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
 
 
 def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError if no answer can have enough rocks to show that a level is no longer exceeded."""
+    """Raise InputError if no answer can have the rocks without which the site lowers no level."""
     fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
     if most < fewest:
         raise InputError(
@@ -138,7 +140,7 @@ def spread_of(parameters: SimulatorParameters) -> ReleaseSpread:
 
 
 def warm(scene: Scene, parameters: SimulatorParameters) -> float:
-    """Compile all code that answers use, by one answer on an artificial slope; return the wall time (s)."""
+    """Compile all code that answers use, by making one answer over an artificial slope; return the wall time (s)."""
     began = time.perf_counter()
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
     slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
@@ -177,7 +179,8 @@ def _restored(
 ) -> tuple[PreparedTerrain | None, str, TerrainBefore]:
     """Return the last good terrain in a store, prepared, a sentence on its age, and what is known of its patches.
 
-    A terrain that cannot be read is reported and stops nothing.
+    If the terrain cannot be read, return None for the terrain, and the reason in the sentence. The simulator then
+    starts without a terrain.
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
@@ -199,7 +202,10 @@ def _restored(
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
-    """Return the decision log and its report, or None and the reason for the missing log; alerts work without a log."""
+    """Open the decision log, and return the log and its problems, "" if it has none.
+
+    If the log cannot be opened, return None and the reason; alerts also work without a log.
+    """
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:
         log = DecisionLog(folder, version())

@@ -1,4 +1,4 @@
-"""Publish the decisions of the alert desk, and report their problems; without a decision the alarm sounds."""
+"""Publish the decisions on alerts, and report problems with them; without a decision the alarm sounds."""
 
 import traceback
 
@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import ERROR, OK
 
 
 class DecisionReports:
-    """The `DecisionListener` of a station."""
+    """Publishes each decision of the alert desk, and reports problems: the `DecisionListener` of a station."""
 
     def __init__(self, outlets: Outlets, map_frame: str) -> None:
         """Publish to `outlets`; map_frame : frame of the alerts."""

@@ -1,6 +1,6 @@
 """The thread that flies rocks: it answers sources, refines answers, and changes the terrain between flights.
 
-One thread does all these tasks, so that a patch never changes the ground under a rock in flight.
+One thread does all these tasks, so that a patch never changes the terrain below a rock in flight.
 """
 
 import threading
@@ -22,7 +22,7 @@ from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.messages.refusals import report_error
 
 Change = Callable[[PreparedTerrain], PreparedTerrain]
-"""A function that changes the terrain: it gets the prepared terrain, and returns the changed one.
+"""A function that changes the terrain: it receives the prepared terrain, and returns the changed prepared terrain.
 
 The old prepared terrain must not be used again.
 """
@@ -32,7 +32,7 @@ class FlightListener(Protocol):
     """Receives answers and reports from the thread that flies rocks."""
 
     def answered(self, answer: Answer) -> None:
-        """Publish an answer; return only after that."""
+        """Publish an answer, and return only after the answer is published."""
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
         """Report why the sources of a message get no answer."""
@@ -72,7 +72,8 @@ class Flyer:
     ) -> None:  # fmt: skip
         """Start the thread; nothing is answered before `activate`.
 
-        spread : distribution of the rocks around each source; results : yields the number of each answer
+        spread : distribution of the rocks around each source; size : number of rocks of an answer, and its clusters
+        results : yields a number for each result, that is for each stage of an answer
         """
         self._spread, self._size, self._results, self._listener = spread, size, results, listener
         answered = answered or AnsweredSources()
@@ -99,7 +100,9 @@ class Flyer:
     def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
         """Ask for a change of the terrain, and wait until the new terrain is in use.
 
-        Raises the exceptions of the change. Raises InputError if the flyer is closed, or if there is no ground to
+        ready, change : as in `Handover`; give one of them
+
+        Raises the exceptions of the change. Raises InputError if the flyer is closed, or if there is no terrain to
         change.
         """
         handover = Handover(ready=ready, change=change, done=threading.Event())
@@ -114,7 +117,7 @@ class Flyer:
         return handover
 
     def set_areas(self, topic: str, outlines: Outlines) -> None:
-        """Replace the areas of interest of a topic, map frame, and answer the last sources again."""
+        """Replace the areas of interest of a topic (outlines in the map frame), and answer the last sources again."""
         with self._changed:
             self._areas = {**self._areas, topic: outlines}
             self._schedule.answer_again()
@@ -122,7 +125,7 @@ class Flyer:
 
     @property
     def outlines(self) -> dict[str, str]:
-        """The digest of the present outline of each area of interest: the scene's, then the live ones."""
+        """The digest of the present outline of each area of interest, by name: areas of the scene, then live areas."""
         with self._changed:
             standing, areas = self.standing, self._live_areas()
         if standing is not None:
@@ -239,7 +242,7 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the current answer, with twice as many rocks, and publish it."""
+        """Fly the next stage of the current answer, with about twice as many rocks, and publish it."""
         stages, trigger = self._stages, self._schedule.current
         if stages is None or trigger is None:
             return
@@ -259,7 +262,10 @@ class Flyer:
                 self._listener.answered(answer)
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
-        """True if the stage that was just flown may be published: its trigger was not forgotten during the flight."""
+        """True if the stage that was just flown may be published: its trigger was not forgotten during the flight.
+
+        stages : the stages of the answer; ended : True if the answer has no further stage
+        """
         with self._changed:
             if self._stages is not stages:
                 return False
@@ -268,7 +274,7 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """True if the flying of a stage must stop because of other work.
+        """True if the flight of a stage must stop because of other work; stage : number of the stage, from 0.
 
         The first stage is flown even if other triggers wait. Otherwise a flood of triggers would never be answered.
         """

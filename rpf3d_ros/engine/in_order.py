@@ -20,14 +20,14 @@ class Published(NamedTuple, Generic[T]):
 class InOrder(Generic[T]):
     """Takes messages from several queues, and returns them in the order of their publication.
 
-    Messages also arrive while the queues are read. The last queues may then give a message that is younger than a
-    message that has just arrived in the first queue. Therefore all queues are read twice before messages are returned:
-    the second pass finds all messages that arrived before any message of the first pass. Younger messages of the second
-    pass wait for the next call.
+    Messages also arrive while the queues are read. A queue that is read last may then contain a message that is younger
+    than a message that has just arrived in the first queue. Therefore all queues are read twice before messages are
+    returned: the second pass finds all messages that arrived before any message of the first pass. Younger messages of
+    the second pass wait for the next call.
 
     Only messages that have arrived can be sorted: a late message is returned after younger messages that arrived
-    earlier. The times of publication are times of the publishers' clocks. If these clocks differ, the order of messages
-    that arrive together is wrong.
+    earlier. The times of publication are times of the publishers' clocks. If these clocks differ, messages that arrive
+    together may be in the wrong order.
 
     takes : for each queue, a function that returns the next message's time of publication (ns) and content, or None
     errors : errors raised by queues in the last pass; an error in one queue does not delay the other queues

@@ -30,13 +30,13 @@ from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.terrain_messages import Buffer
 
 PAUSE, AT_REST = 0.01, 0.05
-"""Time (s) between checks for messages, and the time if none has come for a while.
+"""Time (s) between two checks for messages: usually, and after a while without messages.
 
-A check takes some microseconds, but the processor takes ten times as long to come to it.
+A check takes some microseconds; to wake up the thread for it takes ten times as long.
 """
 
 STAYS_BUSY = 10.0
-"""Time (s) without a message after which checks are AT_REST apart."""
+"""Time (s) without a message after which the time between checks is AT_REST."""
 
 AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
@@ -133,7 +133,7 @@ class LargeMessages:
     """Subscriptions to large messages, which are passed on as CDR bytes (memoryview) on a separate thread.
 
     The messages are in the order of publication (`InOrder`). If the functions of rcl are missing, the executor passes
-    the messages on as `bytes`, topic by topic.
+    the messages on as `bytes`, in the order of arrival.
 
     failed : called with a sentence and the time (ns, as times of publication) if rcl cannot take messages, and with an
         empty sentence at the first check without errors
@@ -206,7 +206,7 @@ class LargeMessages:
                 report_error(partial(self._refused, topic.name, published_ns), error)
 
     def _report(self, errors: Sequence[Exception]) -> None:
-        """Report the errors of a check if they differ from those of the last check, also if they have ended."""
+        """Report the errors of a check if they differ from those of the last check, also if there are none any more."""
         sentence = "; ".join(dict.fromkeys(f"{type(error).__name__}: {error}" for error in errors))
         if sentence == self._errors or not self._node.context.ok():
             return
@@ -217,7 +217,7 @@ class LargeMessages:
 class _Queue:
     """The received messages of one subscription, taken through rcl.
 
-    Most checks find no message, and they are many: they use the same structures again and again.
+    Checks are frequent, and most find no message. Therefore they use the same C structures again until a message comes.
     """
 
     def __init__(self, subscription: Any, rcl: _Rcl, closed: threading.Event) -> None:
@@ -230,7 +230,7 @@ class _Queue:
         if self._closed.is_set():
             return None
         rcl, message, info = self._rcl, self._message, self._info
-        with self._handle:  # prevents that rclpy destroys it meanwhile
+        with self._handle:  # keeps rclpy from destroying the subscription meanwhile
             code = rcl.take(self._handle.pointer, ctypes.byref(message), ctypes.byref(info), None)
         if code == NOTHING_THERE and not message.buffer:
             return None

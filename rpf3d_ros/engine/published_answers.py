@@ -24,9 +24,12 @@ class PublishedAnswers:
         self._published: list[PublishedAnswer] = []
 
     def note(self, trigger: Trigger, areas: Mapping[str, Outlines], rocks: int) -> bool:
-        """Note an answer before it is published; return False if a better one for the same sources was published.
+        """Note an answer before it is published; return False if it must not be published.
 
-        A better answer has more rocks and the same areas. The first stage of a repeated answer has few rocks.
+        This is so if an answer to the same sources, over the same areas and with more rocks, was already published: the
+        first stage of a repeated answer has few rocks.
+
+        areas : the live areas of each topic; rocks : number of rocks of the answer
         """
         published = self._published
         if any(each.trigger is trigger and each.areas is areas and each.rocks > rocks for each in published):

@@ -1,8 +1,10 @@
-"""Judge the publishers of each topic: one that is not received, two where one is expected, or a mute one is a fault.
+"""Judge the publishers of each topic, and report faults of three kinds.
 
-A publisher whose quality of service or type does not fit is never received, and the middleware reports this only in
-the log. Two publishers of one topic contradict each other, or report different walls. A sensor that is connected and
-has never published a message does not watch its wall, although nothing that it reported is wrong or old.
+- A publisher whose quality of service or type does not fit is never received, and the middleware reports this only in
+  the log.
+- Two publishers of one topic contradict each other, or report different walls.
+- A sensor that is connected and has never published a message does not watch its wall, although no message is wrong or
+  old.
 """
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -12,9 +14,10 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 
 
 class SeenPublisher(NamedTuple):
-    """A publisher in the ROS graph: full name of its node, type of its messages, its quality of service.
+    """A publisher in the ROS graph.
 
-    identity : number of the publisher in the middleware, which no other publisher has
+    node : full name of its node; kind : type of its messages; qos : its quality of service
+    identity : number of the publisher in the middleware, different for each publisher
     """
 
     node: str
@@ -26,7 +29,8 @@ class SeenPublisher(NamedTuple):
 class WatchedTopic(NamedTuple):
     """A topic whose publishers are judged.
 
-    name : as in the documentation; kind : type of its messages; qos : of our subscription, None for our own output
+    name : as in the documentation; kind : type of its messages
+    qos : quality of service of the node's subscription; None for a topic that the node itself publishes
     is_single : True if more than one publisher is a fault
     group : name of a group of topics, at least one of which needs a publisher; "" for none
     """
@@ -49,8 +53,9 @@ class PublisherFinding(NamedTuple):
 class PublisherWatch:
     """Judges the publishers of all watched topics from time to time.
 
-    overlap_s : time (s) for which two publishers are only a warning, because a killed one stays visible for some time;
-        it counts from when the second oldest was first seen, so one program killed again and again is no fault
+    overlap_s : time (s) for which two publishers are only a warning, because a killed publisher stays visible for some
+        time. The time begins when the second-oldest visible publisher was first seen, so that a single program is no
+        fault, even if it is killed and started again several times
     """
 
     def __init__(self, topics: Sequence[WatchedTopic], overlap_s: float) -> None:
@@ -86,7 +91,7 @@ class PublisherWatch:
 class Connection(NamedTuple):
     """Times (s, of a steady clock) at which a publisher of a topic was seen: the first, and the last.
 
-    Several publishers count as one: a program that is started again and again is no new sensor each time.
+    All publishers of the topic count as one, because a program that is started again is not a new sensor.
     """
 
     since: float
@@ -94,7 +99,7 @@ class Connection(NamedTuple):
 
 
 class MuteSensors:
-    """Finds topics of sources that have a publisher, and no accepted message since the node subscribed to them.
+    """Finds topics of sources that have a publisher, but no accepted message since the node subscribed to the topic.
 
     longest_s : time (s) for which a publisher may be connected without a message; infinite for no limit
     """
@@ -116,8 +121,10 @@ class MuteSensors:
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
         """Return a fault for each topic that has had a publisher for too long without a message.
 
-        Publishers that cannot be received do not count, because each is a fault already. A publisher that is gone
-        still counts for `longest_s`. seen, at : as in `PublisherWatch.findings`
+        A publisher that cannot be received does not count, because it is a fault already. A publisher that has ended
+        still counts for `longest_s`.
+
+        seen, at : as in `PublisherWatch.findings`
         """
         there = {topic.name: fitting_of(topic, seen.get(topic.name, ())) for topic in self._topics}
         for name, publishers in there.items():

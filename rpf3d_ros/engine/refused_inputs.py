@@ -1,9 +1,8 @@
-"""Remember which speakers were not understood: a refused message may report danger, so it is a fault.
+"""Remember the topics of sources and areas with a refused message: the message may report danger, so it is a fault.
 
-A speaker is a topic of sources or areas with one publisher. The fault of a topic stands until a message of that topic
-is understood. While a topic has several publishers the fault stands, because it is not known which of them was
-understood. A person who acknowledges ends the faults of speakers that have been silent for longer than sources may be
-old.
+The fault of a topic stands until a later message of the topic is understood. While a topic has several publishers, the
+fault stays, because it is unknown which publisher sent the understood message. If a topic has been silent for longer
+than sources may be old, a person who acknowledges ends its fault.
 """
 
 from collections.abc import Callable
@@ -13,7 +12,7 @@ from rpf3d_core.alerts.persons import person_of
 from rpf3d_core.alerts.site_model import AcknowledgeSpec
 
 CAUSE = "refused: {}"
-"""Name of the cause of a standing fault, with the topic."""
+"""Name of the cause of a standing fault; the topic replaces the braces."""
 
 
 class Refusal(NamedTuple):
@@ -26,7 +25,7 @@ class Refusal(NamedTuple):
 class RefusedInputs:
     """The topics whose last message was refused. Only one thread may call.
 
-    report : called with the cause and the sentence of each fault, an empty sentence ends the fault
+    report : called with the cause and the sentence of each fault; an empty sentence ends the fault
     """
 
     def __init__(
@@ -34,8 +33,8 @@ class RefusedInputs:
     ) -> None:
         """Begin without refusals.
 
-        silence_s : time (s) after which a person may end the fault of a silent speaker
-        terms : how many persons are needed for that, whatever level is held; None for one
+        silence_s : time (s) without a message after which a person may end the fault of a topic
+        terms : how many persons must acknowledge to end the fault, whatever level is held; None for one person
         """
         self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()
         self._persons: dict[str, tuple[float, frozenset[str]]] = {}
@@ -56,12 +55,12 @@ class RefusedInputs:
             self._end(topic)
 
     def acknowledged(self, by: str, now: float) -> tuple[str, ...]:
-        """End the faults of speakers that have been silent since their refused message; return their topics.
+        """End the faults of topics that have been silent since their refused message, and return these topics.
 
-        Without enough persons, end none. A person counts for the topics that were silent at the time of the call, and
-        for none if a message is refused later.
+        Until enough persons have acknowledged, end no fault. An acknowledgement counts only for the topics that were
+        silent at that time, and for no topic if a message is refused later.
 
-        by : name of the person; now : time (s)
+        by : name of the person; now : time (s, steady clock)
         """
         silent = tuple(topic for topic, refusal in self._refused.items() if now - refusal.at > self._silence)
         recent = {each: told for each, told in self._persons.items() if now - told[0] <= self._terms.within_s}

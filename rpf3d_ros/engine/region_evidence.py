@@ -1,4 +1,4 @@
-"""Keep the evidence for each wall (region), and combine what is not too old into one evidence for a decision."""
+"""Keep the evidence for each wall (region), and combine evidence that is not too old into one for a decision."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class TopicEvidence(NamedTuple):
         return self.evidence.trigger_stamp_ns
 
     def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
-        """Return this evidence with the faults of other evidence, which is then dropped.
+        """Return this evidence with the faults of other evidence added, because the other evidence is not kept.
 
         Example of such a fault: patches are missing in the terrain.
         """
@@ -30,9 +30,9 @@ class TopicEvidence(NamedTuple):
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
-        """True if this evidence, from a message without sources, makes the other evidence invalid.
+        """True if this evidence, from a message without sources, makes the other evidence of its topic invalid.
 
-        Of two messages with one stamp, of which one reports sources, neither is later: the sources count.
+        The message must have a later stamp. If the stamps are equal, the sources of the other evidence still count.
         """
         return other.topic == self.topic and other.stamp_ns < self.stamp_ns
 
@@ -51,9 +51,9 @@ class RegionEvidence:
         self._topics, self._outlines = SourceTopics(expected, has_sensors), WatchedOutlines()
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
-        """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
+        """Keep the evidence of a region; evidence without sources removes older evidence of its topic.
 
-        Of evidence without sources only the last is kept, and the evidence of other topics gets its faults.
+        Only the last evidence without sources is kept. Its faults are added to the evidence that has sources.
         """
         self._topics.note(topic, evidence.trigger_stamp_ns)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
@@ -67,17 +67,20 @@ class RegionEvidence:
         self._evidence = {**others, region: new}
 
     def watch(self, outlines: Mapping[str, str], now_ns: int) -> bool:
-        """Watch the areas with the given digests of their outlines; return True if there is evidence to judge again."""
+        """Watch exactly these areas from now (ns) on; return True if there is evidence, which must be judged again.
+
+        outlines : for each area, by name, the digest of its outline
+        """
         self._outlines.watch(outlines, now_ns)
         return bool(self._evidence)
 
     def fresh(self, now_ns: int) -> Evidence | None:
         """Return the evidence of all regions that is not too old, combined into one for a decision.
 
-        Evidence without sources counts only if no other is left. If all evidence is too old, the result is that of the
-        newest. Returns None if there is no evidence. Stale evidence is omitted, because the radar may have reported
-        later that the rocks are at other places. A radar that has reported nothing later is a fault. Evidence of a
-        region for the former place of an area is named as outdated.
+        Returns None if there is no evidence. Evidence without sources counts only if there is no other evidence. If all
+        evidence is too old, the newest counts. Otherwise stale evidence is omitted, because the radar may have reported
+        later that the rocks are at other places. A radar that has reported nothing later is a fault. Areas that the
+        evidence of a region shows at a former place are listed in `outdated`.
         """
         if not self._evidence:
             return None
@@ -98,7 +101,7 @@ class RegionEvidence:
         self._outlines.restart(now_ns)
 
     def lose(self) -> None:
-        """Forget all evidence because of an error; every topic must publish a later message, and clicks are lost."""
+        """Forget all evidence because of an error: every topic must publish again, and a lost click is a fault."""
         clicks = [kept.stamp_ns for kept in self._evidence.values() if kept.topic == BY_HAND]
         self._clear()
         self._topics.lose(max(clicks, default=None))

@@ -1,4 +1,4 @@
-"""Notice topics of sources, that is sensors, that fall silent: what happens in their view is then unknown."""
+"""Notice topics of sources (one for each sensor) that fall silent: it is then unknown what happens at their walls."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ BY_HAND = "clicked_point"
 """Topic of clicked sources: a click by a person is a single event, so no further message is expected."""
 
 REMOVED = "if its sensor was removed: clean up the node, remove the topic from its parameters, and configure the node"
-"""How a person ends the fault of a silent topic whose sensor will not publish again."""
+"""Advice in the fault of a silent topic: how a person ends the fault if the sensor will not publish again."""
 
 ONLY_CLICKS = "no sensor has reported, so only clicked sources are known: start the publishers of source topics"
 """Fault of a node with topics of sensors that has received clicks only: a click says nothing about other walls."""
@@ -21,13 +21,13 @@ class SourceTopics:
     """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
 
     expected : topics that must publish even if they have never published
-    has_sensors : True if the node subscribes to topics of sensors, so clicks alone are no complete evidence
+    has_sensors : True if the node subscribes to topics of sensors; clicked sources alone are then not enough evidence
     """
 
     def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
         self._expected, self._has_sensors = tuple(expected), has_sensors
         self._last: dict[str, int] = {}
-        self._heard: dict[str, int] = {}  # before all was forgotten: the stamp after which a topic counts again
+        self._heard: dict[str, int] = {}  # topics from before all was forgotten: a message counts only after this stamp
         self._lost_click: int | None = None
 
     def note(self, topic: str, stamp_ns: int) -> None:
@@ -39,7 +39,10 @@ class SourceTopics:
             self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a sentence for each topic that is silent: its last message is too old, or it is expected."""
+        """Return a sentence for each silent topic: its last message is too old, or it must publish and has not.
+
+        oldest_ns : stamp (ns) before which a message is too old
+        """
         fell_silent = tuple(
             f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}; {REMOVED}"
             for topic, stamp in self._last.items()
@@ -61,7 +64,7 @@ class SourceTopics:
     def forget(self) -> None:
         """Forget all stamps, because they are invalid or the node was not subscribed meanwhile.
 
-        The topics must then publish again: a sensor that fell silent before is not back because the clock went back.
+        The topics must then publish again: a sensor that fell silent before that is still silent.
         """
         self._heard = dict.fromkeys((*self._heard, *self._last), ANY_STAMP)
         self._last.clear()
@@ -70,8 +73,9 @@ class SourceTopics:
     def lose(self, click_ns: int | None = None) -> None:
         """Note that the evidence of all messages was lost by an error, so that every topic must publish again.
 
-        A message of before the error may be answered again, but others of its topic are lost. So only later stamps
-        count. A click is not repeated, so its loss is a fault until the click would be too old.
+        A message from before the error may be answered again, although other messages of its topic are lost. Therefore
+        only messages with later stamps count. A person does not repeat a click, so a lost click is a fault until the
+        click would be too old.
 
         click_ns : stamp of the newest lost click (ns), None without one
         """

@@ -1,13 +1,13 @@
-"""Faults that stand until their cause has ended, whatever the evidence says."""
+"""Standing faults: faults that last until their cause has ended, whatever the evidence says."""
 
 import threading
 from collections.abc import Callable
 
 
 class StandingFaults:
-    """The faults that stand now: one sentence for each cause. Any thread may call.
+    """The present standing faults: one sentence for each cause. Any thread may call.
 
-    changed : called after each change, without the lock
+    changed : called after each change, when the lock is released
     """
 
     def __init__(self, changed: Callable[[], None]) -> None:
@@ -16,7 +16,10 @@ class StandingFaults:
         self._lock = threading.Lock()
 
     def report(self, cause: str, sentence: str) -> None:
-        """Let a fault stand; a sentence reported again changes nothing, and an empty sentence ends the fault."""
+        """Set the fault of a cause, which lasts until it is ended; an empty sentence ends the fault.
+
+        A sentence that is reported again changes nothing.
+        """
         with self._lock:
             if self._sentences.get(cause, "") == sentence:
                 return

@@ -40,19 +40,19 @@ ANSWER_WITHIN = 0.04
 """Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
-"""Walls whose last sources are kept for another answer, as a multiple of the number of walls that may wait."""
+"""Number of walls whose last sources are kept to be answered again, as a multiple of `waiting_sources`."""
 
 COMPUTING = 0.5
-"""Time (s) for which flyer and builder may continue to compute when the station is closed.
+"""Time (s) for which the threads that fly rocks and build terrain may continue when the simulator is closed.
 
-After this time, ground that is not yet in use is lost, as after a `kill -9`.
+After this time, a terrain that is not yet in use is lost, as after a `kill -9`.
 """
 
 WRITING = 1.0
 """Time (s) after COMPUTING in which the made decisions and the terrain in use must reach the disk."""
 
 LAST_FAULT = 0.5
-"""Time (s) for which a transition waits until the last fault is published; afterwards only the alarm is published."""
+"""Time (s) for which deactivation waits until the last fault is published; after that, only the alarm is published."""
 
 
 class Ending(Protocol):
@@ -106,7 +106,7 @@ class Station:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
 
     def _note_terrain_before(self) -> None:
-        """Note the patches and lacks of the terrain before a restart: only a survey published later replaces them."""
+        """Note which patches the restored terrain contains or lacks: an older whole survey would lack all of them."""
         alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
         lack = lack_of(alert.faults if alert is not None else ())
         self.terrain.lacks(lack.patches + before.unread, lack.why_refused or before.unreadable, before.read_ns)
@@ -176,7 +176,7 @@ class Station:
             self.desk.forget(why)
 
     def beat(self) -> None:
-        """Do regular work: renew a decision that is about to end, free old patches, and report the queues."""
+        """Do regular work: renew a decision whose validity ends soon, free old patches, and report the queues."""
         if self.desk is not None:
             self.desk.tick()
             self._outlets.alerts.beat()
@@ -255,8 +255,8 @@ class Station:
     def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
         """Report an unforeseen error, which is a fault of the alert.
 
-        trigger : the sources without an answer; their wall stays a fault until it is answered, whatever other walls do.
-            Without a trigger it is unknown what failed, so every topic must publish again.
+        trigger : the sources without an answer; their wall has a fault until it gets an answer, also if other walls get
+            answers. Without a trigger it is unknown what failed, so every topic must publish again.
         """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
@@ -296,7 +296,7 @@ class Station:
             self.desk.watch(lambda: self.flyer.outlines)
 
     def input_refused(self, topic: str, why: str) -> None:
-        """Let a fault stand because a message of sources or areas was refused."""
+        """Report a fault of a topic because a message of sources or areas was refused; `input_understood` ends it."""
         self._refused_inputs.refused(topic, why, time.monotonic())
 
     def input_understood(self, topic: str, speakers: Callable[[], int]) -> None:
@@ -304,7 +304,7 @@ class Station:
         self._refused_inputs.understood(topic, speakers)
 
     def report_fault(self, cause: str, sentence: str) -> None:
-        """Let a fault stand in all decisions until its cause has ended; an empty sentence ends the fault."""
+        """Add a fault to all decisions until its cause has ended; an empty sentence ends the fault."""
         if self.desk is not None:
             self.desk.standing.report(cause, sentence)
 

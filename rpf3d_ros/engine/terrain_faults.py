@@ -1,4 +1,4 @@
-"""The faults of a terrain that lacks a message, as sentences, and as they are read again after a restart."""
+"""The faults of a terrain that lacks a patch or survey: written as sentences, and read from them after a restart."""
 
 import re
 from collections.abc import Iterable
@@ -26,7 +26,7 @@ class TerrainLack(NamedTuple):
 
 
 class TerrainBefore(NamedTuple):
-    """What is known of the terrain before a restart, so that an older survey hides none of its patches.
+    """What is known of the terrain before a restart, so that a survey published earlier removes no patch unnoticed.
 
     read_ns : time when the store was read, by the machine's clock (ns)
     patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)
@@ -40,7 +40,7 @@ class TerrainBefore(NamedTuple):
 
 
 def lack_of(faults: Iterable[str]) -> TerrainLack:
-    """Return what the terrain lacked according to the faults of an alert.
+    """Return what the terrain lacks according to the faults of an alert, from their sentences.
 
     >>> lack_of(["2 patches are not in the terrain: the whole terrain must be published"])
     TerrainLack(patches=2, why_refused='')

@@ -1,6 +1,6 @@
 """The queue of sources that wait for an answer: the newest message of each wall; dropped messages are counted.
 
-Any thread may put triggers in the queue, which is quick. The flyer's thread takes triggers from the walls in turn.
+Any thread may put triggers in the queue, which is quick. The thread that flies rocks takes them, wall after wall.
 """
 
 from collections.abc import Hashable
@@ -11,7 +11,7 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.source_topics import BY_HAND
 
 NO_SOURCES = "no sources"
-"""Takes the place of a region's square if a message has no sources, because it applies to all walls."""
+"""Replaces the square in the region of a message without sources, because such a message applies to all walls."""
 
 
 class WaitingSources:

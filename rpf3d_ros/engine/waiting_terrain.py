@@ -1,6 +1,6 @@
 """The queue of surveys to be built: the latest whole survey, then its patches in order; lost patches are counted.
 
-Any thread may put surveys in the queue, which is quick. The builder's thread takes them.
+Any thread may put surveys in the queue, which is quick. The thread that builds the terrain takes them.
 """
 
 import threading
@@ -15,7 +15,7 @@ from rpf3d_ros.messages.refusals import MessageRefused
 M = TypeVar("M")
 
 UNTRIED = 3
-"""Largest number of waiting whole surveys, to limit memory; enough that a bad survey does not replace a good one."""
+"""Largest number of waiting whole surveys, to limit memory; above 1, so that a bad survey removes no good survey."""
 
 LATE = 10.0
 """Longest time (s) for which patches are kept for a whole survey that was published earlier but arrives later."""
@@ -61,8 +61,8 @@ class RefusedSurvey(NamedTuple):
 class ReceivedPatch(Generic[M]):
     """A received patch that may have to be applied again, to a whole survey that arrives late.
 
-    moment : of the patch; at : time of arrival (s)
-    patch : None once the patch is too old to be kept
+    patch : the patch, None once it is too old to be kept
+    moment : when the patch was published; at : time of arrival (s, steady clock)
     """
 
     patch: M | None
@@ -72,12 +72,13 @@ class ReceivedPatch(Generic[M]):
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey in the queue, with the patches that belong on top of it and the number of lost ones.
+    """A whole survey in the queue, with the patches that belong on top of it.
 
-    whole : the survey; None for the survey in use
+    whole : the survey; None for the survey in use; moment : when the survey was published
     early : patches that follow the survey but were received before the survey
-    missing : number of patches that follow the survey and are no longer kept
-    lost : number of patches that this terrain lacks
+    missing : number of patches that follow the survey, were received before it and are no longer kept
+    patches : waiting patches that were received after the survey
+    lost : number of patches that the terrain of this survey lacks
     refused : later whole surveys that were refused
     """
 
@@ -97,7 +98,7 @@ class Chapter(Generic[M]):
 
 
 class WaitingTerrain(Generic[M]):
-    """The waiting surveys for the builder's thread: the latest whole survey first, then its patches in order.
+    """The surveys that wait to be built into the terrain: the latest whole survey first, then its patches in order.
 
     Older whole surveys are kept until a newer survey has become the terrain. Their number is limited. A chapter is a
     whole survey with its patches. The first chapter belongs to the survey in use.
@@ -114,7 +115,7 @@ class WaitingTerrain(Generic[M]):
         self._patched = self._chapters[0]
         self._received: deque[ReceivedPatch[M]] = deque(maxlen=REMEMBERED)
         self._kept: deque[ReceivedPatch[M]] = deque()
-        self._before: list[Moment] = []  # patches from before a restart, which no survey may hide
+        self._before: list[Moment] = []  # patches from before a restart; an earlier whole survey lacks them
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
@@ -127,7 +128,7 @@ class WaitingTerrain(Generic[M]):
 
     @property
     def refused_surveys(self) -> int:
-        """Number of whole surveys that were refused after the survey in use, or after one that is still waiting."""
+        """Number of whole surveys that were refused although they are later than the survey in use."""
         with self._changed:
             return sum(len(chapter.refused) for chapter in self._chapters)
 
@@ -164,7 +165,7 @@ class WaitingTerrain(Generic[M]):
                 self._chapters[0].refused.append(RefusedSurvey(published_ns=known_ns, why=why_refused))
 
     def holds(self, patches_ns: Iterable[int]) -> None:
-        """Note the patches that the terrain in use contains since before a restart.
+        """Note the patches from before a restart that the terrain in use contains.
 
         patches_ns : when each patch was received (ns); a whole survey published earlier lacks the patch
         """
@@ -236,7 +237,10 @@ class WaitingTerrain(Generic[M]):
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def refused(self, why: str = "") -> None:
-        """Note that the last taken whole survey cannot be used; the survey before it is next, and all patches stay."""
+        """Note that the last taken whole survey cannot be used; the survey before it is used, with the patches of both.
+
+        why : the reason
+        """
         with self._changed:
             tried = self._tried
             assert tried is not None

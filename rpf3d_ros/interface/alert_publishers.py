@@ -1,4 +1,4 @@
-"""Publish alerts: `alerts` has levels and reasons, the latched `alarm` is for bridges to a PLC.
+"""Publish alerts: `alerts` contains levels and reasons, the latched `alarm` is for bridges to a PLC.
 
 Both are published again at least every HEARTBEAT seconds, so that a subscriber can require a deadline.
 """
@@ -24,7 +24,7 @@ EARLY = 0.15
 
 
 class PublishedAlert(NamedTuple):
-    """The last alert, as it is repeated: its header, and the number of its answer, None without an answer."""
+    """The last published alert, kept to be repeated; result : number of the live result behind it, None without one."""
 
     header: Header
     alert: Alert
@@ -64,15 +64,16 @@ class AlertPublishers:
         return True
 
     def sound_alarm(self) -> None:
-        """Publish that the alarm sounds although no decision can be made."""
+        """Publish that the alarm sounds, because no decision can be made or published."""
         with self._lock:
             self._sound()
 
     def beat(self) -> None:
         """Publish the last alert again if a heartbeat is due; call this several times per HEARTBEAT.
 
-        If the last decision has ended without another, or if no decision could be made, only the alarm is published.
-        The next decision may be on its way, so the alarm waits for another heartbeat after the end of the last.
+        If the validity of the last decision has ended without a new decision, or if no decision could be made, only the
+        alarm is published. The next decision may be on its way, so the alarm waits for one more heartbeat after the end
+        of the validity.
         """
         with self._lock:
             since = time.monotonic() - self._published_at

@@ -18,12 +18,12 @@ PERIOD = 1.0
 """Wall-clock time between repetitions (s), as diagnostic_aggregator expects (REP 107)."""
 
 SPACING = 0.005
-"""Least time (s) between publications, except repetitions, so that many messages do not cause many diagnostics."""
+"""Shortest time (s) between publications after changes, so that many messages do not cause many diagnostics."""
 
 QUIET = 5.0
 """Time (s) for which a node logs the same warning only once, even if its numbers differ.
 
-/diagnostics has every warning.
+/diagnostics contains every warning.
 """
 
 NUMBER = re.compile(r"\d+(\.\d+)?")
@@ -75,10 +75,7 @@ class HealthReport:
             self._publish()
 
     def _publish_soon(self) -> None:
-        """Publish at once, unless the last publication was less than SPACING ago.
-
-        The timer then publishes the change.
-        """
+        """Publish at once, or with the timer if the last publication was less than SPACING ago."""
         if time.monotonic() - self._published >= SPACING:
             self._publish()
 

@@ -78,7 +78,10 @@ class InputParameters(FrameParameters):
 
 
 class SensorTopics(NamedTuple):
-    """The topics of sources, one for each sensor: with poses, with clouds, and those that must publish."""
+    """The topics of sources, one for each sensor.
+
+    poses, clouds : topics with pose messages, and with cloud messages; expected : the topics that must publish
+    """
 
     poses: tuple[str, ...]
     clouds: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Publish from any thread at any time, even while a signal shuts the context down; publish the simulator's inputs."""
+"""Publish from any thread at any time, even while a signal shuts the context down; publishers for simulator inputs."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -11,7 +11,7 @@ from rpf3d_ros.interface.recorded_topics import TOPICS
 
 
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
-    """Return a publisher for each named input topic of the simulator, to play survey or radar."""
+    """Return a publisher for each of these input topics of the simulator, for a program that plays survey or radar."""
     return {
         name: node.create_publisher(TOPICS[name].message_class, name, given_qos(TOPICS[name].offered))
         for name in topics

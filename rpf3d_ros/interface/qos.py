@@ -15,7 +15,7 @@ HEARTBEAT = 1.0
 DEADLINE, LEASE = 2.5, 3.0
 """Longest time (s) between two messages of `alerts` or `alarm`, and time (s) after which a dead node is reported.
 
-A subscriber may require both, or longer times. A subscriber that requires none receives the messages all the same.
+A subscriber may require these times, or longer times. A subscriber that requires no times also receives the messages.
 """
 
 ALERTS = QoSProfile(
@@ -61,10 +61,16 @@ Events may wait while a large terrain is written.
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """Return the quality of service for a program that plays survey or radar; only terrain is latched."""
+    """Return the quality of service for a program that plays survey or radar; only terrain is latched.
+
+    offered : kind of topic, as in `RecordedTopic`
+    """
     return LATCHED if offered == TERRAIN else EVENTS
 
 
 def recorded_qos(offered: str, durability: str) -> QoSProfile:
-    """Return the quality of service for recording a topic; durability : of terrain, chosen by the user."""
+    """Return the quality of service for recording a topic.
+
+    offered : kind of topic, as in `RecordedTopic`; durability : of terrain topics, chosen by the user
+    """
     return terrain_qos(durability) if offered == TERRAIN else RECORDED[offered]

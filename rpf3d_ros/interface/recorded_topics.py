@@ -11,7 +11,7 @@ CLOUD, MARKERS, DIAGNOSTICS = (
 POSES = "geometry_msgs/msg/PoseArray"
 
 STATE, EVENT, RESULT, TERRAIN = "state", "event", "result", "terrain"
-"""Kinds of topics, which decide on their quality of service.
+"""Kinds of topics; the kind of a topic determines its quality of service.
 
 STATE : the last message is latched; EVENT : not latched; RESULT : latched, and many messages may wait
 TERRAIN : a parameter sets the durability
@@ -19,10 +19,10 @@ TERRAIN : a parameter sets the durability
 
 
 class RecordedTopic(NamedTuple):
-    """A topic that the recorder records: its message type, its kind, and whether it is an input of the simulator.
+    """A topic that the recorder records.
 
-    kind : type of its messages
-    offered : STATE, EVENT, RESULT or TERRAIN
+    kind : ROS type of its messages
+    offered : kind of topic: STATE, EVENT, RESULT or TERRAIN
     given : True if the topic is an input of the simulator
     """
 
@@ -59,7 +59,7 @@ TOPICS: dict[str, RecordedTopic] = {
     "alarm": RecordedTopic(kind="std_msgs/msg/Bool", offered=STATE),
     "/diagnostics": RecordedTopic(kind=DIAGNOSTICS, offered=EVENT),
 }
-"""The recorded topics; each follows the topics that its content depends on.
+"""The recorded topics; a topic is listed after the topics on which its content depends.
 
 A topic with a leading slash is outside every namespace.
 """

@@ -18,7 +18,7 @@ class SimulatedClock:
     """Publishes the simulated time on /clock from a separate thread; a context manager."""
 
     def __init__(self, node: Node, begin_ns: int, speed: float = 1.0) -> None:
-        """Set the clock.
+        """Set the clock; it begins to publish when the `with` statement is entered.
 
         begin_ns : first time (ns)
         speed : seconds of the clock per second of wall-clock time
@@ -55,7 +55,7 @@ class SimulatedClock:
             self._speed = speed
 
     def publish(self) -> None:
-        """Publish the time at once; call before a message with this stamp, because the last tick may be too old."""
+        """Publish the time at once; call this before publishing a message with the present time as its stamp."""
         with self._lock:  # publishes the times in order
             self._publisher.publish(Clock(clock=stamp_of(self._now_ns())))
 

@@ -1,6 +1,6 @@
 """Look transforms up in a buffer of tf2, which the node fills from /tf and /tf_static.
 
-tf2_ros is imported only if a parameter asks for transforms: no wheel has it.
+tf2_ros is imported only if a parameter asks for transforms, because pip cannot install it.
 """
 
 from typing import Any
@@ -13,10 +13,10 @@ from rpf3d_ros.interface.transforms import NEWEST, FoundTransform
 from rpf3d_ros.messages.stamps import nanoseconds
 
 LATEST = Time()
-"""The time 0, for which tf2 gives the newest transform."""
+"""The time 0, for which tf2 returns the newest transform."""
 
 ANY_TIME = 1
-"""A time (ns) at which a static transform holds, and a dynamic one with the stamp 0 does not."""
+"""A time (ns) for which tf2 has a static transform, but not a dynamic transform with the stamp 0."""
 
 
 class TfTransforms:
@@ -36,13 +36,13 @@ class TfTransforms:
         self._listener: Any = tf2_ros.TransformListener(self._buffer, node)
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
-        """Return the transform at a time (ns) or the newest before it, or the reason of tf2 why there is none.
+        """Return the transform at a time (ns), or the newest before that time; if there is none, the reason as text.
 
         stamp_ns : NEWEST for the newest of all
 
-        The newest transform of a chain without dynamic transforms has the stamp 0, and holds for all times. That of a
-        dynamic transform that was published with the stamp 0 has it too, but does not hold for another time. Any error
-        is a reason, because an error that leaves a callback would end the process.
+        The newest transform of a chain of static transforms has the stamp 0, and is valid for all times. A dynamic
+        transform that was published with the stamp 0 also has the stamp 0, but is not valid for any other time. Every
+        error becomes a reason, because an error that leaves a callback would end the process.
         """
         try:
             newest = self._buffer.lookup_transform(target, source, LATEST)
@@ -57,7 +57,7 @@ class TfTransforms:
             return f"{type(error).__name__}: {error}".removesuffix(": ")
 
     def clear(self) -> None:
-        """Forget all transforms but static ones, because the clock went back."""
+        """Forget all transforms except static transforms, because the clock went back."""
         self._buffer.clear()
 
     def close(self) -> None:

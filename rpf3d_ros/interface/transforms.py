@@ -1,7 +1,8 @@
-"""Find the frame of each input message: the parameters know two frames, and transforms may be looked up for others.
+"""Find how to convert each input message to the map frame, from the frames in the parameters or from tf2.
 
-The rules for transforms stand here; `tf_buffer` asks tf2 for them. A lookup never waits. A message is transformed once,
-when it is received, and evidence of earlier messages stays as it is when the transform of a frame changes.
+The parameters define two frames; transforms of other frames may be looked up. This file has the rules for transforms;
+`tf_buffer` reads the transforms from tf2. A lookup never waits. A message is transformed once, when it is received. If
+the transform of a frame changes later, evidence of earlier messages stays the same.
 """
 
 from dataclasses import replace
@@ -12,19 +13,19 @@ from rpf3d_ros.messages.map_frame import MapFrame, rigid_transform
 from rpf3d_ros.messages.refusals import MessageRefused
 
 NEWEST = 0
-"""The time (ns) that asks for the newest transform."""
+"""The value of `stamp_ns` that asks for the newest transform."""
 
 
 MESH_HAS_NO_STAMP = "a mesh has no stamp"
 AREAS_STAY = "an area stays where it was when it was received"
-"""Why the frame of a mesh and that of an area must be static."""
+"""The reasons, for messages, why the frame of a mesh and the frame of an area must be static."""
 
 
 class FoundTransform(NamedTuple):
-    """A transform from one frame into another, as its provider gives it; its numbers are not checked.
+    """A transform from one frame into another, as its provider returns it; its numbers are not checked.
 
     quaternion : x, y, z, w; translation : m
-    stamp_ns : time (ns) that it holds for; None for a static transform, which has no age
+    stamp_ns : time (ns) for which the transform is valid; None for a static transform, which has no age
     """
 
     quaternion: tuple[float, float, float, float]
@@ -36,34 +37,35 @@ class TransformLookup(Protocol):
     """A provider of transforms between frames. Any thread may call."""
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
-        """Return at once the transform from `source` into `target`, or why there is none.
+        """Return at once the transform from `source` into `target`; if there is none, the reason as text.
 
-        stamp_ns : time (ns) of the transform; without a transform of this time, the newest before it is returned.
-            NEWEST for the newest of all
+        stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if there is no transform at this time, the
+            newest before it is returned
         """
 
     def clear(self) -> None:
-        """Forget all transforms but static ones, because the clock went back."""
+        """Forget all transforms except static transforms, because the clock went back."""
 
     def close(self) -> None:
         """Receive no more transforms."""
 
 
 class InputFrames:
-    """Returns for each message the map frame with the transform that the message needs."""
+    """Returns for each message the map frame together with the transform that the message needs."""
 
     def __init__(self, frame: MapFrame, transforms: TransformLookup | None = None, max_age_s: float = 0.0) -> None:
-        """Begin; transforms : None to refuse all frames that `frame` does not know.
+        """Set the frames.
 
-        max_age_s : largest age (s) of a transform at the stamp of the message
+        frame : the map frame and survey frame; transforms : provider for other frames, None to refuse other frames
+        max_age_s : largest age (s) of a transform at the time of a message's stamp
         """
         self._frame, self._transforms, self._max_age_s = frame, transforms, max_age_s
 
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
         """Return the map frame that converts a message in frame_id with a stamp (ns).
 
-        The parameters come first: a transform of the survey frame is not looked up. Raises MessageRefused if there is
-        no transform, and for a transform that is too old or not a rotation.
+        No transform is looked up for the frames in the parameters. Raises MessageRefused if there is no transform, and
+        for a transform that is too old or not a rotation.
         """
         if self._transforms is None or self._needs_none(frame_id):
             return self._frame  # which refuses a foreign frame
@@ -76,10 +78,10 @@ class InputFrames:
         return self._with(frame_id, found)
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data that stay where they are, such as a mesh, which has no stamp.
+        """Return the map frame that converts data in frame_id that must not move, such as a mesh, which has no stamp.
 
-        The newest transform is used, because a static one holds for all times. Raises MessageRefused if there is no
-        transform, for one that is not a rotation, and for a dynamic one, with the reason `because`.
+        The newest transform is used, because a static transform is valid for all times. Raises MessageRefused if there
+        is no transform, if it is not a rotation, and if it is dynamic (the message then contains `because`).
         """
         if self._transforms is None or self._needs_none(frame_id):
             return self._frame

@@ -1,4 +1,4 @@
-"""The values of `alerts` that say what raised the site or an area, on which survey it was judged, and since when."""
+"""The values of `alerts` on the cause of a level: what raised it, on which survey it was judged, and since when."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,22 +6,22 @@ from rpf3d_core.alerts.levels import Alert, AreaAlert, Level, Since
 from rpf3d_core.alerts.origins import Origin
 
 NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
-"""Causes of a level: no limit is reached, a cluster of sources, a fault, or a cluster that no answer names."""
+"""Causes of a level: no limit is reached, a cluster of sources, a fault, or a cluster of sources that is not known."""
 
 
 def causes_of_site(alert: Alert) -> dict[str, str]:
-    """Return the values of the site. Its cause is the cause of the first area for which the site's level is held."""
+    """Return the values of the site; its cause is that of the first area whose held level equals that of the site."""
     raised = next((area for area in alert.areas if area.held == alert.held), None)
     return _values(alert, raised, alert)
 
 
 def causes_of_area(area: AreaAlert, alert: Alert) -> dict[str, str]:
-    """Return the values of an area."""
+    """Return the values of an area: cause, cluster of sources, terrain, and since when its level is shown."""
     return _values(area, area, alert)
 
 
 def _values(one: Alert | AreaAlert, raised: AreaAlert | None, alert: Alert) -> dict[str, str]:
-    """Return the values of the site or an area; raised : the area whose limits gave the level held."""
+    """Return the values of the site or an area; raised : the area whose limits caused the held level, or None."""
     cause = _cause_of(one.level, raised)
     origin = raised.origin if raised is not None and cause == SOURCES else None
     return {
@@ -41,7 +41,7 @@ def _cause_of(level: Level, raised: AreaAlert | None) -> str:
 
 
 def _fault_of(one: Alert | AreaAlert, faults: Sequence[str]) -> str:
-    """Return the first fault that names the area; the first of all for the site, or if none names the area."""
+    """Return the first fault that names the area; for the site, or if no fault names the area, the first fault."""
     named = (fault for fault in faults if isinstance(one, AreaAlert) and fault.startswith(f"{one.name}: "))
     return next(named, next(iter(faults), ""))
 
@@ -58,7 +58,10 @@ def _origin_values(origin: Origin | None) -> Mapping[str, str]:
 
 
 def _terrain_values(alert: Alert, cause: str, origin: Origin | None) -> Mapping[str, str]:
-    """Return the terrain for which the level was judged: the terrain of the cluster, or of the newest answer."""
+    """Return digest and stamp of the terrain for which the level was judged, as values.
+
+    This is the terrain of the cluster that caused the level, or else of the newest answer; "" if it is not known.
+    """
     digest, stamp_ns = alert.terrain_digest, alert.terrain_stamp_ns
     if origin is not None:
         digest, stamp_ns = origin.terrain_digest, origin.terrain_stamp_ns

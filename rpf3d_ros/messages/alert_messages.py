@@ -37,7 +37,7 @@ def alerts_message(
     The status of an area is named after the area.
 
     header : copied to the message; its stamp is the stamp of the message that triggered the decision
-    result : number of the answer that the decision rests on; None if the decision rests on no answer
+    result : number of the result (stage of an answer) on which the decision is based; None if there is no answer
     publication : number and time of the publication, for a consumer that must notice a repeated or an old message
     """
     reasons = {f"reason.{number}": reason for number, reason in enumerate(alert.reasons)}
@@ -89,9 +89,9 @@ def _level_values(alert: Alert | AreaAlert) -> dict[str, str]:
 
 
 def _of_area(area: AreaAlert, alert: Alert, common: Mapping[str, str]) -> Health:
-    """Return the diagnostic status of an area; its message begins with the reason for the alert level.
+    """Return the diagnostic status of an area; its message contains the reason for the alert level.
 
-    common : values that the site and all areas have
+    common : values that are the same for the site and all areas
     """
     held = f"{area.held.word} is held and needs an acknowledgement to step down"
     sentence = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))

@@ -1,4 +1,4 @@
-"""Collect what is published of an answer: positions of rocks as columns, figures and warnings for diagnostics.
+"""Collect the published content of an answer: positions of rocks as columns, figures and warnings for diagnostics.
 
 No message class is used here.
 """
@@ -31,7 +31,7 @@ class AnswerContent(NamedTuple):
     deposits : x, y, z, t, rock, runout, speed, energy; one row for each rock that stopped or was caught on the terrain,
         with the greatest speed and energy of its path
 
-    Each of the three has a column `result`: the number of the answer.
+    Each of the three has a column `result`: the number of the result, different for each stage of an answer.
     """
 
     trajectories: Columns
@@ -72,8 +72,8 @@ def figures_of(answer: Answer) -> dict[str, str]:
 def warnings_of(answer: Answer) -> tuple[str, ...]:
     """Return the warnings of an answer, one sentence each.
 
-    The warnings name refused and doubtful sources, those far from where the scene was calibrated, and every outcome
-    that ends a path too early (`alerts.evidence.UNFINISHED`).
+    The warnings name refused and doubtful sources, sources far from where the scene was calibrated, and the number of
+    rocks with each outcome that cuts a path off (`alerts.evidence.UNFINISHED`).
     """
     counts = {outcome: answer.outcomes.get(outcome, 0) for outcome in UNFINISHED}
     left_out = (f"sources refused: {answer.left_out}",) if answer.left_out else ()

@@ -24,8 +24,8 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
     A polygon without corners deletes the area: the list is then empty.
     Raises MessageRefused for a foreign frame, for corners that are not finite or too many, for float32 coordinates
-    beyond `FARTHEST`, which have lost centimetres, for corners of one height in a tilted
-    frame, and for corners that form no polygon.
+    beyond `FARTHEST`, which have lost centimetres, for corners that all have the same height in a tilted frame, and for
+    corners that form no polygon.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points

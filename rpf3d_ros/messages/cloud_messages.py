@@ -12,10 +12,10 @@ from rpf3d_core.live.survey import GridSurvey
 
 
 def cloud_of_columns(header: Header, columns: Mapping[str, NDArray[Any]]) -> PointCloud2:
-    """Return a point cloud message with one field for each column; (N,) is unorganised, (H, W) organised.
+    """Return a point cloud message with one field for each column.
 
-    Floats become FLOAT32, integers UINT32. All columns have the same shape. A cloud with a NaN or an infinite value in
-    any column is marked as not dense.
+    All columns have the same shape: (N,) for an unorganised cloud, (H, W) for an organised cloud. Floats become
+    FLOAT32, integers UINT32. A cloud with a NaN or an infinite value in any column is marked as not dense.
     """
     shape = next(iter(columns.values())).shape
     height, width = shape if len(shape) == 2 else (1, *shape)

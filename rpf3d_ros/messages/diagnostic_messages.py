@@ -9,7 +9,7 @@ from std_msgs.msg import Header
 from rpf3d_ros.messages.health import Health
 
 UNIT = "rpf3d"
-"""Hardware id of all states; the namespace of the node follows, if it has one."""
+"""Beginning of the hardware id of all states; the namespace of the node is appended, if it has one."""
 
 
 def diagnostics_of(stamp: Time, healths: Iterable[Health]) -> DiagnosticArray:
@@ -18,7 +18,9 @@ def diagnostics_of(stamp: Time, healths: Iterable[Health]) -> DiagnosticArray:
 
 
 def of_unit(message: DiagnosticArray, namespace: str) -> DiagnosticArray:
-    """Return a message with the hardware id of a node in a namespace, so that two pits in one domain differ.
+    """Set the hardware id of a message to that of a node in a namespace, and return the message.
+
+    Two pits in one ROS domain can then be distinguished.
 
     >>> of_unit(diagnostics_of(Time(), [Health("a: b", 0, "well")]), "/pit_a").status[0].hardware_id
     'rpf3d/pit_a'

@@ -40,7 +40,7 @@ def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame:
 
 
 def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
-    """Return the reach probability of all map cells (C,) in percent, as the grid message has it.
+    """Return the reach probability of all map cells (C,) in percent for the grid message; `UNKNOWN` without ground.
 
     A cell that at least one rock reached has at least `LEAST_REACHED`, however low its probability.
     """

@@ -1,8 +1,8 @@
 """The frame of every message: `map`, in metres, z up, with an origin near the site.
 
-Survey coordinates are large: a float32 step is 0.03 m at 5e5 and 0.5 m at 4.5e6. Messages therefore carry coordinates
-relative to `origin`. A message in the survey frame is shifted in float64 on arrival. A message in another frame is
-refused, unless its transform into the map frame is given with the frame.
+Survey coordinates are large: a float32 step is 0.03 m at 5e5 m and 0.5 m at 4.5e6 m. Messages therefore contain
+coordinates relative to `origin`. A message in the survey frame is shifted in float64 on arrival. A message in another
+frame is refused, unless `MapFrame.other` is its transform into the map frame.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ class RigidTransform(NamedTuple):
     translation: FloatArray
 
     def points(self, points: FloatArray) -> FloatArray:
-        """Return points (..., 3) m of the other frame in the map frame; a NaN makes all of its point NaN."""
+        """Return points (..., 3) m of the other frame in the map frame; a point with one NaN becomes NaN as a whole."""
         return np.asarray(points @ self.rotation.T + self.translation)
 
     def directions(self, directions: FloatArray) -> FloatArray:
@@ -103,9 +103,9 @@ class MapFrame:
         return bool(abs(self.other.rotation[2, 2]) < LEVEL)
 
     def check(self, frame_id: str) -> None:
-        """Raise an error if a frame is neither the map frame nor the survey frame, and its transform is not given.
+        """Raise MessageRefused for a foreign frame: any frame but the map frame, the survey frame and that of `other`.
 
-        Raises MessageRefused for any other name, and for an empty name.
+        An empty name is refused, too.
         """
         if self.knows(frame_id) or (self.other is not None and frame_id == self.other.source):
             return

@@ -133,7 +133,7 @@ def text_of(result: int) -> str:
 
 
 def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np.int64]]:
-    """Return which points to draw if there are too many: rows, one array for each drawn rock.
+    """Return the rows of the points to draw, thinned evenly if there are too many: one array for each drawn rock.
 
     rock : (N,) rock of each point, grouped by rock
     most : largest number of rocks; points_each : largest number of points for each rock

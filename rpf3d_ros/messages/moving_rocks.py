@@ -12,10 +12,10 @@ FRAME = 0.1
 """Simulated time between two pictures of the moving rocks (s): a rock at 30 m/s moves by a few diameters."""
 
 MOST_FRAMES = 1200
-"""Largest number of pictures of an answer: two minutes; longer motion is cut off."""
+"""Largest number of pictures of an answer, two minutes of motion; longer motion is cut off."""
 
 MOST_ROCKS = 200
-"""Largest number of moving rocks, spread evenly over all; `trajectories/points` holds every rock."""
+"""Largest number of moving rocks, chosen evenly from all rocks; `trajectories/points` contains every rock."""
 
 
 class RockPositions(NamedTuple):

@@ -1,4 +1,4 @@
-"""Report failures of a node: refused messages, slow disks, unforeseen errors."""
+"""How a node reports failures: refused messages, a slow disk, unforeseen errors."""
 
 import sys
 import traceback
@@ -15,7 +15,10 @@ class MessageRefused(InputError):
 
 
 def report_error(report: Callable[[BaseException], None], error: BaseException) -> None:
-    """Report an unforeseen error of a thread that continues; write both errors to standard error if `report` fails."""
+    """Call `report` with an unforeseen error of a thread that continues.
+
+    If `report` itself fails, write both errors to standard error.
+    """
     try:
         report(error)
     except Exception as another:

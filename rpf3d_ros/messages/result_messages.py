@@ -1,4 +1,4 @@
-"""Convert the facts of a result to a diagnostic_msgs/DiagnosticArray with one status for `results`, and back."""
+"""Convert the figures of an answer to a diagnostic_msgs/DiagnosticArray with one status for `results`, and back."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ NAME = "rpf3d: result"
 
 @dataclass(frozen=True)
 class ResultFacts:
-    """The figures of one answer, as published on `results`.
+    """The figures of one stage of an answer, as published on `results`.
 
-    result : number of the answer
+    result : number of this result; each stage of an answer has its own number
     stage : counted from 0; each stage has more rocks than the previous stage
     complete : True if no further stage follows
-    rocks, sources : rocks flown, sources released; outcomes : outcome -> number of rocks
+    rocks, sources : numbers of rocks flown and of sources that released rocks; outcomes : outcome -> number of rocks
     seconds : time since the processing of the trigger began
     terrain_digest, sources_digest : sha256, hex
     warning : a sentence if the answer omits part of the request, else ""
@@ -47,7 +47,7 @@ COMPLETE = {"true": True, "false": False}
 
 
 def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
-    """Return the message of `results`, which marks an answer as published; all other messages precede it."""
+    """Return the message of `results`, the last message of an answer: it marks the answer as published."""
     done = "complete" if facts.complete else "to be refined"
     summary = f"result {facts.result}: {facts.rocks} rocks from {facts.sources} sources, {done}"
     values = {

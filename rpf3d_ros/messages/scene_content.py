@@ -21,7 +21,7 @@ ROUND_ORIGIN = 1000.0
 class SceneContent:
     """The terrain and the releases of a scene, as a survey and a radar would report them.
 
-    mesh : map frame
+    mesh : the terrain, map frame
     positions : (R, 3) m, map frame; velocities : (R, 3) m/s, z up
     """
 

@@ -56,8 +56,8 @@ class Sources:
 def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> Sources:
     """Return the sources in a pose message: one for each pose, thrown at a speed (m/s) along its x axis.
 
-    A pose without orientation gives a source at rest. Raises MessageRefused for a foreign frame, too many poses, and a
-    pose that is not finite or not a rotation.
+    A pose without orientation becomes a source at rest. Raises MessageRefused for a foreign frame, too many poses, and
+    a pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
     _check_number(len(poses.poses))
@@ -115,7 +115,7 @@ def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArr
 
 
 def quaternions_along(velocities: FloatArray) -> FloatArray:
-    """Return the orientations (S, 4) x, y, z, w, as quaternions, that turn the x axis along velocities (S, 3).
+    """Return quaternions (S, 4) x, y, z, w that turn the x axis into the directions of velocities (S, 3).
 
     There is no roll. The quaternion of a zero velocity is the identity.
     """

@@ -21,9 +21,9 @@ def ground_mesh(survey: Survey) -> MeshSurvey:
 def grid_mesh(points: FloatArray) -> MeshSurvey:
     """Return the mesh over points in rows, (H, W, 3) m, with NaN for a hole.
 
-    Four neighbouring points form a square of two triangles. All squares are cut along the same diagonal, as `io.dem`
-    cuts the squares of an elevation grid. A square with a hole at a corner is a hole. Raises TerrainError if no square
-    is left.
+    Four neighbouring points form a square of two triangles. All squares are cut along the same diagonal, as the squares
+    of an elevation grid (`terrain.grid_triangles`). A square with a hole at a corner is a hole. Raises TerrainError if
+    no square is left.
     """
     there = ~np.isnan(points).any(axis=-1)
     triangles = grid_triangles(there)

@@ -1,6 +1,6 @@
 """The node rpf3d_alarm_bridge: closes a contact only while fresh alerts say that no alarm sounds.
 
-It is the reference of a consumer of `alerts` and `alarm`: it requires their deadline and their liveliness.
+The node is an example for programs that read `alerts` and `alarm`: it requires their deadline and their liveliness.
 """
 
 import time
@@ -29,7 +29,7 @@ LOOK = 0.1
 
 
 class AlarmBridgeNode(Node):
-    """Receives `alerts` and `alarm`, and holds the contacts closed while both are fresh and no alarm sounds."""
+    """Receives `alerts` and `alarm`, and keeps the contacts closed while both are fresh and no alarm sounds."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
@@ -44,7 +44,7 @@ class AlarmBridgeNode(Node):
         self.create_timer(LOOK, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def look(self) -> None:
-        """Open or close the contacts."""
+        """Open or close the contacts by the last messages and their age, and report a change in the diagnostics."""
         why = self.state.why_open(time.monotonic())
         for contact in self.contacts:
             contact.set(not why)

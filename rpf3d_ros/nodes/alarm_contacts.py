@@ -1,6 +1,6 @@
 """Contacts of an alarm bridge that open by themselves when the bridge ends: a lock on a file, and a TCP connection.
 
-Both stand in for hardware: replace them by the output of a relay whose coil the bridge must hold.
+Both replace hardware: on a site, use a relay that opens as soon as the bridge no longer powers its coil.
 """
 
 import contextlib
@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 
 CLOSED, OPEN = b"closed\n", b"open\n"
-"""The two states; a program that cannot read the first must take the contact as open."""
+"""The words for the two states; a program that does not read the first word must treat the contact as open."""
 
 LOOPBACK = "127.0.0.1"
 REPEAT = 0.5
@@ -26,13 +26,13 @@ class FileContact:
     """
 
     def __init__(self, path: Path) -> None:
-        """Begin open. Raises OSError if the file cannot be written."""
+        """Create the contact in the open state. Raises OSError if the file cannot be written."""
         self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         self._is_closed = False
         self._write(OPEN)
 
     def set(self, is_closed: bool) -> None:
-        """Close or open the contact; while a program reads it, it stays open until the next call."""
+        """Close or open the contact; it stays open until the next call if a program is just reading it."""
         if is_closed == self._is_closed:
             return
         if not is_closed:
@@ -46,7 +46,7 @@ class FileContact:
             self._write(CLOSED)
 
     def close(self) -> None:
-        """Open the contact and end."""
+        """Open the contact and close the file."""
         self.set(False)
         os.close(self._file)
 
@@ -72,11 +72,11 @@ def is_closed(path: Path) -> bool:
 class TcpContact:
     """Sends a line `closed` or `open` to each connected program, on loopback, every REPEAT seconds and at each change.
 
-    A program must take the contact as open if the connection ends, or if no line arrives for two seconds.
+    A program must treat the contact as open if the connection ends, or if no line arrives for two seconds.
     """
 
     def __init__(self, port: int) -> None:
-        """Begin open. Raises OSError if the port is not free; port : 0 for any free port."""
+        """Create the contact in the open state. Raises OSError if the port is not free; port : 0 for any free port."""
         self._server = socket.create_server((LOOPBACK, port))
         self.port = int(self._server.getsockname()[1])
         self._is_closed = False
@@ -92,7 +92,7 @@ class TcpContact:
                 self._changed.notify_all()
 
     def close(self) -> None:
-        """End all connections."""
+        """End all connections and free the port."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()

@@ -11,7 +11,7 @@ from rpf3d_ros.messages.refusals import MessageRefused
 FIRST_TRANSFORMS = 5.0
 """Time (s) after the subscription for which a survey may wait for the transform of its frame.
 
-A latched survey arrives as soon as the node subscribes to it, which may be before /tf_static, and does not come again.
+A latched survey arrives once, as soon as the node subscribes to it, and this may be before /tf_static arrives.
 """
 
 LOOK = 0.05
@@ -32,11 +32,11 @@ class FramesOnArrival:
         return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data that stay, as `InputFrames.static`. Raises MessageRefused."""
+        """Return the map frame that converts data that must not move (`InputFrames.static`). Raises MessageRefused."""
         return self._when_known(lambda: self._frames.static(frame_id, because))
 
     def close(self) -> None:
-        """Let no thread wait any longer."""
+        """Make every waiting thread stop waiting: its message is then refused."""
         self._closed.set()
 
     def _when_known(self, find: Callable[[], MapFrame]) -> MapFrame:

@@ -29,7 +29,7 @@ def return_large_arrays() -> None:
 
 
 def exempt_from_collection() -> None:
-    """Exclude all objects that exist now, mostly of libraries, from garbage collection, so that it is short.
+    """Exclude all objects that exist now, mostly of libraries, from garbage collection, so that a collection is short.
 
     A collection over these 120,000 objects stops every thread for 35 to 65 ms, including the executor. Each patch of
     the terrain makes enough objects to start a collection. Objects made afterwards are collected as usual.

@@ -60,7 +60,8 @@ class Inputs:
     ) -> None:  # fmt: skip
         """Subscribe.
 
-        notice_jump : called before sources and areas are taken, so that a clock that went back forgets none
+        notice_jump : checks whether the clock went back; it is called before each message of sources or areas, so that
+            the message is not forgotten together with older messages
         transforms : provider of transforms of other frames; None to refuse other frames
         """
         self._notice_jump = notice_jump
@@ -105,9 +106,10 @@ class Inputs:
     # --- on the thread of the surveys
 
     def _report_middleware(self, why: str, at_ns: int) -> None:
-        """Keep a fault as long as the middleware cannot deliver terrain messages.
+        """Report a fault as long as the middleware cannot deliver terrain messages.
 
-        Afterwards a message may have been lost, so the terrain is out of date until a later whole survey is used.
+        When it can deliver them again, a message may have been lost. Therefore the terrain then counts as out of date
+        until a later whole survey is used.
 
         why : error of the middleware, "" as soon as messages can be taken; at_ns : time (ns, as times of publication)
         """
@@ -120,7 +122,7 @@ class Inputs:
         self._middleware = why
 
     def _refuse_after_error(self, topic: str, published_ns: int, error: BaseException) -> None:
-        """Refuse a terrain message because of an unforeseen error in its intake."""
+        """Refuse a terrain message because an unforeseen error occurred while it was checked or queued."""
         why = f"{type(error).__name__}: {error}"
         self._refuse(topic, why, published_ns)
         self._health.set("terrain", ERROR, why)
@@ -177,7 +179,7 @@ class Inputs:
         self._area(topic, polygon.header, LIVE_AREA, lambda frame: rings_of_polygon(polygon, frame))
 
     def on_equipment(self, topic: str, poses: PoseArray) -> None:
-        """Set the areas of interest around equipment to circles."""
+        """Set the area of interest `equipment` to circles around the places of machines."""
         radius = self._parameters.equipment_radius
         self._area(topic, poses.header, EQUIPMENT, lambda frame: rings_of_equipment(poses, frame, radius))
 
@@ -196,7 +198,10 @@ class Inputs:
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch with an older stamp is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None], published_ns: int) -> None:
-        """Take a point cloud as bytes, because rclpy would drop an unreadable message silently."""
+        """Read a point cloud from its bytes and process it with `take`; an unreadable message is refused.
+
+        rclpy itself would drop an unreadable message silently.
+        """
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)
         except RMWError as error:
@@ -236,7 +241,7 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Take a message if its stamp is neither older than the last stamp of its topic nor in the future."""
+        """Process a message with `take`; refuse it if its stamp is before the last of its topic, or in the future."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:
@@ -259,9 +264,9 @@ class Inputs:
                 self._station.input_understood(topic, lambda: len(self.publishers.of(topic)))
 
     def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:
-        """Report a refused message, which is a fault: the message may report danger, or other ground.
+        """Report a refused message, which is a fault, because the message may report danger or changed terrain.
 
-        is_counted : True if the terrain already counts the message as missing
+        is_counted : True if the queue of terrain already counts the message as missing
         """
         with self._counting:  # two threads may refuse at once
             self._refused += 1

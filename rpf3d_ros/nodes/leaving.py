@@ -10,11 +10,11 @@ CLEANING_UP = 5.0
 """Time (s) for which further signals are ignored while the program ends; a later signal is handled again."""
 
 AGAIN = 0.01
-"""Time (s) after which a signal strikes again whose exception Python dropped."""
+"""Time (s) after which the exception of a signal is raised again if Python has dropped it."""
 
 
 class _Signals:
-    """Handler of SIGINT and SIGTERM: raises SystemExit in the main thread, and raises it again where it is lost."""
+    """Handler of SIGINT and SIGTERM: raises SystemExit in the main thread, and raises it again if Python drops it."""
 
     def __init__(self) -> None:
         self.ended_by: int | None = None
@@ -30,7 +30,10 @@ class _Signals:
         self._raise(self.ended_by)
 
     def dropped(self, unraisable: "sys.UnraisableHookArgs") -> None:
-        """Python drops an exception that is raised in a finalizer or in a callback of C, and goes on with the work."""
+        """Handle an exception that Python drops; if it is the SystemExit of a signal, raise it again soon.
+
+        Python drops an exception that is raised in a finalizer or in a callback of C, and continues with the work.
+        """
         if self.ended_by is not None and unraisable.exc_type is SystemExit:
             signal.setitimer(signal.ITIMER_REAL, AGAIN)
         else:

@@ -42,7 +42,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def inputs_of(bag: Path, namespace: str) -> list[str]:
-    """Return the inputs of the simulator in a bag. Raises InputError if there are none."""
+    """Return the topics in a bag that are inputs of the simulator. Raises InputError if there are none."""
     given = [topic for topic in topics_of(bag, namespace) if TOPICS[topic].given]
     if not given:
         where = f" in the namespace {namespace}" if namespace else ""

@@ -1,4 +1,4 @@
-"""Report on the publishers of all topics: faults of the alert, and the part `inputs` of the diagnostics."""
+"""Judge the publishers of all topics, and report faults to the alert and to the part `inputs` of the diagnostics."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -25,10 +25,10 @@ SHARED = (BY_HAND, "terrain/update")
 """Topics that several programs may publish: people click in several viewers, several scanners send patches."""
 
 SENSORS = "sources"
-"""Name of the group of topics that sensors of sources publish."""
+"""Name of the group of topics on which sensors publish sources."""
 
 LOOK = 1.0
-"""Time (s) between two looks at the publishers of all topics."""
+"""Shortest time (s) between two checks of the publishers of all topics."""
 
 
 def watched_topics(inputs: Mapping[str, QoSProfile], sensors: SensorTopics) -> list[WatchedTopic]:
@@ -66,7 +66,7 @@ class PublisherReports:
         self._look_at = 0.0
 
     def look_soon(self) -> None:
-        """Look at the next call of `look`, because a publisher cannot be received."""
+        """Make the next call of `look` check all publishers, because a publisher cannot be received."""
         self._look_at = 0.0
 
     def look(self) -> None:

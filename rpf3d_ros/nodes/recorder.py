@@ -46,7 +46,7 @@ LEAVING = 1.0
 
 
 class RecorderNode(Node):
-    """Receives messages as CDR, converts and logs them; a message is in the file before the next message is taken."""
+    """Receives messages as CDR, converts and records them; a message is on disk before the next one is handled."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
@@ -72,7 +72,7 @@ class RecorderNode(Node):
         self.create_timer(LOOK_AFTER, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _frames(self, parameters: RecorderParameters) -> InputFrames:
-        """Return the frames of the inputs. Raises InputError if transforms are wanted and there is no tf2."""
+        """Return the frames of the inputs. Raises InputError if `use_tf` is set and tf2 is not installed."""
         if not parameters.use_tf:
             return InputFrames(parameters.frame)
         transforms = TfTransforms(self)
@@ -93,13 +93,17 @@ class RecorderNode(Node):
         self._take(topic, (lambda: data) if topic == MESH else partial(_read, kind, data))
 
     def _take(self, topic: str, read: Read) -> None:
-        """Record what is due now that a message has been received, and count the message unless it is refused."""
+        """Record all messages that are due when a message has been received.
+
+        Count the received message, unless it is refused or cannot be written. A message that waits to be recorded later
+        is counted at once.
+        """
         written = [self._record(reading) or reading.topic != topic for reading in self.log.received(topic, read)]
         if all(written):
             self._count(topic)
 
     def _record(self, reading: Reading) -> bool:
-        """Write the entries of a message; return True if the message was not refused, and its entries are written."""
+        """Write the entries of a message; return False if the message was refused or the entries were not written."""
         try:
             entries = reading.entries()
         except InputError as refusal:
@@ -179,7 +183,7 @@ def _read(kind: Any, data: bytes) -> Any:
 
 
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
-    """Begin the first file of the recording. Raises InputError if it cannot be created."""
+    """Begin the first file of the recording, and return the recording. Raises InputError if that fails."""
     path = Path(parameters.file)
     rotation = Rotation(megabytes=parameters.rotate_mb, minutes=parameters.rotate_minutes, keep=parameters.keep_files)
     try:

@@ -23,7 +23,7 @@ LOOK_EVERY = 0.25
 
 
 class ScenePublisherNode(Node):
-    """Reads a scene once; publishes its terrain latched and for each new subscriber, and its sources repeatedly."""
+    """Reads a scene once; publishes its terrain (latched, and again for new subscribers) and repeats its sources."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
@@ -57,7 +57,7 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Check for new subscribers: publish the terrain for them, and the first sources once all have joined."""
+        """Publish the terrain again for new subscribers, and the sources for the first time when enough are there."""
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)

@@ -1,4 +1,4 @@
-"""Which nodes have a client of a service: ROS does not say which of them has called."""
+"""Find which nodes have a client of a service, because ROS does not report which node has called the service."""
 
 from rclpy.node import Node, NodeNameNonExistentError
 

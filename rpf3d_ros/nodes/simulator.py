@@ -42,10 +42,10 @@ if TYPE_CHECKING:
 NAME = "rpf3d_simulator"
 
 TICK = 0.25
-"""Time (s) between checks whether a decision is about to end."""
+"""Time (s) between two checks whether the validity of a decision ends soon, and other regular work."""
 
 NAMED_FOR = 10.0
-"""Time (s) for which `acknowledged_by` is valid: an old value would acknowledge any later alert."""
+"""Time (s) for which a value of `acknowledged_by` is valid; otherwise an old value could acknowledge a later alert."""
 
 DONE, FAILED = (
     TransitionCallbackReturn.SUCCESS,
@@ -114,7 +114,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Subscribe, answer and decide."""
+        """Subscribe to the inputs, and begin to answer sources and to decide on alerts."""
         assert self.station is not None
         done = super().on_activate(state)
         self.inputs = Inputs(
@@ -135,7 +135,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Free the ground and everything else that was built."""
+        """Free the terrain and everything else that was built."""
         self._close_station()
         self.lock.closed = False
         self.health.clear("terrain", "sources", "run", "queues", "areas", "decision log", "store")
@@ -175,7 +175,7 @@ class SimulatorNode(LifecycleNode):
             self.station.beat()
 
     def _notice_jump(self) -> int:
-        """Return the time now (ns), after a check if the clock went back since the last call."""
+        """Return the time now (ns); if the clock went back since the last call, handle that first."""
         now = self._now()
         if now < self._ticked:
             self._clock_went_back((self._ticked - now) * 1e-9)
@@ -183,7 +183,10 @@ class SimulatorNode(LifecycleNode):
         return now
 
     def _check_clock(self, now_ns: int) -> None:
-        """Report a clock that stands still; called by a steady timer, which does not stop with the clock."""
+        """Report a clock that stands still; now_ns : time of the node's clock (ns).
+
+        A timer of a steady clock calls this method, because a timer of the node's clock would stand still, too.
+        """
         stands = self._clock_watch.stands(now_ns, time.monotonic())
         if stands != self._clock_stands:
             self._clock_stands = stands
@@ -214,7 +217,7 @@ class SimulatorNode(LifecycleNode):
         return response
 
     def _named(self) -> str:
-        """Return `acknowledged_by`; "" if it was set too long ago to be meant for this call."""
+        """Return the value of `acknowledged_by`; "" if it was set more than NAMED_FOR seconds ago."""
         recent = time.monotonic() - self._named_at <= NAMED_FOR
         return str(self.get_parameter("acknowledged_by").value) if recent else ""
 
@@ -223,7 +226,7 @@ class SimulatorNode(LifecycleNode):
             self._named_at = time.monotonic()
 
     def destroy_node(self) -> None:
-        """End or abandon the threads before their publishers are destroyed."""
+        """End the threads before their publishers are destroyed; threads that do not end in time are abandoned."""
         for each in (self.outlets.answers, self.outlets.alerts, self.health):
             each.closed = True
         self._close_station()

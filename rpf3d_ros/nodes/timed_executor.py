@@ -1,4 +1,4 @@
-"""An executor that measures how long it is busy with callbacks; during this time it takes no messages."""
+"""An executor that measures how long it is busy with callbacks; during this time it receives no messages."""
 
 import time
 from collections.abc import Iterator
@@ -11,8 +11,8 @@ class TimedExecutor(SingleThreadedExecutor):
     """A single-threaded executor that keeps the duration of its longest round of callbacks.
 
     A round is all callbacks that were ready at the same time. A message that arrives during a round waits until the
-    round ends. Rounds are timed as they happen: a timer that measures its own delay would wake the executor all the
-    time, and each waking costs rclpy most of a millisecond.
+    round ends. The duration of each round is measured directly. A timer that measures its own delay would have to wake
+    the executor often, and each waking costs rclpy most of a millisecond.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -25,12 +25,15 @@ class TimedExecutor(SingleThreadedExecutor):
         return longest
 
     def _wait_for_ready_callbacks(self, *args: Any, **kwargs: Any) -> Iterator[Any]:
-        """Yield the ready callbacks of one round, as rclpy's executor does; rclpy has no public hook around a round."""
+        """Yield the ready callbacks of one round, as rclpy's method does, and measure the time until the round ends.
+
+        rclpy has no public function to run code before and after a round.
+        """
         began = None
         try:
             for ready in super()._wait_for_ready_callbacks(*args, **kwargs):
                 began = time.monotonic() if began is None else began
                 yield ready
-        finally:  # rclpy drops a round that is not over if the next wait has another time limit
+        finally:  # rclpy drops an unfinished round if the next wait has another time limit
             if began is not None:
                 self._longest = max(self._longest, time.monotonic() - began)

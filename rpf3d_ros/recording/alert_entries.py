@@ -10,7 +10,7 @@ from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, LoggedStates, Re
 from rpf3d_ros.recording.stream import Recording
 
 COUNT_OF_RECORDED = "rpf3d_recorder: recording"
-"""Name of the status that counts recorded messages; this status is not recorded, because recording would change it."""
+"""Name of the status that counts recorded messages; it is not recorded, because each recording would change it."""
 
 LEVELS_OF_AREA = ("held", "evident")
 """Levels of an area that are compared, in addition to the shown level, to notice a change."""
@@ -20,7 +20,7 @@ class AlertEntries:
     """Converts messages of alerts, the alarm and diagnostics to entries of a recording."""
 
     def __init__(self, times: EntryTimes) -> None:
-        """Begin without alerts; `changes` counts the messages in which a level of the site or an area changes."""
+        """Begin without alerts; `changes` : number of messages in which a level of the site or an area has changed."""
         self._times, self._logged = times, LoggedStates()
         self._areas_with_alerts: set[str] = set()
         self._levels: object = None
@@ -33,10 +33,11 @@ class AlertEntries:
     def alerts(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the alert level of the site, and the states and texts of site and areas that have changed.
 
-        A lane is a coloured bar over time that shows the states of one area. The level is logged with every decision,
-        because the level is a series; a heartbeat that repeats a decision is not logged. Text and lane of the site are
-        logged if the level or the sentence changes. Text and lane of an area are logged if a level of the area changes.
-        The lane of an area ends if the message does not contain the area, for example because a machine has left.
+        A lane is a coloured bar over time that shows the states of one area. The level of the site is recorded with
+        every decision, because it is a curve over time; a heartbeat that repeats a decision is not recorded. Text and
+        lane of the site are recorded if the level or the sentence changes. Text and lane of an area are recorded if a
+        level of the area changes. The lane of an area ends if the message does not contain the area, for example
+        because a machine has left.
 
         The entries have the time of the decision, if the message contains this time. The stamp of the message is the
         stamp of the sources, which is not enough: if the same sources become stale, the next decision has the same
@@ -77,7 +78,7 @@ class AlertEntries:
 
 
 def _shown_content(alert: ReceivedLevel) -> object:
-    """Return what is compared to notice a change of an alert: the site's sentence, or the area's levels."""
+    """Return the content that is compared to notice a change of an alert: the site's sentence, or the area's levels."""
     if alert.area is None:
         return alert.health.message
     return _levels_of(alert)

@@ -26,14 +26,17 @@ REACH_COLUMNS = ("p95_energy", "first_arrival", "rocks", "result")
 """Optional fields of hazard/points that are recorded as well."""
 
 NOTHING = np.empty(0)
-"""Content of a map without cells."""
+"""Content of a map without cells, or of a cloud without points, to compare it with later content."""
 
 
 class AnswerEntries:
-    """Converts the messages of an answer to entries of a recording, in the same event as the answer's sources."""
+    """Converts the messages of an answer to recording entries, in the event to which the answer's sources belong."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes, last: LastContents | None = None) -> None:
-        """Begin without hazard zones; last : contents of the recorded maps, None to record equal maps again, too."""
+        """Begin without hazard zones.
+
+        last : contents of the last recorded maps, so that an equal map is not recorded again; None to record every map
+        """
         self._frame, self._times, self._last = frame, times, last
         self._levels: set[str] = set()
 
@@ -50,14 +53,15 @@ class AnswerEntries:
         }
 
     def trajectories(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the trajectories to be drawn, already thinned by the node."""
+        """Yield the trajectories to be drawn, which the simulator has already thinned."""
         strips = strips_of_markers(array, self._frame)
         yield self._times.of_markers(array, lambda r: r.trajectories(strips))
 
     def cloud(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield trajectories/points, impacts or deposits.
+        """Yield the points of trajectories/points, impacts or deposits, coloured by energy.
 
-        A cloud without points deletes the points of the last event.
+        For trajectories/points, also yield the motion of the rocks; for impacts, also the energies for the plots. A
+        cloud without points deletes the points of the last event.
         """
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
@@ -110,7 +114,10 @@ class AnswerEntries:
         return self._last is None or self._last.is_new(topic, *arrays)
 
     def _keeps(self, name: str) -> str:
-        """Return the name of a map as a state: a map that is not recorded again must be in every new file."""
+        """Return the value of `RecordingEntry.keeps` for a map; "" if every map is recorded.
+
+        If equal maps are not recorded again, every new file must begin with the last map.
+        """
         return f"answer/{name}" if self._last is not None else ""
 
     def _of_zone(self, array: Any, name: str, draw: Callable[..., None]) -> RecordingEntry:

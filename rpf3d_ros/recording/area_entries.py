@@ -25,9 +25,9 @@ class AreaEntries:
     """Converts messages of areas of interest to entries of a recording."""
 
     def __init__(self, frame: MapFrame, frames: InputFrames, times: EntryTimes) -> None:
-        """Begin without areas; `rings` has the outlines (T, 3) m of each area, map frame.
+        """Begin without areas; `rings` : the outlines (T, 3) m of each area, by name, map frame.
 
-        frame : of the outlines that the simulator publishes; frames : of the inputs
+        frame : the frame of the outlines that the simulator publishes; frames : the frames of the inputs
         """
         self._frame, self._frames, self._times = frame, frames, times
         self._logged = LoggedStates()
@@ -42,14 +42,14 @@ class AreaEntries:
         return self._frames.static(message.header.frame_id, AREAS_STAY)
 
     def polygon(self, polygon: Any) -> Iterator[RecordingEntry]:
-        """Yield the live area."""
+        """Yield the outline of the live area as it was received, from a polygon message."""
         corners = np.array([(p.x, p.y, p.z) for p in polygon.polygon.points], dtype=float).reshape(-1, 3)
         corners = finite_points(corners, polygon.header.frame_id, self._frame_of(polygon))
         stamp_ns = nanoseconds(polygon.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.area("live_area", corners), "areas/live_area")
 
     def equipment(self, poses: Any) -> Iterator[RecordingEntry]:
-        """Yield the places of equipment."""
+        """Yield the places of equipment as points, from a pose message."""
         positions, _ = placed(poses, self._frame_of(poses))
         stamp_ns = nanoseconds(poses.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")

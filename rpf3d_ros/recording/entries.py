@@ -25,10 +25,10 @@ Drawn = TypeVar("Drawn")
 class RecordingEntry(NamedTuple):
     """What is added to a recording at one time, such as the terrain or the impacts of an answer.
 
-    stamp_ns, event : the time (ns) and the number of the event of the rows
+    stamp_ns, event : the time (ns) and the number of the event of the added rows
     draw : adds the rows to a recording
-    keeps : name of the state that the entry replaces, "" if it is not a state; a new file begins with the last entry of
-        each state
+    keeps : name of the state that the entry sets, such as "terrain"; "" if it sets no state. A new file begins with the
+        last entry of each state
     """
 
     stamp_ns: int
@@ -38,16 +38,16 @@ class RecordingEntry(NamedTuple):
 
 
 EntryMaker = Callable[[Any], Iterator[RecordingEntry]]
-"""A function that yields the entries of a message; terrain/mesh is given as CDR bytes.
+"""A function that yields the entries of a message; a message of terrain/mesh is passed as CDR bytes.
 
 Raises MessageRefused.
 """
 
 
 class EventNumbers:
-    """Numbers of events: each time stamp of sources begins an event, to which its results belong.
+    """The numbers of events: each new stamp of sources begins an event, and results with this stamp belong to it.
 
-    Old stamps are kept, because results may follow newer sources.
+    Older stamps are remembered, because results may arrive after newer sources.
     """
 
     def __init__(self) -> None:
@@ -80,7 +80,7 @@ class EntryTimes:
         return RecordingEntry(stamp_ns=stamp_ns, event=self._events.of(stamp_ns), draw=draw, keeps=keeps)
 
     def of_markers(self, array: Any, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
-        """Return an entry at the stamp of a MarkerArray; an empty array has the current time."""
+        """Return an entry with the stamp of a MarkerArray; an empty array gets the current time and the last event."""
         return self.of_message(array.markers[0], draw, keeps) if array.markers else self.at(self.now(), draw, keeps)
 
     def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
@@ -122,7 +122,7 @@ class LastContents:
         self._arrays[name] = arrays
 
     def is_new(self, name: str, *arrays: np.ndarray) -> bool:
-        """Remember arrays; return True if one differs from the last arrays of the same name."""
+        """Remember arrays; return True if one of them differs from the last arrays of the same name."""
         is_new = self.differs(name, *arrays)
         self.note(name, *arrays)
         return is_new
@@ -153,9 +153,9 @@ def column_of(cloud: Any, name: str) -> np.ndarray:
 def by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
     """Return the shapes of a marker message by name, from namespaces that consist of a prefix and the name.
 
-    root : the prefix
-    what : the kind of the names, for the message of a refusal
-    Raises MessageRefused for a namespace outside the root.
+    root : the prefix; what : what the names are, for the error message, such as "level"
+
+    Raises MessageRefused for a namespace without the prefix.
     """
     for namespace in drawn:
         if not namespace.removeprefix(root).strip("/") or not namespace.startswith(root):

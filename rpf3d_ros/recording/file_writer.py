@@ -39,7 +39,7 @@ def flush(stream: Any, seconds: float) -> None:
 def close(stream: Any, seconds: float) -> None:
     """Write the waiting rows and the file's footer.
 
-    Raises RuntimeError as `flush`; a separate daemon thread then releases the stream.
+    Raises RuntimeError as `flush`. A separate thread then releases the stream, because this may never end.
     """
     try:
         flush(stream, seconds)
@@ -51,7 +51,7 @@ def close(stream: Any, seconds: float) -> None:
 
 
 def any_left() -> bool:
-    """True if a stream could not be released; rerun would then also wait for the stream at the end of the process."""
+    """True if a stream is still not released; rerun would then also wait for the stream at the end of the process."""
     return any(thread.is_alive() for thread in _left)
 
 

@@ -98,8 +98,8 @@ class RecordingFiles:
     def write(self, entries: list[RecordingEntry]) -> None:
         """Write entries to the open file.
 
-        Raises OSError or RuntimeError if the entries cannot be written; the next call tries again. `lost` counts the
-        entries that are not written. Entries of a state stay in `head` and are in the next file.
+        Raises OSError or RuntimeError if the entries cannot be written; a later call then begins a new file. `lost`
+        counts the entries that are not written. Entries that set a state stay in `head` and are in the next file.
         """
         self.head.note(entries)
         if not entries and self._recording is not None:
@@ -163,7 +163,10 @@ class RecordingFiles:
         self._begun(self.path)
 
     def _begin_again(self, lost: int) -> None:
-        """Try to begin a new file, at most once every RETRY seconds."""
+        """Try to begin a new file, at most once every RETRY seconds.
+
+        lost : number of entries that are lost if this fails
+        """
         if self._monotonic() < self._retry_at:
             self.lost += lost
             raise OSError(f"the next attempt is made every {RETRY:g} s")
@@ -177,7 +180,10 @@ class RecordingFiles:
             raise
 
     def _give_up(self, lost: int) -> None:
-        """Abandon the open file after a fault; its earlier entries are readable, and `rpf3d recover` repairs it."""
+        """Abandon the open file after a fault; its earlier entries are readable, and `rpf3d recover` repairs it.
+
+        lost : number of entries that were not written
+        """
         self.lost += lost
         recording, self._recording = self._recording, None
         self._retry_at = self._monotonic() + RETRY
@@ -208,5 +214,5 @@ def numbered_files(file: Path) -> list[Path]:
 
 def _drop(recording: Recording) -> None:
     """Close a recording that cannot be written, and ignore further errors."""
-    with suppress(*FAULTS):  # the caller has reported the original fault
+    with suppress(*FAULTS):  # the caller raises the original fault
         recording.close()

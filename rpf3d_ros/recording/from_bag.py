@@ -19,7 +19,7 @@ from rpf3d_ros.recording.message_log import MessageLog, Reading
 from rpf3d_ros.recording.thinning import WHOLE, Thinning
 
 MESH = "terrain/mesh"
-"""Topic whose messages are read from CDR bytes, as in the node."""
+"""Topic whose messages are passed on as CDR bytes, as in the recorder."""
 
 MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of every MCAP file."""
@@ -149,7 +149,10 @@ def convert(
 
 
 def _record(readings: Iterator[Reading], files: RecordingFiles, out: Path, now: list[int], done: Converted) -> None:
-    """Write messages into a recording; `done` notes those that are refused."""
+    """Write messages into a recording, and add the refused messages to `done`.
+
+    now : list with the time (ns) of the current message of the bag
+    """
     for reading in readings:
         try:
             entries = reading.entries()

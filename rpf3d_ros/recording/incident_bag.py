@@ -5,23 +5,23 @@ from pathlib import Path
 from rpf3d_ros.recording.bag_writer import BagWriter
 
 WHOLE, PATCH = ("terrain/points", "terrain/mesh"), "terrain/update"
-"""Topics of whole terrain and of patches; every bag begins with the last whole terrain and all later patches."""
+"""Topics of whole surveys and of patches; every bag begins with the last whole survey and all later patches."""
 
 PATCHES_KEPT = 200
-"""Largest number of kept patches.
+"""Largest number of patches that are kept for the next bag.
 
-At a site with more patches between two surveys, later bags lack the oldest patches.
+At a site with more patches between two whole surveys, later bags lack the oldest patches.
 """
 
 
 class IncidentBag:
-    """The bags that are written in parallel with a recording, one for each of its files; none if not wanted.
+    """The bags that are written in parallel with a recording, one for each of its files; none without a prefix.
 
     A bag that cannot be written is abandoned; the next file of the recording begins another bag.
     """
 
     def __init__(self, prefix: str) -> None:
-        """Keep the prefix of the bags' paths; "" if no bag is wanted."""
+        """Write nothing yet; prefix : beginning of the paths of all bags, "" if no bag is wanted."""
         self._prefix = Path(prefix) if prefix else None
         self._writer: BagWriter | None = None
         self._ground: list[tuple[str, str, bytes]] = []
@@ -82,9 +82,9 @@ class IncidentBag:
         return self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
 
     def _begin(self, stamp_ns: int) -> None:
-        """Write the terrain first into a new bag, so that a replay of the bag begins with the terrain.
+        """Write the terrain into a new bag before its first message, so that a replay begins with the terrain.
 
-        It has the time of the first message.
+        stamp_ns : time (ns) of the first message, which the terrain gets as well
         """
         if self._is_new and self._writer is not None:
             self._is_new = False

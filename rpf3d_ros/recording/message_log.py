@@ -45,9 +45,9 @@ class MessageLog:
     ) -> None:  # fmt: skip
         """Begin without terrain, areas or alerts.
 
-        mesh_frame : frame of terrain/mesh
+        frame : the map frame and survey frame; mesh_frame : name of the frame of terrain/mesh
         now : returns the time (ns since the epoch) at which the current message was received
-        frames : of the inputs; None if only `frame` is known
+        frames : finds the frames of the inputs; None if there are no other frames
         """
         frames = frames or InputFrames(frame)
         self._now, self._thinning, times = now, thinning, EntryTimes(now)
@@ -73,9 +73,11 @@ class MessageLog:
         return [self._times.at(self._now(), lambda r: r.about(self._thinning.text), "about")]
 
     def received(self, topic: str, read: Read) -> Iterator[Reading]:
-        """Yield what is to be recorded now that a message has been received; use each before the next is yielded.
+        """Yield the messages to record now that a message has been received; record each before asking for the next.
 
-        topic : a key of TOPICS; read : deserializes the message. A message of terrain/mesh is read as CDR bytes.
+        These may be the message itself or messages that have waited, or none.
+
+        topic : a key of TOPICS; read : deserializes the message, but returns CDR bytes for terrain/mesh
         """
         yield from self.due()
         waiting, changes = self._waiting.get(topic), self._alerts.changes
@@ -90,11 +92,11 @@ class MessageLog:
         yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.due(now_ns))
 
     def rest(self) -> Iterator[Reading]:
-        """Yield all messages that wait, before the recording ends."""
+        """Yield all messages that still wait; call this before the recording ends."""
         yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.rest())
 
     def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
-        """Return the entries of what is to be recorded now that a message has been received.
+        """Return the entries to record now that a message has been received, as `received` yields their messages.
 
         Raises MessageRefused.
         """

@@ -1,4 +1,4 @@
-"""Convert the rocks of an answer to recording entries, thinned: which rocks are drawn, and how densely."""
+"""Convert the rocks of an answer to recording entries, thinned: fewer rocks, and fewer points on each path."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -35,14 +35,14 @@ Areas = Callable[[], Mapping[str, Sequence[FloatArray]]]
 
 
 class RockEntries:
-    """Converts the rocks of answers to entries of a recording: some rocks of each answer, the same in all its topics.
+    """Converts rocks of each answer to entries of a recording; all topics of an answer show the same rocks.
 
-    The lines of an answer are drawn from its points, which hold every rock. Its markers are only drawn, as published,
-    if no points follow; until then they are `held`.
+    The lines of an answer are drawn from the points in trajectories/points, which contain every rock. The published
+    line markers are drawn only if no such points arrive. Until that is clear, the markers wait in `held`.
     """
 
     def __init__(self, frame: MapFrame, times: EntryTimes, areas: Areas, most: int) -> None:
-        """Begin without rocks; most : number of rocks of an answer, 0: all."""
+        """Begin without rocks; most : number of recorded rocks of an answer, 0: all."""
         self._frame, self._times, self._areas, self._most = frame, times, areas, most
         self._whole, self._last = AnswerEntries(frame, times), LastContents()
         self._chosen: tuple[int, IntArray] | None = None
@@ -55,13 +55,13 @@ class RockEntries:
         return {LINES: self.lines, PATHS: self.paths, **hits}
 
     def lines(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield published lines whose points have not been drawn."""
+        """Yield the published lines of an answer, unless lines were already drawn from its points."""
         stamp_ns = nanoseconds(array.markers[0].header.stamp) if array.markers else None
         if stamp_ns is None or stamp_ns != self._lines_of:
             yield from self._whole.trajectories(array)
 
     def paths(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield motion, points and lines of the chosen rocks, if an answer differs from the answer before."""
+        """Yield motion, points and lines of the chosen rocks, if an answer differs from the previous answer."""
         if cloud.width == 0:
             cleared = list(self._cleared(PATHS, cloud))
             yield from cleared
@@ -91,7 +91,10 @@ class RockEntries:
     def _drawn_paths(
         self, cloud: Any, points: FloatArray, energy: FloatArray, rows: list[IntArray], speed: FloatArray | None
     ) -> Iterator[RecordingEntry]:
-        """Yield points and, where the speeds are known, lines of the chosen rocks; rows : of each rock's points."""
+        """Yield the points and, if `speed` is known, the lines of the chosen rocks.
+
+        points : (N, 3) m; energy : (N,) J; speed : (N,) m/s, or None; rows : for each rock, the rows of its points
+        """
         every = np.concatenate([np.empty(0, dtype=np.int64), *rows])
         yield self._times.of_message(cloud, lambda r: r.points(PATHS, points[every], energy[every]), _kept(PATHS))
         if speed is not None:
@@ -112,13 +115,19 @@ class RockEntries:
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
     def _cleared(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the entry of a cloud without points, which deletes the points of the last event."""
+        """Yield the entry of a cloud without points, which deletes the points of the last event.
+
+        Yield nothing if the points are already deleted.
+        """
         for entry in self._whole.cloud(topic, cloud):
             if self._last.is_new(topic, NOTHING):
                 yield entry._replace(keeps=_kept(topic))
 
     def _shown(self, cloud: Any, points: FloatArray) -> NDArray[np.bool_]:
-        """Return flags (N,) of the points of the rocks that were chosen by the paths of the same answer."""
+        """Return flags (N,), True for points of the chosen rocks: the same rocks as in the paths of the answer.
+
+        If no paths of the answer have arrived, the rocks are chosen from the points (N, 3) m.
+        """
         if not _has(cloud, "rock"):
             return np.ones(len(points), dtype=bool)
         rock, stamp_ns = column_of(cloud, "rock"), nanoseconds(cloud.header.stamp)
@@ -127,13 +136,19 @@ class RockEntries:
         return np.isin(rock, self._chosen[1])
 
     def _rows(self, rows: IntArray, rock: IntArray) -> list[IntArray]:
-        """Return the rows of each rock's recorded points; rows : (N,) rows of the chosen rocks (N,) in the cloud."""
+        """Return for each chosen rock the rows of its recorded points in the cloud.
+
+        rows : (N,) rows of all points of the chosen rocks; rock : (N,) rock of each of these points
+        """
         begins = run_starts(rock)
         ends, most = np.append(begins[1:], len(rock)), POINTS_A_ROCK if self._most else len(rock)
         return [rows[begin + evenly(end - begin, most)] for begin, end in zip(begins, ends, strict=True)]
 
     def _choice(self, points: FloatArray, rock: IntArray) -> IntArray:
-        """Return the rocks to record: all that reach an area, and others, evenly, up to `most` rocks."""
+        """Return the rocks to record: all rocks that reach an area, then others, evenly, up to the largest number.
+
+        points : (N, 3) m; rock : (N,) rock of each point, grouped by rock
+        """
         begins = run_starts(rock)
         rocks = rock[begins]
         if not self._most or len(rocks) <= self._most:
@@ -148,7 +163,7 @@ def _has(cloud: Any, name: str) -> bool:
 
 
 def _kept(topic: str) -> str:
-    """Return the name of the state that a layer is: a new file begins with the last one of each topic."""
+    """Return the value of `RecordingEntry.keeps` for a topic: a new file begins with its last entry."""
     return f"answer/{topic}"
 
 
@@ -158,7 +173,10 @@ def _spread(count: int, most: int) -> IntArray:
 
 
 def _strips(points: FloatArray, speed: FloatArray, rows: list[IntArray]) -> list[Strip]:
-    """Return the lines to draw, coloured by speed as the published lines; rows : of each rock's points."""
+    """Return the lines to draw, coloured by speed in the same way as the published lines.
+
+    points : (N, 3) m; speed : (N,) m/s; rows : for each rock, the rows of its points
+    """
     fastest = float(np.max(speed, initial=0.0))
     opaque = [np.concatenate([speed_colours(speed[row], fastest), np.full((len(row), 1), 255)], axis=1) for row in rows]
     return [Strip(points[row], colours.astype(np.uint8)) for row, colours in zip(rows, opaque, strict=True)

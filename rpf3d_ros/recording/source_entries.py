@@ -35,7 +35,7 @@ class SourceEntries:
         yield self._entry(poses, positions, directions)
 
     def click(self, point: Any) -> Iterator[RecordingEntry]:
-        """Yield the one source of a clicked point."""
+        """Yield the single source of a clicked point."""
         at = np.array([[point.point.x, point.point.y, point.point.z]], dtype=float)
         frame = frame_of(point, self._frames)
         yield self._entry(point, finite_points(at, point.header.frame_id, frame), np.zeros((1, 3)))

@@ -32,7 +32,7 @@ ARROW_LENGTH, LIFT = 3.0, 0.15
 """Length of a source's arrow (m); height of hazard facets above the ground, which would hide them (m)."""
 
 UNKNOWN, PERCENT = 255, 100
-"""Number that stands for unknown values in the cells of a grid, which has one byte a cell; largest percentage."""
+"""Value of a grid cell (one byte) whose reach probability is unknown; largest percentage."""
 
 FARTHER = 1.5
 """Factor by which trajectories must extend farther than before until the viewer's eye moves."""
@@ -47,11 +47,11 @@ MILLISECONDS_A_FRAME = round(1000 * FRAME)
 class Recording:
     """An open recording: set the time with `at`, add rows, then `flush`; flushed rows survive a kill.
 
-    `RecordingEntry.draw` calls one method for each kind of row.
+    There is one method for each kind of row; `RecordingEntry.draw` calls one of them.
     """
 
     def __init__(self, stream: Any, in_file: bool = False) -> None:
-        """Write what never changes: the coordinate system and the styles.
+        """Write the rows that never change: the coordinate system and the styles.
 
         stream : a rerun.RecordingStream that already has its sink
         in_file : True if the sink is a file
@@ -64,7 +64,7 @@ class Recording:
         self._style()
 
     def about(self, text: str) -> None:
-        """Add the text about the recording: what it leaves out; Markdown."""
+        """Add the text (Markdown) that states what the recording leaves out."""
         document = self._rerun.TextDocument(text, media_type=self._rerun.MediaType.MARKDOWN)
         self._log("about", document, static=True)
 
@@ -100,12 +100,12 @@ class Recording:
         self._log("sources/direction", arrows)
 
     def area(self, name: str, corners: FloatArray) -> None:
-        """Add an area of interest as its outline, corners (N, 3) m; an area with one corner appears as a point."""
+        """Add the outline of an area of interest, corners (N, 3) m: a point for one corner, nothing for none."""
         outline = [np.vstack([corners, corners[:1]])] if len(corners) else []
         self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
 
     def area_outline(self, name: str, lines: list[FloatArray]) -> None:
-        """Add the outlines of an area of interest on the ground, lines (T, 3) m, besides its definition."""
+        """Add the outlines of an area of interest on the ground, lines (T, 3) m, next to its received outline."""
         strips = [_lifted(line) for line in lines]
         entity = _outline_of_area(name)
         self._log(entity, self._rerun.LineStrips3D(strips, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR, labels=[name]))
@@ -119,7 +119,7 @@ class Recording:
         self._log(_under("areas", name), self._points(positions, AREA_COLOUR, DEPOSIT_PIXELS))
 
     def trajectories(self, strips: list[Strip]) -> None:
-        """Add the trajectories, as single pieces, because rerun gives a line one colour."""
+        """Add the trajectories, as separate segments, because a line of rerun has only one colour."""
         pieces = [np.stack([strip.points[:-1], strip.points[1:]], axis=1) for strip in strips]
         colours = [strip.colours[:-1] for strip in strips]
         lines = self._rerun.LineStrips3D(
@@ -135,9 +135,9 @@ class Recording:
     def motion(self, motion: RockPositions) -> None:
         """Add the motion of rocks, one row for each moment, so that the viewer can play it.
 
-        The motion is on two timelines: simulated time, and from the event's stamp on. On both timelines, all frame
-        times are multiples of the frame step, so this event replaces the frames of an earlier event. If the earlier
-        event had more frames, frames without rocks follow.
+        The motion is on two timelines: simulated time, and ROS time from the stamp of the event on. A frame is the
+        picture of one moment. On both timelines, the times of frames are multiples of the frame step, so this event
+        replaces the frames of an earlier event. If the earlier event had more frames, frames without rocks follow.
         """
         rocks, frames = motion.positions.shape[1], len(motion.times)
         self._frames = max(self._frames, frames)
@@ -154,7 +154,7 @@ class Recording:
             self._stream.send_columns("trajectories/rocks", timelines, rows)
 
     def points(self, entity: str, positions: FloatArray, energy: FloatArray) -> None:
-        """Add points (N, 3) m, coloured by energy (N,) J, such as impacts."""
+        """Add points (N, 3) m, such as impacts, coloured by energy (N,) J; entity : name in the recording."""
         self._coloured(entity, positions, energy, float(np.max(energy, initial=0.0)), {"energy_j": energy})
 
     def energies(self, energy: FloatArray) -> None:
@@ -176,7 +176,10 @@ class Recording:
         self._log("plan/reach_probability", self._rerun.SegmentationImage(classes[::-1], opacity=1.0))
 
     def hazard(self, level: str, corners: FloatArray, colour: Colour) -> None:
-        """Add the facets of a hazard zone, corners (F, 3, 3) m, lifted so that the ground does not hide them."""
+        """Add the facets of a hazard zone, corners (F, 3, 3) m, lifted so that the ground does not hide them.
+
+        level : name of the zone
+        """
         lifted = _lifted(corners.reshape(-1, 3))
         triangles = np.arange(len(lifted)).reshape(-1, 3)
         mesh = self._rerun.Mesh3D(vertex_positions=lifted, triangle_indices=triangles, albedo_factor=list(colour))
@@ -189,7 +192,7 @@ class Recording:
         self._log(_under("hazard", level) + "/outline", strips)
 
     def clear(self, entity: str) -> None:
-        """Delete a part of the recording, and everything below it, from the screen."""
+        """Delete an entity of the recording, and all entities below it, from the screen."""
         self._log(entity, self._rerun.Clear(recursive=True))
 
     def clear_hazard(self, level: str) -> None:

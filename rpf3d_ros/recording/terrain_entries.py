@@ -14,7 +14,7 @@ from rpf3d_ros.messages.terrain_messages import MeshSurvey, grid_of_cloud, mesh_
 from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, frame_of, nanoseconds
 
 UPDATES_SHOWN = 200
-"""Number of terrain patches that are shown together; the next patch replaces the oldest."""
+"""Largest number of terrain patches that are shown together; the next patch replaces the oldest."""
 
 LARGEST_PATCH = 10_000_000
 """Largest number of points in a patch."""
@@ -54,7 +54,7 @@ class TerrainEntries:
         points = frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
         points = points[~np.isnan(points).any(axis=1)]
         number = self._updates % UPDATES_SHOWN
-        self._digest, self._updates = b"", self._updates + 1  # no digest: the same survey again undoes the patch
+        self._digest, self._updates = b"", self._updates + 1  # an equal survey is then drawn again, without the patch
         stamp_ns = nanoseconds(cloud.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.update(number, points), f"terrain/updates/{number}")
 

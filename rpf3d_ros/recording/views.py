@@ -29,7 +29,7 @@ NOWHERE = Terrain(
 """Empty terrain for `point_of_view`, so that only the trajectories determine where the viewer's eye is."""
 
 COVERING = ("trajectories/points", "hazard/points")
-"""Parts of the recording that are hidden at first, because they would cover others."""
+"""Parts of the recording that are hidden at first, because they would cover other parts."""
 
 
 BEFORE, AFTER = -300.0, 150.0

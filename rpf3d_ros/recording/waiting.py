@@ -11,9 +11,9 @@ SETTLED = 1_000_000_000
 
 
 class PacedMessages:
-    """Lets the messages of a topic pass at a limited rate: the first at once, then the newest of each interval.
+    """Passes the messages of a topic on at a limited rate: the first at once, then the newest of each interval.
 
-    The intervals follow one another, so that it does not matter how often `due` is called.
+    One interval follows another, however often `due` is called.
     """
 
     def __init__(self, interval_ns: int) -> None:
@@ -22,7 +22,10 @@ class PacedMessages:
         self._open = True
 
     def take(self, now_ns: int, read: Read) -> list[Read]:
-        """Return the messages to record after a message was received: this message, or nothing."""
+        """Return the messages to record after a message was received: this message, or none if it must wait.
+
+        now_ns : time of reception (ns); read : deserializes the message
+        """
         went_back = now_ns < self._next - self._interval
         if self._open or went_back or now_ns >= self._next:
             self._waiting, self._open, self._next = None, False, now_ns + self._interval
@@ -31,38 +34,41 @@ class PacedMessages:
         return []
 
     def due(self, now_ns: int) -> list[Read]:
-        """Return the waiting message if its interval is over."""
+        """Return the waiting message if its interval has ended at the time now (ns), else nothing."""
         if self._waiting is None or now_ns < self._next:
             return []
         self._next += self._interval
         return self.rest()
 
     def open(self) -> list[Read]:
-        """Return the waiting message at once, and let the next message pass at once."""
+        """Return the waiting message at once, and pass the next message on at once, too."""
         self._open = True
         return self.rest()
 
     def rest(self) -> list[Read]:
-        """Return the waiting message, because nothing follows."""
+        """Return the waiting message, if there is one; call this at the end, when no message follows."""
         waiting, self._waiting = self._waiting, None
         return [waiting] if waiting is not None else []
 
 
 class HeldLines:
-    """Holds the drawn lines of an answer back until it is clear whether its points follow, which hold more."""
+    """Keeps the line markers of an answer until it is clear whether its points arrive, which contain every rock."""
 
     def __init__(self) -> None:
         self._waiting: Read | None = None
         self._since = 0
 
     def take(self, now_ns: int, read: Read) -> list[Read]:
-        """Hold a message back, and return the one before it, whose points have not followed."""
+        """Keep a message, and return the previous message if it still waits: its points have not arrived.
+
+        now_ns : time of reception (ns); read : deserializes the message
+        """
         before = self.rest()
         self._waiting, self._since = read, now_ns
         return before
 
     def due(self, now_ns: int) -> list[Read]:
-        """Return the held message if its points have not followed in time, or if the clock went back."""
+        """Return the waiting message if its points have not arrived in time, or if the clock went back."""
         return self.rest() if not 0 <= now_ns - self._since < SETTLED else []
 
     def drop(self) -> None:
