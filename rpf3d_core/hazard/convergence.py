@@ -21,7 +21,7 @@ DOUBLINGS = 2
 class Place:
     """The results in one zone or area of interest, which decide whether more rocks must fly.
 
-    reached, stopped : shares of all rocks (-); half_width : half the width of the wider of their 95 % intervals (-)
+    reached, stopped : shares of all rocks (-); half_width : half the width of the wider one of both 95 % intervals (-)
     energy_p95 : J, None for fewer than 20 rocks
     """
 
@@ -33,7 +33,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Step:
-    """The results in all places after `rocks` rocks have flown, one step of the convergence."""
+    """The results in all places, by name, after `rocks` rocks have flown: one step of the convergence."""
 
     rocks: int
     places: Mapping[str, Place]
@@ -66,7 +66,7 @@ def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
 def p95_change(steps: Sequence[Step]) -> float | None:
     """Return how much p95 energies still change (-): the largest relative change over the last two doublings.
 
-    Return None with fewer doublings. A p95 energy that an earlier step lacks counts as a change of 1.
+    Return None after fewer than two doublings. If an earlier step has no p95 energy for a place, the change is 1.
     """
     if len(steps) <= DOUBLINGS:
         return None
