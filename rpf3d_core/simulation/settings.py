@@ -9,8 +9,11 @@ class Settings(NamedTuple):
     """The numbers of a simulation that a scene file sets, such as gravity and the limits of a flight.
 
     gravity : m/s^2
-    smallest_bounce : m; a bounce that would rise less is summed up with all later bounces, or merges into sliding
-    max_time : s; max_impacts : limit of impacts and slides over facets, together; also limits flight segments in air
+    smallest_bounce : m; a bounce that would rise less is not simulated: it is summed up with all later bounces, or the
+        rock slides on
+    max_time : longest time of a path (s)
+    max_impacts : largest number of impacts, meetings with obstacles and slides over facets, together; also limits the
+        number of flight segments in air
     seed : seed of all random numbers
     """
 
