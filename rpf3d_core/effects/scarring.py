@@ -46,12 +46,12 @@ At this ratio both are equally accurate, to 2e-6. At smaller depths, the closed 
 
 
 class Scarring(NamedTuple):
-    """The properties of soft ground for each of Z zones; every array has Z rows.
+    """The properties of soft ground in each of Z zones; every array is (Z,).
 
-    Hard ground has no drag and no friction.
+    In zones of hard ground, drag and friction are 0.
 
-    stiffness : (Z,) M_E, Pa; drag : (Z,) C_d = C_f + C_s (-); density : (Z,) of the soil, kg/m3
-    mu_min, mu_max : (Z,) friction (-); kappa : (Z,) 1/m
+    stiffness : M_E, Pa; drag : C_d = C_f + C_s (-); density : of the soil, kg/m3
+    mu_min, mu_max : friction (-); kappa : 1/m
     """
 
     stiffness: Any
@@ -71,17 +71,17 @@ class Scarring(NamedTuple):
 def penetration(mass: float, stiffness: float, speed: float) -> float:
     """Return how deep (m) a rock penetrates the soil in an impact: 0.1 M^(1/3) M_E^(-0.4) v^0.8 (Gerber 2019).
 
-    mass : kg; stiffness : M_E, Pa (in the formula kN/m2); speed : m/s into the ground
+    mass : M, kg; stiffness : M_E, Pa (the formula uses kN/m2); speed : v, m/s, into the ground
     """
     return float(0.1 * mass ** (1.0 / 3.0) * (KILO * stiffness) ** -0.4 * speed**0.8)
 
 
 @kernel
 def volume_from_above(depth: float, radius: float) -> float:
-    """Return the soil volume (m3) that a sphere drives through straight down to a depth: the volume of its cap.
+    """Return the soil volume (m3) that a sphere displaces when it moves straight down to a depth (m).
 
-    This is the integral over depth of the sphere's area seen along the normal. Beyond a depth of one radius the area
-    stays pi R^2.
+    This is the integral over depth of the area, seen along the normal, of the part of the sphere that is in the ground.
+    Beyond a depth of one radius this area is pi R^2.
     """
     if depth <= radius:
         return math.pi * depth * depth * (radius - depth / 3.0)
@@ -90,10 +90,12 @@ def volume_from_above(depth: float, radius: float) -> float:
 
 @kernel
 def volume_from_ahead(depth: float, radius: float) -> float:
-    """Return the integral (m3) over depth of a sphere's area seen along the ground: the soil that it pushes ahead.
+    """Return the integral (m3) over depth of the area, seen along the ground, of the part of a sphere in the ground.
 
-    With cos(phi) = 1 - depth / R the segment is R^2 (phi - sin(phi) cos(phi)); integrated, R^3 (sin(phi) - phi cos(phi)
-    - sin(phi)^3 / 3). At depths where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
+    Times the distance along the ground per metre of depth, it is the volume of soil that the sphere pushes ahead.
+
+    With cos(phi) = 1 - depth / R, the area is R^2 (phi - sin(phi) cos(phi)), and its integral is R^3 (sin(phi) - phi
+    cos(phi) - sin(phi)^3 / 3). At depths d where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
     """
     if depth >= 2.0 * radius:
         return math.pi * radius * radius * (depth - radius)

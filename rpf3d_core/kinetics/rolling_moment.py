@@ -79,7 +79,7 @@ def _within(impulse: Vec, most: float) -> Vec:
 
 @kernel
 def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
-    """Return the impulses of an impact whose contact point stops slipping, as if friction had no limit: y = 1."""
+    """Return the impulses of an impact that stops the slip of the contact point, as if friction had no limit: y = 1."""
     both = add(u, q)
     size = norm(both)
     if size <= moment:
@@ -90,9 +90,9 @@ def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
 
 @kernel
 def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulses:
-    """Return the impulses of an impact whose contact point slips to the end while the sphere keeps a spin.
+    """Return the impulses of an impact that stops neither the slip of the contact point nor the spin of the sphere.
 
-    The length L is exact except for rounding.
+    u, s, friction, moment : as in `impulses_of`; q : 2/5 s. The length L is exact except for rounding.
     """
     c = subtract(u, s)
     low, high = max(3.5 * friction, norm(c) - 2.5 * moment), norm(c) + 2.5 * moment
@@ -118,7 +118,7 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
 @kernel
 def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
-    """Return a vector (3,) along the surface velocity that spin leaves after an impact: k (u + y q), for a length L."""
+    """Return k (u + y q) (3,) for a length L: the direction of the surface velocity due to spin after the impact."""
     return add(scale(friction, u), scale(length - 2.5 * friction, q))
 
 

@@ -18,7 +18,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 
 STRAIGHT = 1e-9
-"""Value of tan(phi / 2) below which a path counts as a straight line, as it does above the inverse of this value.
+"""Value of tan(phi / 2) below which a path counts as a straight line; so does a path above the inverse of this value.
 
 Such a path bends by less than 1e-9 of its length.
 """
@@ -35,7 +35,7 @@ FARTHEST = 1e40
 At m = 1, where a path grows slowest with y, it is 1e20 m long at this value.
 """
 LARGEST_EXPONENT = 700.0
-"""Largest argument of exp that is allowed; a larger one overflows: Python then raises, compiled code gives inf."""
+"""Largest argument of exp that is used; a larger one overflows: Python raises an error, compiled code gives inf."""
 ROOT_STEPS = 200
 """Largest number of steps in the search for the parameter y of an event.
 
@@ -45,7 +45,7 @@ much.
 
 
 class SlidePath(NamedTuple):
-    """The path of a sliding rock, which turns downhill: the numbers from which any point of the path follows.
+    """The path of a sliding rock, which turns downhill: the constants from which each point of the path follows.
 
     down, across : unit vectors in the plane: steepest descent, and the horizontal towards which the rock moves
     speed : u_0 (m/s); w : tan(phi_0 / 2); m : friction over slope, k / g_s; pull : g_s (m/s^2)
@@ -141,9 +141,9 @@ def slide_velocity(path: SlidePath, y: float) -> Vec:
 
 @kernel
 def _power(q: float, y: float) -> float:
-    """Return the integral of s^(q-1) over s from exp(-y) to 1; times and lengths of a sliding path consist of these.
+    """Return the integral of s^(q-1) over s from exp(-y) to 1: (1 - exp(-q y)) / q, or y for q = 0.
 
-    It is (1 - exp(-q y)) / q, and y at q = 0.
+    Times and lengths of a sliding path are sums of such integrals.
     """
     if q == 0.0:
         return y
@@ -156,11 +156,11 @@ def _power(q: float, y: float) -> float:
 
 @kernel
 def bend_point(path: SlidePath) -> float:
-    """Return the parameter y at which a sliding path must continue as a new segment, because it has turned too far.
+    """Return the parameter y at which a segment of a sliding path must end, because the path has turned too far.
 
     The result is inf if one segment is enough for the whole path. At this point the path has turned by 7 degrees or, if
-    it already runs nearly downhill, its angle to the line of steepest descent has halved. Within a segment, speed and
-    direction differ from those of a constant acceleration by at most 1 %.
+    it is already nearly downhill, its angle to the line of steepest descent has halved. Within a segment, speed and
+    direction differ from those of a motion with constant acceleration by at most 1 %.
     """
     if path.w <= SLIGHT:
         return math.inf
@@ -218,7 +218,10 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
 
 @kernel
 def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
-    """Return the distance of the sliding rock from an edge at the parameter y, times the length of `inward`."""
+    """Return the distance of the sliding rock from an edge at the parameter y, times the length of `inward`.
+
+    inward, distance : as in `exit_point`; the result is below 0 beyond the edge
+    """
     A, B = dot(inward, path.down), dot(inward, path.across)
     down, across = _offsets(path, y)
     height = distance + B * across
@@ -227,9 +230,9 @@ def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
 
 @kernel
 def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: float) -> float:
-    """Return the parameter y from low to high where the sliding rock crosses the edge.
+    """Return the parameter y, between `low` and `high`, at which the sliding rock crosses the edge.
 
-    There `_height` changes from >= 0 (at low) to < 0 (at high). The search is the Illinois method.
+    `_height` is >= 0 at `low` and < 0 at `high`. The search is the Illinois method.
     """
     h_low, h_high = _height(path, inward, distance, low), _height(path, inward, distance, high)
     kept = 0
@@ -253,7 +256,7 @@ def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: f
 
 @kernel
 def time_point(path: SlidePath, t: float, latest: float) -> float:
-    """Return the parameter y of the sliding rock after t seconds; the result is known to be below `latest`."""
+    """Return the parameter y of the sliding rock after t seconds; latest : a value of y that is reached later."""
     low, high = 0.0, min(latest, 1.0 / (1.0 + path.m))
     while high < latest and slide_state(path, high).t < t:
         low, high = high, min(2.0 * high, latest)
@@ -270,12 +273,10 @@ def time_point(path: SlidePath, t: float, latest: float) -> float:
 
 @kernel
 def stop_point(path: SlidePath, stop_speed: float) -> float:
-    """Return the parameter y at which the sliding rock has slowed to stop_speed >= 0.
+    """Return the parameter y at which the sliding rock has slowed to stop_speed >= 0 (m/s).
 
-    The result is inf if the rock reaches this speed only at the end of the path.
-
-    The result is also inf if the rock never reaches this speed. With m < 1 the speed has a minimum, where
-    w^2 = (1 - m) / (1 + m).
+    The result is inf if the rock reaches this speed only at the end of the path, or never. With m < 1 the speed has a
+    minimum, where w^2 = (1 - m) / (1 + m).
     """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
         return math.inf

@@ -67,7 +67,7 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def friction(R_t: float, x: float) -> float:
-    """Return CRSP's friction function f of x = slip / A (-), for the speed along the ground."""
+    """Return CRSP's friction function f (-), equation `friction` at the top of this file; x : s / A (-)."""
     return R_t + (1.0 - R_t) / (x * x + AT_REST)
 
 
@@ -83,7 +83,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces summed up, with the limits of R_n and R_t for slow bounces of a rolling rock.
+    """Return the sum of all remaining bounces, with the limits of R_n and R_t for slow bounces of a rolling rock.
 
     The limit of R_n is the material's R_n. The limit of R_t is sqrt(R_t f(0)), the share of the speed along the ground
     that remains after an impact. For a bounce that rises by h, the relative errors of both limits are about 2 g h / K^2

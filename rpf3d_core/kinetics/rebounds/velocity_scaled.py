@@ -43,7 +43,7 @@ def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: 
 def velocity_scaled_rest(
     model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces summed up with the material's R_n, which is the limit for slow bounces.
+    """Return the sum of all remaining bounces with the material's R_n, which is the limit for slow bounces.
 
     For a bounce that rises by at most h, v_n^2 = 2 g h. R_n is therefore too high by the share 2 g h / K^2 (2.3e-4 at
     1 mm). The relative error of the stop's time and place is at most 1 / (1 - R_n) times this share.
