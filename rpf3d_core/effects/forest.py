@@ -112,7 +112,7 @@ def most_energy(dbh_cm: Any, factor: Any) -> Any:
 
 @kernel
 def share_at_offset(x: float) -> float:
-    """Return the share of E_max (-) that a stem takes when a rock hits it at the offset x (-): 0 head on, 1 grazing."""
+    """Return the share of E_max (-) that a stem takes from a rock; x : offset of the blow (-), 0 head on, 1 grazing."""
     share = LOWER + (UPPER - LOWER) / (1.0 + math.exp((MIDDLE - x) * STEEPNESS * LN_10))
     return max(share, 0.0)
 

@@ -148,7 +148,7 @@ def shortest_of_all(chain: Chain, motion: Motion, rock: RockContext) -> float:
 
 @model_function
 def asks_height(effect: object) -> bool:
-    """Return True if the effect needs the height of a flying rock above the ground, which costs a search."""
+    """Return True if the effect needs the height of a flying rock above the ground, which takes a search."""
 
 
 @asks_height.otherwise

@@ -13,11 +13,11 @@ Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for
    directions in between, A^2 = (s A_n)^2 + (c A_t)^2. This is exact for both directions and for a sphere that is wholly
    in the ground. V = sqrt(V_n^2 + (c / s V_t)^2) follows from the integrals of both areas over depth. V is exact for
    both directions and at most 3 % too small in between (tested).
-4. The ground then takes the whole speed into the ground (Leine: e_N = 0). Friction reduces the speed along the ground
-   by mu(s) times the speed into the ground, at most to zero: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s).
-   Here s is the distance that the rock slips along the plane during the contact: the length of the scar. The rebound
-   model acts after this. If the scene sets `tangential_restitution: 1`, this effect alone gives the loss along the
-   ground.
+4. Friction then reduces the speed along the ground by mu(s) times the speed into the ground, at most to zero, as in an
+   impact that stops the whole speed into the ground (Leine: e_N = 0). mu(s) = mu_min + 2 / pi (mu_max - mu_min)
+   atan(kappa s), where s is the distance that the rock slips along the plane during the contact: the length of the
+   scar. The rebound model acts after this, also on the speed into the ground. If the scene sets
+   `tangential_restitution: 1`, the loss along the ground is that of this effect alone.
 
 Simplifications: in flight, the slip s decays by exp(-beta t) (beta 50 to 200 1/s: to a few percent in 0.02 s). So s
 starts at 0 in each impact, and there is no parameter beta. The rocks of Leine have corners, so friction makes them
@@ -136,9 +136,9 @@ def driven_through(depth: float, aside: float, radius: float) -> float:
 
 @kernel
 def slowed_along(motion: Motion, n: Vec, mu: float) -> Motion:
-    """Return the motion after the friction along the ground of an impact that stops all speed into the ground.
+    """Return the motion after friction has reduced the speed along the ground, at most to zero.
 
-    The speed along the ground is reduced, at most to zero.
+    The loss is mu times the speed into the ground, which itself is not changed.
     n : unit normal of the ground with v . n <= 0; mu : friction (-)
     """
     along = without(motion.v, n)

@@ -24,7 +24,7 @@ FINE = 128
 BEND = math.sqrt(2.0) / 4.0
 """Coefficient (-) of the polynomial that replaces the logarithm, because the polynomial is faster."""
 MANTISSA = 2**52 - 1
-"""Mask of the mantissa bits of a double-precision number; the bits above it hold the exponent."""
+"""Mask of the mantissa bits of a double-precision number; the bits above the mask are the exponent."""
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 """Range of the bins of speed and of height, in octaves below the largest value.
 

@@ -50,7 +50,10 @@ class Carries:
         self._add(slot[theirs].astype(np.int64) * self.bins + b, counts)
 
     def add_bins(self, bins: Bins, slot: NDArray[np.int32], more: Bins) -> None:
-        """Add the counts `more` (N, B) to the rows `slot` (N,) of `bins`, and count the overflows; no row twice."""
+        """Add the counts `more` (N, B) to the rows `slot` (N,) of `bins`, and count the overflows.
+
+        bins : (S, B), changed here; slot : without any row twice
+        """
         for begin in range(0, len(slot), AT_ONCE):
             some = slot[begin : begin + AT_ONCE]
             total = bins[some].astype(np.uint16) + more[begin : begin + AT_ONCE]

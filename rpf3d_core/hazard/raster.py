@@ -130,13 +130,13 @@ def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) ->
 
 
 def _most_cells(raster: Raster, cell: float) -> int:
-    """Return the largest number of cells of another size that may be needed to cover the area of a raster."""
+    """Return the largest number of cells of side `cell` (m) that may be needed to cover the area of a raster."""
     wide, high = (math.ceil(count * raster.cell / cell) + 1 for count in (raster.nx, raster.ny))
     return wide * high
 
 
 def _gigabytes(size: float) -> str:
-    """Return bytes as text in GB, with two significant digits or more, never rounded down."""
+    """Return a number of bytes as text in GB, with two significant digits or more, never rounded down."""
     digits = max(1, 1 - math.floor(math.log10(size / GIGABYTE)))
     return f"{math.ceil(size / GIGABYTE * 10**digits) / 10**digits:.{digits}f}"
 

@@ -34,7 +34,7 @@ class BarrierSets:
         self._counted = [tuple(AtBarrier() for _ in tally.names) for _ in range(sets)]
 
     def begin(self, number: int) -> None:
-        """Count all rocks that fly from now on for parameter set `number`, too."""
+        """Count all rocks that fly from now on also for parameter set `number`, until the next call."""
         self._tally.part = self._counted[number]
 
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:

@@ -268,7 +268,7 @@ def _barrier_sets(tally: Any, sets: int) -> Any:
 
 
 def _sum(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:
-    """Return the sum of two arrays of counts; one of them may have fewer rows, which count as the first rows."""
+    """Return the sum of two arrays of counts; an array with fewer rows is added to the first rows of the other one."""
     longer, shorter = (first, second) if len(first) > len(second) else (second, first)
     total = longer.copy()
     total[: len(shorter)] += shorter

@@ -27,7 +27,7 @@ FEWEST_SLOTS = 1024
 GROWTH = 4
 """Factor by which the memory grows when all slots are in use.
 
-With this factor, few of all bytes written are copies.
+With this factor, copies are a small part of all bytes that are written.
 """
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
 """Largest number of times that bins are merged in pairs to save memory: a bin is then an octave wide."""

@@ -1,6 +1,6 @@
 """The motion of a rock after an impact: one rule per rebound model.
 
-This module holds the constant model; the folder `rebounds/` holds the other models.
+This module has the constant model; the other models are in the folder `rebounds/`.
 
 Convention of the thesis (equations 3-1 to 3-3), written as vectors: n is the unit normal of the facet turned against
 the velocity, v_n = (v . n) n and v_t = v - v_n. The rock leaves with v' = -R_n v_n + R_t v_t.

@@ -47,8 +47,11 @@ much.
 class SlidePath(NamedTuple):
     """The path of a sliding rock, which turns downhill: the constants from which each point of the path follows.
 
-    down, across : unit vectors in the plane: steepest descent, and the horizontal towards which the rock moves
-    speed : u_0 (m/s); w : tan(phi_0 / 2); m : friction over slope, k / g_s; pull : g_s (m/s^2)
+    down, across : (3,) unit vectors in the plane: the steepest descent, and the horizontal direction to the side to
+        which the rock moves
+    speed : u_0 (m/s), at the start; w : tan(phi_0 / 2), phi_0 the angle between velocity and steepest descent at the
+        start
+    m : k / g_s (-), deceleration by friction over gravity along the plane; pull : g_s (m/s^2)
     """
 
     down: Vec

@@ -21,7 +21,7 @@ For the array of a single facet, which has another memory layout, numba would co
 """
 
 APART = PieceNumbers(np.zeros(1, np.int32), np.zeros(1, np.uint8), False)
-"""Value for every terrain whose pieces cannot pass through each other; no search reads its two arrays."""
+"""Value for every terrain whose separate parts (pieces) cannot pass through each other; its arrays are not used."""
 
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
@@ -35,13 +35,16 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
 
 
 def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
-    """Return the piece of each facet of a terrain; None if no two pieces can pass through each other, as usual."""
+    """Return to which separate part (piece) of a terrain each facet belongs.
+
+    The result is None if no two parts can pass through each other, as in nearly all terrains.
+    """
     pieces = pieces_that_cross(terrain)
     return pieces if pieces.overlap else None
 
 
 def pieces_that_cross(terrain: Terrain) -> PieceNumbers:
-    """Return the piece of each facet of a terrain; APART if no two pieces can pass through each other."""
+    """Return to which separate part (piece) of a terrain each facet belongs; APART if no two parts can cross."""
     number = pieces_of(terrain)
     return PieceNumbers(number, rims_of(terrain), True) if may_cross(terrain, number) else APART
 

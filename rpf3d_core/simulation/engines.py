@@ -179,7 +179,7 @@ def follow_bodies(
 
 
 def _parts(models: Models) -> tuple[Any, ...]:
-    """Return the parameter objects of all models and effects of a scene, from which follows which data they need."""
+    """Return the parameter objects of all models and effects of a scene, to find out which rock data they need."""
     return models.rebound, models.ground, *links_of(models.effects)
 
 
@@ -201,7 +201,7 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None, pieces: 
     """Return the engine of the given name ("reference" or "compiled"), with its search structure over the facets built.
 
     caps : facets that close the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
-    pieces : the piece of each facet (`capped.piece_numbers`); None if no pieces of the terrain overlap
+    pieces : the separate part of the terrain for each facet (`capped.piece_numbers`); None if no parts overlap
 
     Raises
     ------

@@ -62,7 +62,7 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
 
     n : (3,) normal of the facet, turned towards the rock
 
-    After a crack, a rock may be below the facet that it touches next (`detection.contact`). These depths would add up
+    After a crack, a rock may be below the facet that it touches next (`detection.search`). These depths would add up
     from facet to facet, until the rock touches no facet. A rock whose contact is found in fixed time steps is far
     deeper, and is not moved.
     """

@@ -123,9 +123,9 @@ def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
 
 @kernel
 def against(v: Vec) -> Vec:
-    """Return the direction to record as the normal of an obstacle: opposite to the rock's velocity v.
+    """Return the direction that is recorded as the normal of an obstacle: opposite to the rock's velocity v (3,).
 
-    Upwards if v is 0.
+    It is upwards if v is zero.
     """
     speed = norm(v)
     return scale(-1.0 / speed, v) if speed > 0.0 else (0.0, 0.0, 1.0)
@@ -133,9 +133,10 @@ def against(v: Vec) -> Vec:
 
 @kernel
 def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
-    """Write the rock's next impact, or its next meeting with an obstacle, into the record.
+    """Write the rock's next impact, or its next meeting with an obstacle, into the record if there is room.
 
-    tally : the rock's running totals, which give the row
+    tally : the rock's running totals, from which the row follows; before, after : motion just before and just after
+    facet : its number, or `FIRST_OBSTACLE` minus the obstacle's number; n : (3,) normal
     """
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
@@ -150,9 +151,10 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 
 @kernel
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
-    """Write the rock's next path segment into the record.
+    """Write the rock's next path segment into the record if there is room.
 
-    tally : the rock's running totals, which give the row
+    tally : the rock's running totals, from which the row follows; start : motion at the start; v_end : velocity at the
+        end; mode : number of a `Mode`
     """
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
@@ -178,9 +180,9 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write the spins (rad/s) at both ends of the rock's next path segment into the record.
+    """Write the spins (rad/s) at both ends of the rock's next path segment into the record, if rocks spin.
 
-    tally : the rock's running totals, which give the row
+    tally : the rock's running totals, from which the row follows
     """
     i = record.first_piece + tally.pieces
     if i < len(record.modes):

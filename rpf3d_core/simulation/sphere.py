@@ -209,7 +209,7 @@ def _follow_piece(
 ) -> State:
     """Return the state of a sphere at the end of a ground segment, or where it meets ground, a gap or an obstacle.
 
-    piece : the ground segment as planned, if the sphere meets nothing
+    lying : the sphere at the start; piece : the ground segment as planned, if the sphere meets nothing
     """
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
     motion, held, n = lying.motion, lying.held, lying.n

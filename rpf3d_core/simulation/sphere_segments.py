@@ -23,7 +23,7 @@ The normal of the ground turns by at most 1.8 degrees in such a segment.
 
 
 class Span(NamedTuple):
-    """Duration of a ground segment of a sphere (s), and whether the sphere moves around an edge or a corner."""
+    """The duration t (s) of a ground segment of a sphere; curved : True if it leads around an edge or a corner."""
 
     t: float
     curved: bool

@@ -79,10 +79,12 @@ def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 def along_piece(
     pieces: object, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock at the end of a ground segment, or where it meets something on the segment.
+    """Return the state of a rock at the end of a ground segment, or where it meets an obstacle or other ground.
+
+    Other ground is a separate part of the terrain, to which the facet under the rock does not belong.
 
     pieces : `TerrainPieces`, the separate parts of the terrain; None if these cannot pass through each other
-    piece : the ground segment (despite its name, no part of the terrain)
+    piece : the ground segment
     """
 
 

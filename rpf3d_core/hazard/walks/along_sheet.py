@@ -109,9 +109,9 @@ def _crossing_from(ground: WalkedTerrain, arc: Arc, at: int) -> FacetCrossing:
 
 @kernel
 def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
-    """Return how the line of an arc crosses facet f, if the line enters the facet before the start of the arc.
+    """Return how the line of an arc crosses facet f, if the line enters the facet at or before the start of the arc.
 
-    Returns NO_CROSSING if the line enters facet f only later or never, or if other facets lie above or below facet f.
+    Returns NO_CROSSING if the line enters facet f later or never, or if other facets lie above or below facet f.
     The line may also leave facet f before the start of the arc: `walk_sheet` then follows it over the next facets.
     """
     facets = ground.facets

@@ -1,4 +1,4 @@
-"""Find when an arc is over a facet in plan, and how high above it: exact times, no samples."""
+"""Find when an arc is over a facet in plan, and how high above it; times and heights are exact, not sampled."""
 
 import math
 
@@ -98,7 +98,7 @@ def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
 
 @kernel
 def largest_above(c: float, b: float, g: float, low: float, high: float) -> float:
-    """Return the largest value of the height c + b t - g t^2 / 2 (m) between two times (s), ends included."""
+    """Return the largest value of the height c + b t - g t^2 / 2 (m) from t = `low` to t = `high` (s)."""
     height = max(c + (b - 0.5 * g * low) * low, c + (b - 0.5 * g * high) * high)
     if g > 0.0 and low * g < b < high * g:
         height = max(height, c + 0.5 * b * b / g)

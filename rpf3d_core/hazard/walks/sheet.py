@@ -35,7 +35,7 @@ The test compares the facets of a bucket in pairs: millions of pairs if buckets 
 mesh.
 """
 MIDDLE = (0.5137, 0.5071)
-"""Place of a bucket that is tested (-), in shares of its side: not the exact middle, where edges often lie."""
+"""Place in a bucket that is tested, in shares of its sides (-): not the exact middle, where edges often lie."""
 
 
 class Sheet(NamedTuple):
@@ -158,7 +158,7 @@ def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
 def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int:
     """Return the neighbour at side k of facet f, as an entry of `Sheet.beyond`.
 
-    The bucket of the side's first corner holds all facets that share the side.
+    All facets that share the side are in the bucket of the side's first corner.
     """
     a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
     i = cell_index(a[0], locator.x, locator.cell, locator.nx)

@@ -22,9 +22,9 @@ PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
 USED, OF_ROCK, FULL = 0, 1, 2
 """Entries of `Visits.state`: number of visits, first visit of the current rock, and a flag for no more room."""
 JOINED = 1e-9
-"""Time (s) between two stays in a cell below which they count as one stay.
+"""Largest time (s) between two stays in a cell that count as one stay.
 
-So a rock that bounces on the border of a cell stays in the cell.
+So a rock that bounces on the border of a cell counts as staying in the cell.
 """
 
 
@@ -33,7 +33,7 @@ class Visits(NamedTuple):
 
     mark : (C,) index of the last visit to each cell. It is valid only if this visit belongs to the current rock and to
         this cell, so nothing needs to be cleared between rocks.
-    cell : (N,); times : (N, 2) s, first arrival and the end of the last stay
+    cell : (N,) number of the cell; times : (N, 2) s, first arrival and end of the last stay
     most : (N, 2) the rock's largest squared speed (m^2/s^2) and height (m) in the cell
     counts : (N, 3) passages, impacts, deposits
     mass : (N,) kg, of the rock

@@ -38,7 +38,7 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 STEADY = 1e-6
-"""Remaining change of the speed along the ground, over this speed (-), below which a closed form sums the bounces.
+"""Remaining change of the speed along the ground, divided by this speed (-), up to which a closed form is used.
 
 The closed form leaves out the square of this share: 1e-12 of the speed.
 """
@@ -46,7 +46,7 @@ The closed form leaves out the square of this share: 1e-12 of the speed.
 SPENT = 1e-12
 """Share (-) of the first bounce's time below which later bounces are left out, because their length is negligible.
 
-Their length is the square of this share.
+Divided by the length of the first bounce, their length is the square of this share.
 """
 
 MOST_BOUNCES = 2000
@@ -71,7 +71,7 @@ class SummedBounces(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """The numbers that are the same for all bounces of a rock on one plane.
+    """The quantities that are the same for all bounces of a rock on one plane.
 
     r, q : R_n and R_t (-); u : (3,) m/s along the plane at the start; g_t : (3,) m/s^2, gravity along the plane
     pull : |g_t| (m/s^2); c : m/s^2, after a bounce of T seconds friction reduces the speed along the plane by c T
@@ -169,7 +169,7 @@ def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Return True if from now on friction alone brakes the rock, so that a closed form sums the bounces.
+    """Return True if from now on friction alone brakes the rock, or nothing (c = 0), so that a closed form is valid.
 
     Friction then reduces the speed by c T_k at every further impact, and the total of these losses is small.
 

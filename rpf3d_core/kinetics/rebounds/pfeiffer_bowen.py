@@ -10,7 +10,7 @@ which the rock's lowest point slips:
     along      v_t' = sqrt(R^2 (I w^2 + m v_t^2) f F / (I + m R^2)),    I = 2/5 m R^2
     spin       w' = v_t' / R
 
-R_n and R_t hold for slow impacts, and R_t multiplies energy: values for a lumped mass are different. In three
+R_n and R_t are values for slow impacts, and R_t multiplies energy: values for a lumped mass are different. In three
 dimensions s = |v_t + w x (-R n)|, and w is the spin about axes along the ground. v_t' points along v_t or, if v_t is
 zero, in the direction in which the spin rolls. w' = n x v_t' / R, and the spin about n is kept. Positions are those of
 a lumped mass. Kinetic energy, of translation and rotation together, never rises.

@@ -78,7 +78,7 @@ def _nine_normals(key: RockKey, number: int) -> Nine:
 
 @kernel
 def _normal(key: RockKey, k: int, number: int) -> float:
-    """Return the k-th of the nine normal numbers of impact `number`; k is used as the zone is in other draws."""
+    """Return the k-th (0 to 8) of the nine normal numbers of impact `number`; each k has its own random stream."""
     return standard_normal(uniform_at(key.seed, key.source, key.rock, STREAM + k * ZONES, number))
 
 

@@ -42,7 +42,7 @@ from rpf3d_core.values import MOVING, Mode, Outcome
 from rpf3d_core.vectors import norm, subtract
 
 MOVED_ON = 0.5
-"""Share (-) of `ride.margin_of`: after moving so far, the facets around a body are listed again."""
+"""Share (-) of the distance `ride.margin_of`: when a body has moved so far, the facets around it are listed again."""
 
 SLIDING, END = int(Mode.SLIDING), int(Mode.END)
 STOPPED, MAX_TIME = int(Outcome.STOPPED), int(Outcome.MAX_TIME)

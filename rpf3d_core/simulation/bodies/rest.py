@@ -21,7 +21,11 @@ STANDS_FOR, HELD_FOR, SLOW_FOR = 0.3, 2.0, 5.0
 
 
 class Stop(IntEnum):
-    """Why a body counts as stopped."""
+    """Why a body counts as stopped.
+
+    STANDS, HELD, SLOW : it stood still, stayed in one place, or was slower than the stop speed for some time
+    LEANS : it has lost all speed at an obstacle
+    """
 
     NOT_STOPPED = -1
     STANDS = 0

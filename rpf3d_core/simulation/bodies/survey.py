@@ -34,9 +34,9 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract
 
 FAR = 0.1
-"""Distance between a facet and the sphere around a body, divided by the body's reach (-), beyond which it is the gap.
+"""Distance between a facet and the sphere around a body, divided by the body's reach (-), that is exact enough as gap.
 
-The exact distance between facet and body is then not needed.
+For a nearer facet, the gap is the exact distance between facet and body.
 """
 EXACT = 0.05
 """Error of the gap at which contact begins, as a share (-) of the skin, the distance at which it should begin."""
@@ -85,7 +85,7 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
 
     motion : present motion of the body; moved : its path bound, as in `Ride` (m)
 
-    For a facet farther away than FAR, gap and plane are those of the sphere around the body.
+    For a distant facet (FAR), gap and plane are those of the sphere around the body.
     """
     f, plane = room.facets[k], room.planes[k]
     p = closest_point(facets, f, motion.x)

@@ -77,7 +77,7 @@ def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: flo
 
 @kernel
 def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> None:
-    """Mark touched facets as COVERED if the body is nearest to them on a border that another facet covers.
+    """Mark a touched facet as COVERED if its point nearest to the body is on a border that another facet covers.
 
     This is so if another facet is nearer to the body's nearest point. A contact with a covered facet acts along the
     facet's own normal, so bodies slide smoothly over the borders of facets that lie in one plane. The facet with the
