@@ -262,7 +262,7 @@ def share_text(share: dict[str, Any]) -> str:
     if share["share"] is None:
         return "-"
     intervals = [share["predictive"], share["sampling"]] if "predictive" in share else [share["interval_95"]]
-    # One text if both are alike.
+    # Equal intervals are shown once.
     texts = dict.fromkeys(interval_in_percent(*ends) if ends else NOT_KNOWN for ends in intervals)
     return f"{in_percent(share['share'], SHORT)} % ({'; '.join(texts)})"
 

@@ -1,7 +1,7 @@
 """Decide if enough rocks have flown, from the shares and percentiles of zones or areas after each doubling.
 
-Rule (physics reference 8.3): every share's 95 % Wilson interval is narrower than the target, and no 95th percentile of
-energy has changed by more than the target over the last two doublings. The mean alone never decides.
+Rule (physics reference 8.3): half the width of the 95 % Wilson interval of each share is at most its target, and no
+95th percentile of energy has changed by more than its target over the last two doublings. The mean alone never decides.
 """
 
 from collections.abc import Mapping, Sequence

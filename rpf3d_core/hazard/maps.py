@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 CountArray = NDArray[np.int64]
-StatisticArray = NDArray[Any]  # float32; drawing code does not depend on it
+StatisticArray = NDArray[Any]  # float32; code that draws maps does not depend on this type
 
 PERCENTILES = (50, 90, 95, 99)
 """Percentiles in a map, over the distinct rocks that reached a cell, of each rock's largest value there."""

@@ -127,7 +127,7 @@ def _slide_on_curve(
 
     It ends where the rock leaves the facet, stops or has turned too far (`bend_point`), or at max_time.
 
-    leave, stop : parameter y of the path where the rock leaves the facet, and where it stops; inf if never
+    leave, stop : path parameter y (`slide_path`) where the rock leaves the facet, and where it stops; inf if never
     """
     bend = bend_point(path)
     y = min(leave, stop, bend)

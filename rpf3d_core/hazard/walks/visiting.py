@@ -175,7 +175,7 @@ def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: F
 def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int) -> None:
     """Record a visit to the map cell in which the path of rock r ends, and a deposit if the rock stopped there.
 
-    A rock that a barrier or tree caught is a deposit, too.
+    A rock that a barrier caught is a deposit, too.
     """
     outcome, facet, final, mass = flown.counts[r, 0], flown.counts[r, 1], flown.finals[r], flown.mass[r]
     t, x = final[0], (final[1], final[2], final[3])

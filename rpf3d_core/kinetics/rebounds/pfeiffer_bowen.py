@@ -67,13 +67,16 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def friction(R_t: float, x: float) -> float:
-    """Return CRSP's friction function f (-), equation `friction` at the top of this file; x : s / A (-)."""
+    """Return CRSP's friction function f = R_t + (1 - R_t) / (x^2 + 1.2) (-); x : slip / reference speed A (-)."""
     return R_t + (1.0 - R_t) / (x * x + AT_REST)
 
 
 @kernel
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
-    """Return CRSP's scaling factor F, R_t / ((v_n / (B R_n))^2 + 1), without dividing by R_n: 0 at R_n = 0."""
+    """Return CRSP's scaling factor F = R_t / ((v_n / (B R_n))^2 + 1) (-), computed without dividing by R_n.
+
+    F is 0 at R_n = 0. v_n : speed into the ground (m/s); B : reference speed (m/s)
+    """
     reach = B * R_n
     below = v_n * v_n + reach * reach
     return R_t * (reach * reach / below) if below > 0.0 else R_t

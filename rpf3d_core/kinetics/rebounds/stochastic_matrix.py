@@ -84,9 +84,9 @@ def _normal(key: RockKey, k: int, number: int) -> float:
 
 @kernel
 def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
-    """Return component i of the state after an impact: row i of the drawn matrix times the state `before`.
+    """Return component i of the state (v_t, v_n, R w) after an impact: row i of the drawn matrix times `before`.
 
-    z : the nine normal numbers of the impact
+    z : the nine normal numbers of the impact; before : the state before the impact (m/s)
     """
     total = 0.0
     for j in range(3):
@@ -99,7 +99,7 @@ def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
 
 @kernel
 def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
-    """Return component i of the mean state after an impact: row i of the mean matrix times the state `before`."""
+    """Return component i of the mean state (v_t, v_n, R w) after an impact: row i of the mean matrix times `before`."""
     total = 0.0
     for j in range(3):
         total += float(model.mean[i, j]) * before[j]
@@ -108,14 +108,14 @@ def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
 
 @kernel
 def _no_faster(before: Vec, after: Vec) -> Vec:
-    """Return the state after an impact, scaled down so that it has no more kinetic energy than the state before."""
+    """Return the state (v_t, v_n, R w) after an impact, scaled down to at most the kinetic energy before the impact."""
     had, has = _energy(before), _energy(after)
     return scale(math.sqrt(had / has), after) if has > had else after
 
 
 @kernel
 def _energy(state: Vec) -> float:
-    """Return twice the kinetic energy of a rock per unit of mass (m^2/s^2): translation, and rotation of a sphere."""
+    """Return twice the kinetic energy per unit of mass (m^2/s^2) of a sphere in the state (v_t, v_n, R w), in m/s."""
     return state[0] * state[0] + state[1] * state[1] + SPHERE_INERTIA_RATIO * state[2] * state[2]
 
 

@@ -20,7 +20,7 @@ CLEAR = 1.5
 NEAR = 1.1
 """Distance from the body's centre within which facets are examined, divided by the body's reach (-)."""
 NO, YES, CROWDED = 0, 1, 2
-"""Results of a test of a position: a facet is too near; the position is clear; the facets do not fit into the room."""
+"""Results of a test of a position: a facet is too near; it is clear; the facets nearby do not fit into the memory."""
 UNRESOLVED = int(Outcome.UNRESOLVED_CONTACT)
 
 
@@ -45,7 +45,8 @@ def _at(motion: BodyMotion, z: float) -> BodyMotion:
 def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion, moved: float) -> int:
     """Return YES if a body may be released with this motion: no facet is nearer than CLEAR skins; else NO.
 
-    Returns CROWDED if the facets nearby do not fit into the room. moved : value for the column MARK of `room.planes`
+    Returns CROWDED if the facets nearby do not fit into the working memory. moved : value for the column MARK of
+    `room.planes`
     """
     if not gather(room, locator, facets, motion.x, NEAR * body.reach):
         return CROWDED

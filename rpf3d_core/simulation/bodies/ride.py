@@ -24,14 +24,14 @@ FIRST_STEP = 4e-3
 BRISK = 0.5
 """Speed (m/s) of a body after a flight above which its time at rest begins again (`after_flight`)."""
 NO_ROOM = -2
-"""Value in place of an outcome if the facets near the body do not fit into the room."""
+"""Value in place of an outcome if the facets near the body do not fit into the working memory."""
 STOPPED = int(Outcome.STOPPED)
 
 
 class Ride(NamedTuple):
     """The state of one body between two events.
 
-    centre : (3,) m, position around which the facets in the room were listed
+    centre : (3,) m, position around which the nearby facets (`Room.facets`) were listed
     moved : path bound (m): no point of the body has moved farther than this since the release, along its path
     contacts : number of contacts, 0 in flight; h : length of the next step in contact (s)
     rest : since when the body has been at rest; tally : running totals; outcome : MOVING while the body moves

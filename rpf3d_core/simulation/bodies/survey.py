@@ -70,9 +70,9 @@ def facet_in_body(facets: Facets, f: int, motion: BodyMotion) -> tuple[Vec, Vec,
 
 @kernel
 def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
-    """Write the gap (m) and the separating plane of facet k of the room into `room.planes`.
+    """Write the gap (m) between a body and nearby facet k, and the plane that separates both, into `room.planes`.
 
-    n, offset : the columns NORMAL (3,) and OFFSET (m)
+    k : index of the facet in `room.facets`; n, offset : values for the columns NORMAL (3,) and OFFSET (m)
     """
     plane = room.planes[k]
     plane[GAP], plane[OFFSET] = gap, offset
@@ -81,9 +81,10 @@ def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
 
 @kernel
 def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
-    """Examine facet k of the room: write its gap and a plane that separates it from the body into `room.planes`.
+    """Examine nearby facet k: write its gap, and a plane that separates it from the body, into `room.planes`.
 
-    motion : present motion of the body; moved : its path bound, as in `Ride` (m)
+    k : index of the facet in `room.facets`; motion : present motion of the body; moved : its path bound, as in `Ride`
+        (m)
 
     For a distant facet (FAR), gap and plane are those of the sphere around the body.
     """
@@ -111,9 +112,10 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
 
 @kernel
 def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
-    """Return True if the stored separating plane of facet k shows that the body is more than `level` (m) away.
+    """Return True if the stored separating plane of nearby facet k shows that the body is more than `level` (m) away.
 
-    The distance from the plane, a lower bound, then becomes the gap of the facet. moved : path bound, as in `Ride` (m)
+    The distance from the plane, a lower bound, then becomes the gap of the facet. k : index of the facet in
+    `room.facets`; moved : path bound of the body, as in `Ride` (m)
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)
@@ -136,8 +138,11 @@ def _outwards(facets: Facets, f: int, x: Vec) -> Vec:
 
 @kernel
 def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: Vec) -> None:
-    """Write the gap of facet k of the room, which the body overlaps: minus its depth behind the last plane (m).
+    """Write the gap of nearby facet k, which the body overlaps, into `room.planes`.
 
+    The gap is minus the depth (m) of the body behind the last plane that separated it from the facet.
+
+    k : index of the facet in `room.facets`
     outwards : (3,) normal of the facet in the body's axes, used if there is no plane yet; the gap is then 0
     """
     plane = room.planes[k]
@@ -160,8 +165,9 @@ def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: V
 def clear_of(
     body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, bounds: tuple[float, float]
 ) -> float:  # fmt: skip
-    """Return a time (s) for which the body surely stays more than a level above the separating plane of facet k.
+    """Return a time (s) for which the body surely stays more than a level above the separating plane of nearby facet k.
 
+    k : index of the facet in `room.facets`
     motion : the motion of the flight when the facet was examined last, from which the time counts
     bounds : the level (m), and the time (s) of interest: the result is inf if the body stays above the level for longer
     """
@@ -173,9 +179,10 @@ def clear_of(
 
 @kernel
 def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int) -> float:
-    """Return a time (s) for which the sphere around the body stays more than the skin above facet k's separating plane.
+    """Return a time (s) for which the sphere around the body stays clear of the separating plane of nearby facet k.
 
-    motion : the motion of the flight from which the time counts
+    Clear means farther away than the skin; the result is 0 if it is not clear now. k : index of the facet in
+    `room.facets`; motion : the motion of the flight from which the time counts
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)
@@ -191,7 +198,10 @@ def travelled(body: Body, flight: Flight, t: float) -> float:
 
 @kernel
 def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
-    """Return True if the body's nearest point to facet k does not move away from it, or if the body overlaps it."""
+    """Return True if the body's point nearest to nearby facet k does not move away from it, or if the body overlaps it.
+
+    k : index of the facet in `room.facets`; motion : present motion of the body
+    """
     plane = room.planes[k]
     turning = cross(motion.w, vector(plane, NEAREST))
     rate = dot(vector(plane, NORMAL), motion.v) + dot(vector(plane, GUESS), turning)
@@ -200,7 +210,7 @@ def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
 
 @routine
 def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizon: float, moved: float) -> Meeting:
-    """Return the first contact of a flight with the facets in the room before the time `horizon` (s).
+    """Return the first contact of a flight with the nearby facets (`room.facets`) before the time `horizon` (s).
 
     Contact begins where the gap has fallen to the body's skin, with an error of EXACT. A body that is nearer but moves
     away is not in contact. Each examination of a facet gives a time up to which the facet need not be examined again.
@@ -249,7 +259,7 @@ def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float
 
 @kernel
 def _clear_of_facet(body: Body, room: Room, facets: Facets, flight: Flight, most: Meeting, moved: float) -> float:
-    """Return the time (s), at most `most.t`, for which the gap of facet `most.k` stays above its limit.
+    """Return the time (s), at most `most.t`, for which the gap of nearby facet `most.k` stays above its limit.
 
     The limit is as in `clear_until`. moved : path bound of the body at the start, as in `Ride` (m)
     """

@@ -59,7 +59,7 @@ KEPT = 0.05
 
 @routine
 def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: float) -> None:
-    """Mark the facets of the room within the band of contact as TOUCHED, and all others as AWAY.
+    """Mark the nearby facets within the band of contact of a body as TOUCHED, and all other nearby facets as AWAY.
 
     Facets that may be within the band are examined again. moved : path bound of the body, as in `Ride` (m)
     """
@@ -120,7 +120,7 @@ def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion:
 
 @kernel
 def _nearest(room: Room) -> int:
-    """Return the index in the room of the touched facet with the smallest gap; -1 if no facet is touched."""
+    """Return the index in `room.facets` of the touched facet with the smallest gap; -1 if no facet is touched."""
     best, gap = -1, 0.0
     for k in range(room.count[0]):
         plane = room.planes[k]
@@ -138,9 +138,9 @@ def _facet_normal(facets: Facets, f: int, motion: BodyMotion, n: Vec) -> Vec:
 
 @kernel
 def _is_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int) -> bool:
-    """Return True if another touched facet is nearer than facet k of the room to the body's point nearest to facet k.
+    """Return True if another touched facet is nearer than nearby facet k to the body's point nearest to facet k.
 
-    motion : present motion of the body
+    k : index of the facet in `room.facets`; motion : present motion of the body
     """
     plane = room.planes[k]
     p = place_of(motion, vector(plane, NEAREST))
