@@ -1,6 +1,4 @@
-"""The time step of flights through air, chosen to keep the error of the position small; for drag and drag layers.
-
-All effects that act in the air use this module.
+"""The time step of flights through air, for drag and drag layers: as long as the error of the position allows.
 
 A flight is computed in time steps (stretches) of h seconds. In each stretch, motion A due to the air alone, dv/dt =
 d(v), and free flight B alternate: A(h/2) B(h) A(h/2) (Strang 1968, SIAM J. Numer. Anal. 5:506). Compared with the
@@ -20,7 +18,7 @@ import math
 from rpf3d_core.jit.dispatch import kernel
 
 FLIGHT = 5.0
-"""Duration (s) of a flight for which the accuracy is guaranteed; this is a fall of 120 m.
+"""Longest duration (s) of a flight with a guaranteed accuracy: a fall of 120 m.
 
 In a longer flight, the error grows at most with the square of the duration.
 """
@@ -30,8 +28,9 @@ In a longer flight, the error grows at most with the square of the duration.
 def stretch_for(accuracy: float, place: float, speed: float, slowing: float) -> float:
     """Return the time step (s) of a flight through air that keeps its position error within `accuracy` (m).
 
-    The error counts after a flight of FLIGHT seconds.
+    The error is that after a flight of FLIGHT seconds.
 
-    place : |dx| / h^3 (m/s^3); speed : |dv| / h^3 (m/s^4); slowing : |d| (m/s^2)
+    place, speed : |dx| / h^3 (m/s^3) and |dv| / h^3 (m/s^4), the errors of one time step h in position and velocity
+    slowing : |d|, deceleration by the air (m/s^2)
     """
     return math.sqrt(accuracy / (FLIGHT * place + 0.5 * FLIGHT * FLIGHT * speed + 0.125 * slowing))

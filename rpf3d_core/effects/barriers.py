@@ -1,4 +1,4 @@
-"""Nets and fences: vertical panels along lines, which catch a rock, or which the rock breaks through or flies over.
+"""Nets and fences: vertical panels along lines. A panel catches a rock, or the rock breaks through it or flies over it.
 
 The rule (physics reference 5.1): a rock meets a panel where the rock crosses the vertical plane of the panel, between
 the ground and the top of the panel. If the rock's translational energy E is at most the capacity C, the panel catches
@@ -28,12 +28,12 @@ from rpf3d_core.vectors import dot, scale
 
 CAUGHT = int(Outcome.CAUGHT)
 BELOW = 1e-3
-"""Distance (m) below the foot of a panel at which a rock still meets the panel.
+"""Largest depth (m) of a rock below the foot of a panel at which the rock still meets the panel.
 
-It is needed because the chord of a curved slide replaces the true path.
+It is above 0, because the chord of a curved slide, which replaces the true path, may be below the ground.
 """
 CORNER = 1e-6
-"""Distance (m) at a corner of a barrier within which a rock that broke through one side has passed both sides."""
+"""Distance (m) from a corner of a barrier: a rock that breaks through one side there has passed the other side, too."""
 
 
 class Panel(NamedTuple):
@@ -42,8 +42,9 @@ class Panel(NamedTuple):
     x, y, z : foot of the segment at its start, m; dx, dy, dz : vector from start to end, m
     facet : number of the facet below the segment
     line : number of the straight line that the segment belongs to; barrier : number of its barrier
-    height : remaining height of the panel, m; capacity : J; taken : share of the capacity that a break takes (-)
-    top : 1.0 if the top of the rock counts, 0.0 if its centre counts
+    height : remaining height of the panel, m; capacity : J
+    taken : energy that a rock loses when it breaks through, as a share of the capacity (-)
+    top : 1.0 if the top of the rock must be above the panel for a flight over it, 0.0 if its centre must be
     """
 
     x: Any
@@ -62,10 +63,11 @@ class Panel(NamedTuple):
 
 
 class Barriers(NamedTuple):
-    """The barriers of a scene, as the simulation reads them; their segments are obstacles, numbered from `first` on.
+    """The barriers of a scene, in the form that the simulation reads.
 
-    slack : m, a point within this distance of a panel's plane counts as on the plane
-    cells : the segments, sorted into the cells of a grid in plan
+    first : obstacle number of the first panel segment; the other segments have the next numbers
+    panel : the panel segments; slack : m, a point within this distance of a panel's plane counts as on the plane
+    cells : the panel segments, sorted into the cells of a grid in plan
     """
 
     first: int
@@ -85,7 +87,7 @@ class Barriers(NamedTuple):
 
 
 class PanelCrossing(NamedTuple):
-    """Where an arc crosses the plane of a panel segment: time t (s, inf for none) and height (m) above its foot."""
+    """Where an arc crosses the plane of a panel segment: time t (s; inf if never), and height above the foot (m)."""
 
     t: float
     height: float
@@ -120,13 +122,14 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> P
 
 @time_to.rule(Barriers)
 def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
-    """Return the time (s) at which a rock on an arc meets panel segment k.
+    """Return the time (s), at most `until`, at which a rock on an arc meets panel segment k; inf if never.
 
-    The result is inf above the panel or after the rock has passed it.
+    A rock does not meet a panel that it flies over or has already passed. A rock that breaks through one segment of a
+    straight line has passed the whole line. If panels of several barriers are at the same place, a rock meets them in
+    the order of their numbers. So a rock that has just broken through one of these panels has passed the panels with
+    lower numbers. A panel without capacity, or without height, is not an obstacle.
 
-    A rock that breaks through one segment of a straight line has passed the whole line. A rock meets panels at the same
-    place in the order of their numbers. So a rock that has just broken through one of these panels has passed the
-    panels with lower numbers. A panel without capacity, or without height, is not an obstacle.
+    passed : index of the segment that the rock met last; below 0 for none
     """
     panel = barriers.panel
     b = panel.barrier[k]
@@ -141,7 +144,7 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
 
 @kernel
 def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> bool:
-    """Return True if a rock has already passed panel segment k, so that it does not meet this segment again at t (s).
+    """Return True if a rock has already passed panel segment k, so that its crossing at t (s) does not count.
 
     passed : index of the segment that the rock met last; below 0 for none
     """
@@ -165,7 +168,10 @@ def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
 
 @first_obstacle.rule(Barriers)
 def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first panel that a rock on an arc meets."""
+    """Return the first panel segment that a rock on an arc meets before `until` (s), or NO_MEETING.
+
+    passed : number of the obstacle that the rock met last; below 0 for none
+    """
     past = passed - barriers.first
     past = past if past < len(barriers.panel.x) else -1
     speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
@@ -176,7 +182,10 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
 
 @at_obstacle.rule(Barriers)
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the motion of a rock after it meets a panel: the panel catches the rock, or the rock breaks through."""
+    """Return the result for a rock that meets a panel: the panel catches the rock, or the rock breaks through.
+
+    number : of the obstacle; if it is not a panel, nothing changes
+    """
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):
         return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)

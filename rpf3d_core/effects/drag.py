@@ -26,7 +26,7 @@ class Drag(NamedTuple):
     """The effect of quadratic air drag on flying rocks: its parameters.
 
     coefficient : C_d (-); density : kg/m3, of the air
-    accuracy : m, largest position error after a flight of `air.FLIGHT` seconds
+    accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds
     gravity : m/s2, used only for the accuracy
     """
 
@@ -56,12 +56,12 @@ def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, rock: Roc
 
 @longest_flight.rule(Drag)
 def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
-    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at its end.
+    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at the end of the step.
 
     The result is inf without drag.
 
-    For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g. The bounds in `air` become
-    |dx| <= h^3 k v (k v^2 / 12 + g / 3) and |dv| <= h^3 k g (k v^2 / 4 + g / 6).
+    For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g. The errors in `air_step` are
+    then at most |dx| <= h^3 k v (k v^2 / 12 + g / 3) and |dv| <= h^3 k g (k v^2 / 4 + g / 6).
     """
     k = drag_per_metre(drag, rock.rock)  # type: ignore[arg-type]
     if k <= 0.0:

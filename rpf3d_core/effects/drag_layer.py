@@ -9,8 +9,8 @@ speed is below 1 m/s for the lightest rock (`setup/warnings.py`). The layer cont
 `forest`). The layer brakes flights only, not sliding or rolling rocks, and not bounces that are summed up. With a
 ground model, the runout in a forest is therefore too long.
 
-The program decides at the beginning and at the end of each time step of a flight whether the rock is inside the layer.
-The place where a rock enters or leaves the layer is therefore exact only to one time step.
+Whether a rock is inside the layer is decided at the beginning and at the end of each time step of a flight. The place
+where a rock enters or leaves the layer is therefore exact only to one time step.
 """
 
 import math
@@ -34,7 +34,7 @@ class DragLayer(NamedTuple):
     """A layer above the ground that brakes flying rocks, such as a forest.
 
     coefficient : c, kg/s; height : m, top of the layer above the ground
-    accuracy : m, largest position error after a flight of `air.FLIGHT` seconds wholly inside or outside the layer
+    accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds wholly inside or outside the layer
     gravity : m/s2, used only for the accuracy
     edges : (E, 4) x, y, x, y m, edges of the layer's outlines, holes included; with E = 0 the layer is everywhere
     """
@@ -52,9 +52,9 @@ class DragLayer(NamedTuple):
 
 
 def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
-    """Return the final speed (m/s) of a rock that sinks in the layer, m g / c: a warning says if it is too low.
+    """Return the final speed (m/s) of a rock that sinks in the layer, m g / c, at which the force balances the weight.
 
-    At this speed the force -c v balances the weight.
+    The program warns if this speed is too low.
 
     coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s2
     """
@@ -78,9 +78,10 @@ def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: floa
 
 @kernel
 def stands_at(edges: Any, x: Vec) -> bool:
-    """Return True if the layer covers the point x in plan: the rock is then inside the layer's outline.
+    """Return True if the layer covers the point x in plan; edges : as in `DragLayer`.
 
-    This is so if a ray from x to the east crosses the outlines an odd number of times.
+    Without edges, the layer covers every point. Else it covers x if a ray from x to the east crosses an odd number of
+    edges.
     """
     inside = len(edges) == 0
     for e in range(len(edges)):
@@ -94,13 +95,14 @@ def stands_at(edges: Any, x: Vec) -> bool:
 
 @longest_flight.rule(DragLayer)
 def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockContext) -> float:
-    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at its end.
+    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at the end of the step.
 
     The result is inf if c is zero.
 
-    For d = -q v with q = c / m: d' = -q and d'' = 0. The bounds in `air` become |dx| <= h^3 q (q v / 24 + g / 6) and
-    |dv| <= h^3 q^2 g / 24. The layer also brakes an error in speed: the error moves the rock by at most 1 / q times its
-    size, whatever time is left. All errors in speed together count at most 2 / (q T) of the bound in `air`.
+    For d = -q v with q = c / m: d' = -q and d'' = 0. The errors in `air_step` are then at most
+    |dx| <= h^3 q (q v / 24 + g / 6) and |dv| <= h^3 q^2 g / 24. The layer also brakes an error in speed: however long
+    the flight is, this error moves the rock by at most 1 / q times the error. All errors in speed together count for at
+    most 2 / (q T) of the bound in `air_step`.
     """
     q = layer.coefficient / rock.rock.mass  # type: ignore[union-attr]
     if q <= 0.0:

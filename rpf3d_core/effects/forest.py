@@ -41,13 +41,14 @@ The ground is lower on the downhill side. The contact distance is the distance a
 """
 DEGREES = math.pi / 180.0
 NEAREST = 1e-9
-"""Depth (m) by which a rock may be inside the contact distance of a stem and still count as outside the stem."""
+"""Depth (m) by which a rock may be nearer to a stem than the contact distance and still count as outside."""
 
 
 class Stems(NamedTuple):
-    """The T trees of a scene as the simulation reads them, in arrays (T,).
+    """The stems of the T trees of a scene; every array is (T,).
 
-    The arrays are foot x, y, z (m), radius (m), height (m), and the energy E_max (J).
+    x, y, z : foot of the tree (m); radius : of the stem (m); height : of the tree (m)
+    energy : E_max (J), the largest energy that the stem can take from a rock
     """
 
     x: Any
@@ -74,9 +75,10 @@ class Deflection(NamedTuple):
 
 
 class Forest(NamedTuple):
-    """The trees of a scene, as the simulation reads them: obstacles, numbered from `first` on.
+    """The trees of a scene, in the form that the simulation reads.
 
-    cells : the trees, sorted into grid cells in plan
+    first : obstacle number of the first tree; the other trees have the next numbers
+    deflection : parameters of the angle of deflection; cells : the trees, sorted into the cells of a grid in plan
     """
 
     first: int
@@ -103,16 +105,14 @@ class Forest(NamedTuple):
 def most_energy(dbh_cm: Any, factor: Any) -> Any:
     """Return the largest energy (J) that the stem of a tree can take from a rock.
 
-    dbh_cm : DBH (cm), the stem's diameter at breast height
-
-    factor : FE of the species (-)
+    dbh_cm : DBH (cm), the stem's diameter at breast height; factor : FE of the species (-); numbers or arrays
     """
     return factor * ENERGY_FACTOR * dbh_cm**ENERGY_EXPONENT
 
 
 @kernel
 def share_at_offset(x: float) -> float:
-    """Return the share of E_max (-) that a stem takes when a rock hits it at the offset x (-): 0 head on, 1 grazing."""
+    """Return the share of E_max (-) that a stem takes from a rock; x : offset of the blow (-), 0 head on, 1 grazing."""
     share = LOWER + (UPPER - LOWER) / (1.0 + math.exp((MIDDLE - x) * STEEPNESS * LN_10))
     return max(share, 0.0)
 
@@ -122,9 +122,10 @@ LN_10 = math.log(10.0)
 
 @time_to.rule(Forest)
 def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
-    """Return the time (s) at which a rock on an arc hits stem k: when it comes within the contact distance.
+    """Return the time (s), at most `until`, at which a rock on an arc hits stem k; inf if never.
 
-    The result is inf if never.
+    The rock hits the stem when it approaches to the contact distance, the sum of both radii. passed : index of the tree
+    that the rock hit last, which it does not hit again
     """
     if k == passed:
         return math.inf
@@ -148,14 +149,20 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, ro
 
 @first_obstacle.rule(Forest)
 def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first tree that a rock on an arc hits."""
+    """Return the first tree that a rock on an arc hits before `until` (s), or NO_MEETING.
+
+    passed : number of the obstacle that the rock met last; below 0 for none
+    """
     met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, rock)
     return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
 
 
 @at_obstacle.rule(Forest)
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the motion of a rock after it hits a tree: the rock stops, or is deflected with the remaining energy."""
+    """Return the result for a rock that hits a tree: it loses all speed, or is deflected with the remaining energy.
+
+    number : of the obstacle; if it is not a tree, nothing changes; met : obstacles that the rock has met before
+    """
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
         return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
@@ -180,7 +187,11 @@ def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockCon
 
 @kernel
 def _turn(deflection: Deflection, offset: float, aside: float, met: int, rock: RockContext) -> float:
-    """Return the angle (rad, counter-clockwise in plan) by which a tree turns a rock's path away from its stem."""
+    """Return the angle (rad, counter-clockwise in plan) by which a tree turns a rock's path away from the stem's axis.
+
+    offset : of the blow (-); aside : the same in m, positive if the rock passes to the left of the axis
+    met : obstacles that the rock has met before, which select the random numbers
+    """
     key, number = rock.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)
     chance = uniform_at(key.seed, key.source, key.rock, CLASS, number)  # type: ignore[union-attr]

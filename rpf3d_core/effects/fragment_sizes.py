@@ -1,4 +1,4 @@
-"""Sizes of a rock's fragments: a fractal law that keeps the rock's volume and gives the surface created by the impact.
+"""Sizes of a rock's fragments: a fractal law with the volume of the rock and the surface that the impact creates.
 
 Observed: the number of fragments larger than V is proportional to V^(-D / 3), so the volume of the k-th largest one is
 proportional to k^(-p), p = 3 / D (Ruiz-Carulla et al. 2017 and Matas et al. 2017, after Perfect 1997: D is a dimension
@@ -41,9 +41,9 @@ TRIES = 100
 
 
 class Cascade(NamedTuple):
-    """The size law of a rock's fragments, from which the size of each fragment follows.
+    """The size law of a rock's fragments: the k-th largest fragment has the volume V k^(-p) / zeta(p).
 
-    exponent : p; largest : share of the volume in the largest fragment (-)
+    exponent : p (-); largest : 1 / zeta(p), share of the rock's volume V in the largest fragment (-)
     """
 
     exponent: float
@@ -54,11 +54,7 @@ class Cascade(NamedTuple):
 def zeta_less_one(excess: float) -> float:
     """Return Riemann's zeta(1 + excess) - 1, for excess > 0, which the balances of volume and surface need.
 
-    Sources
-    -------
-    NIST DLMF 25.2.8 to 25.2.10 (Euler-Maclaurin summation of the zeta function).
-
-    The function uses the formula of Euler and Maclaurin.
+    Source: NIST DLMF 25.2.8 to 25.2.10 (Euler-Maclaurin summation of the zeta function).
     """
     s, total = 1.0 + excess, 0.0
     for log in LOGS:
@@ -80,7 +76,10 @@ def zeta_less_one(excess: float) -> float:
 
 @kernel
 def log_surface(excess: float) -> float:
-    """Return the logarithm of the fragments' total surface over the rock's surface; excess : 2 p / 3 - 1 > 0."""
+    """Return the logarithm of the ratio of the fragments' total surface to the rock's surface.
+
+    excess : 2 p / 3 - 1 > 0, with p the exponent of the size law
+    """
     return math.log1p(zeta_less_one(excess)) - 2.0 / 3.0 * math.log1p(zeta_less_one(0.5 + 1.5 * excess))
 
 
@@ -96,7 +95,7 @@ def cascade_of(created: float) -> Cascade:
 
 @kernel
 def _excess_of(created: float) -> float:
-    """Return 2 p / 3 - 1, where p is the exponent of the size law that gives the fragments the wanted surface.
+    """Return 2 p / 3 - 1, with p the exponent of the size law whose fragments have the surface after the impact.
 
     created : A_new / A_0 (-), surface created by the impact / surface of the rock
 
@@ -127,22 +126,25 @@ def _excess_of(created: float) -> float:
 
 @kernel
 def _off(excess: float, created: float) -> float:
-    """Return how far the fragments' surface for `excess` is above the wanted surface (difference of logarithms)."""
+    """Return the difference of two logarithms: of the surface created with `excess`, and of the wanted value `created`.
+
+    excess : 2 p / 3 - 1; created : A_new / A_0 (-), surface created by the impact / surface of the rock
+    """
     return math.log(math.expm1(log_surface(excess))) - math.log(created)
 
 
 @kernel
 def share_at(cascade: Cascade, rank: int) -> float:
-    """Return the share (-) of the rock's volume in one fragment.
+    """Return the share (-) of the rock's volume that one fragment has.
 
-    rank : place of the fragment by size (1 is the largest)
+    rank : place of the fragment in descending order of size, from 1
     """
     return cascade.largest * math.exp(-cascade.exponent * math.log(rank))
 
 
 @kernel
 def count_from(cascade: Cascade, least: float) -> int:
-    """Return the number of fragments to follow: those with at least a share `least` > 0 of the rock's volume."""
+    """Return the number of fragments to simulate: those with at least a share `least` > 0 of the rock's volume."""
     count = 0
     while share_at(cascade, count + 1) >= least:
         count += 1

@@ -2,7 +2,7 @@
 
 Source: physics reference 6.2.
 
-    E_n = 1/2 M (k_n v_n)^2            k_n v_n: the speed off the ground that the rebound model leaves
+    E_n = 1/2 M (k_n v_n)^2            k_n v_n: the rock's speed off the ground after the rebound
     A_new = a E_n^e                      new surface, m2; A_0 = 6 V^(2/3); r = A_new / (A_new + A_0)
     the rock breaks if r > least_ratio (1 +- spread U)
 
@@ -69,15 +69,15 @@ class Fragmentation(NamedTuple):
 
 @kernel
 def volume_of(rock: Rock) -> float:
-    """Return the volume (m3) of a rock, as a sphere."""
+    """Return the volume (m3) of a rock, from the radius of the sphere of equal volume."""
     return 4.0 / 3.0 * math.pi * rock.radius * rock.radius * rock.radius
 
 
 @kernel
 def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return the surface that an impact creates over the surface of the rock, A_new / A_0 (-).
+    """Return A_new / A_0 (-): the surface that an impact creates, divided by the surface of the rock.
 
-    off : k_n v_n, m/s, speed off the ground
+    off : k_n v_n, speed off the ground after the rebound (m/s)
     """
     energy = 0.5 * rock.mass * off * off
     new = effect.surface_factor * energy**effect.surface_exponent
@@ -88,7 +88,7 @@ def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
 def new_surface_ratio(effect: Fragmentation, rock: Rock, off: float) -> float:
     """Return the ratio r = A_new / (A_new + A_0) (-), which decides whether an impact breaks the rock.
 
-    off : k_n v_n, m/s, speed off the ground
+    off : k_n v_n, speed off the ground after the rebound (m/s)
     """
     created = surface_created(effect, rock, off)
     return created / (1.0 + created)
@@ -109,5 +109,5 @@ def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Ve
 
 
 def unbroken(effect: Any) -> Any:
-    """Return an effect for fragments that may not break again: `Fragmentation` is disabled, others are unchanged."""
+    """Return an effect for fragments that may not break again: `Fragmentation` disabled, any other effect unchanged."""
     return effect._replace(least_ratio=math.inf) if isinstance(effect, Fragmentation) else effect

@@ -1,9 +1,9 @@
 """The hooks: functions of the simulation in which an effect may act on a rock, with one rule per effect.
 
-The effects of a scene form a `Chain`: each link is one effect, and None ends the chain. An effect has a rule in each
-hook in which it acts; in the other hooks the effect changes nothing. `chain_of` links the effects in the order of the
-registry, independent of their order in the scene. A scene without effects has None instead of a chain, so no code of
-any effect is compiled.
+The effects of a scene form a `Chain`: each link is one effect, and None ends the chain. An effect has a rule for each
+hook in which it acts; in the other hooks it changes nothing. The effects act in the order of the fields of
+`scene.models.keys.EffectsSpec`, whatever their order in the scene file. A scene without effects has None in place of a
+chain, so no code of any effect is compiled.
 """
 
 import math
@@ -35,9 +35,10 @@ class Meeting(NamedTuple):
 
 
 class AfterObstacle(NamedTuple):
-    """The result for a rock that meets an obstacle: its motion, and its outcome, MOVING if the rock continues.
+    """The result for a rock that meets an obstacle.
 
-    facet : facet below the obstacle, on which the rock lies if its motion ends here; -1 if the rock continues
+    motion : after the meeting; outcome : MOVING if the rock continues
+    facet : facet on which the rock lies if it ends at the obstacle; -1 if it continues
     """
 
     motion: Motion
@@ -49,10 +50,7 @@ NO_MEETING = Meeting(math.inf, -1)
 
 
 def chain_of(effects: Sequence[Any]) -> Chain | None:
-    """Return the effects of a scene as a chain, in the given order, for the simulation.
-
-    The result is None if there are no effects.
-    """
+    """Return the effects of a scene as a chain, in the given order; None if there are no effects."""
     chain = None
     for effect in reversed(effects):
         chain = Chain(effect, chain)
@@ -89,9 +87,8 @@ def normal_of_all(chain: Chain, n: Vec, motion: Motion, rock: RockContext) -> Ve
 def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a rock that has entered soft ground, before it rebounds: a hook for soft ground.
 
-    A rule may change v and w; position and time are those of the impact. n (3,) is the normal from `felt_normal`.
-
-    zone : zone of the facet that the rock hits
+    A rule may change v and w, but not position and time. zone, surface : zone of the facet that the rock hits, and
+    surface properties there; n : (3,) normal from `felt_normal`
     """
 
 
@@ -103,7 +100,7 @@ def hard_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: 
 
 @in_ground.rule(Chain)
 def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a rock that has entered the ground, after all effects of the chain, applied in order."""
+    """Return the motion of a rock that has entered soft ground, after all effects of the chain, applied in order."""
     after = in_ground(chain.head, zone, surface, motion, n, rock)
     return in_ground(chain.tail, zone, surface, after, n, rock)  # type: ignore[no-any-return]
 
@@ -112,7 +109,7 @@ def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: 
 def breaks(effect: object, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
     """Return True if an impact breaks the rock: a hook for fragmentation.
 
-    before, after : motion just before and just after the impact
+    before, after : motion just before and just after the impact; n : (3,) normal of the ground
     """
 
 
@@ -132,7 +129,7 @@ def breaks_by_any(chain: Chain, before: Motion, after: Motion, n: Vec, rock: Roc
 def longest_flight(effect: object, motion: Motion, rock: RockContext) -> float:
     """Return the longest time step (s) of a flight with which this effect stays accurate; inf for no limit.
 
-    A hook for effects of the air: a flight is a row of parabolas, one per time step.
+    This is a hook for effects of the air: with them, a flight consists of one parabola per time step.
     """
 
 
@@ -151,7 +148,7 @@ def shortest_of_all(chain: Chain, motion: Motion, rock: RockContext) -> float:
 
 @model_function
 def asks_height(effect: object) -> bool:
-    """Return True if the effect needs the height of a flying rock above the ground, which costs a search."""
+    """Return True if the effect needs the height of a flying rock above the ground, which takes a search."""
 
 
 @asks_height.otherwise
@@ -170,8 +167,8 @@ def any_asks_height(chain: Chain) -> bool:
 def in_air(effect: object, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion of a rock after the air alone, without gravity, has acted on it for t >= 0 s: a hook for drag.
 
-    A rule changes the velocity, keeps the position and must not increase the speed.
-    height : m above the ground below the rock, inf over a hole, 0.0 if no effect asks for the height
+    A rule may change the velocity, but not the position, and must not increase the speed.
+    height : m above the ground straight below the rock; inf over a hole; 0.0 if no effect needs the height
     """
 
 
@@ -185,7 +182,8 @@ def in_nothing(effect: object, motion: Motion, height: float, t: float, rock: Ro
 def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion of a rock after all effects of the chain have acted on it in the air.
 
-    The first effect acts for half of the time before the other effects and for half after them: second order (Strang).
+    The first effect acts for half of the time before the other effects, and for half after them, so that the result is
+    of second order (Strang).
     """
     before = in_air(chain.head, motion, height, 0.5 * t, rock)
     between = in_air(chain.tail, before, height, t, rock)
@@ -194,11 +192,10 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
 
 @model_function
 def first_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first obstacle that a rock on an arc meets before `until` (s): a hook for barriers and trees.
+    """Return the first obstacle that a rock on an arc meets before `until` (s), or NO_MEETING.
 
-    The result is NO_MEETING if there is none.
-
-    passed : number of the obstacle that the rock has just met and does not meet again
+    This is a hook for barriers and trees. passed : number of the obstacle that the rock has just met, and does not meet
+    again on this arc; below 0 for none
     """
 
 
@@ -210,9 +207,9 @@ def no_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockC
 
 @first_obstacle.rule(Chain)
 def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first obstacle of any effect that a rock meets.
+    """Return the first obstacle of any effect of the chain that a rock on an arc meets before `until` (s).
 
-    At the same time, the first effect in the chain wins.
+    If a rock meets two obstacles at the same time, the result is that of the first effect in the chain.
     """
     one = first_obstacle(chain.head, arc, passed, until, rock)
     other = first_obstacle(chain.tail, arc, passed, until, rock)
@@ -227,9 +224,9 @@ def _sooner(one: Meeting, other: Meeting) -> Meeting:
 
 @kernel
 def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> int:
-    """Return `passed` if the rock is still at the obstacle that it passed last, as after an impact at the same place.
+    """Return `passed` if the rock is still at an obstacle after an impact on the ground, else -1.
 
-    Else -1.
+    passed : number of the obstacle that the rock passed last; below 0 for none
     """
     if passed < 0:
         return passed
@@ -239,17 +236,16 @@ def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> in
 
 @model_function
 def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that meets obstacle `number`: a hook for barriers and trees.
+    """Return the result for a rock that meets the obstacle with a number: a hook for barriers and trees.
 
-    Nothing changes if the obstacle belongs to another effect.
-
-    met : number of obstacles that the rock has met before, for draws
+    A rule changes nothing if the obstacle belongs to another effect. met : how many obstacles the rock has met before,
+    which selects random numbers
     """
 
 
 @at_obstacle.otherwise
 def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the motion unchanged: the obstacle belongs to another effect."""
+    """Return the motion unchanged: the effect has no obstacles."""
     return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
 
 
@@ -263,6 +259,6 @@ def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: Roc
 
 
 HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)
-"""The hooks of which an effect must have a rule in at least one; the other hooks depend on these."""
+"""The hooks for which an effect must have at least one rule; the other hooks are only useful with these."""
 FOR_POINTS = (felt_normal, breaks)
 """The hooks that act on points and spheres only, not on bodies with a shape."""

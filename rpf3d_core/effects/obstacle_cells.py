@@ -16,7 +16,7 @@ from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""Largest number of cells per obstacle (-), which limits the memory of the grid."""
+"""Largest number of cells of a grid, divided by its number of obstacles (-), which limits the memory."""
 FEWEST_CELLS = 16
 """Number of cells that a grid may always have, even with few obstacles."""
 SLOWEST = 1e-9
@@ -24,12 +24,11 @@ SLOWEST = 1e-9
 
 
 class ObstacleCells(NamedTuple):
-    """The obstacles of one kind (trees or panels) sorted into a grid of nx by ny square cells of side `cell` (m).
+    """The obstacles of one kind (trees or panels), sorted into a grid of nx by ny square cells in plan.
 
-    x, y : m, corner of the grid
-
-    The obstacles of cell k are ids[starts[k] : starts[k + 1]].
-    starts : (nx ny + 1,); ids : (M,) index of an obstacle, once for each cell that the obstacle touches
+    x, y : corner of the grid (m); cell : side of a cell (m)
+    starts, ids : (nx ny + 1,) and (M,), the indices of the obstacles in cell k = j nx + i are
+        ids[starts[k] : starts[k + 1]]. An obstacle is in each cell that its box touches
     """
 
     x: float
@@ -42,10 +41,7 @@ class ObstacleCells(NamedTuple):
 
 
 def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
-    """Return N >= 0 obstacles sorted into cells by their boxes in plan, from low (N, 2) m to high (N, 2) m.
-
-    An obstacle is listed in every cell that its box touches.
-    """
+    """Return N >= 0 obstacles sorted into cells, from the corners low and high (N, 2) m of their boxes in plan."""
     if not len(low):
         return ObstacleCells(
             x=0.0, y=0.0, cell=1.0, nx=0, ny=0, starts=np.zeros(1, dtype=np.int64), ids=np.empty(0, dtype=np.int64)
@@ -75,7 +71,10 @@ def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
 
 
 def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, ny: int) -> np.ndarray:
-    """Return column and row (N, 2) of the cells of points (N, 2) m; outside the grid, of the nearest cell."""
+    """Return column and row (N, 2) of the cells that contain points (N, 2) m; outside the grid, of the nearest cells.
+
+    begin : (2,) m, corner of the grid; cell : side of a cell (m)
+    """
     return np.clip(np.floor((points - begin) / cell).astype(np.int64), 0, [nx - 1, ny - 1])
 
 
@@ -120,7 +119,7 @@ def first_in_cells(
 
 @kernel
 def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
-    """Return True if an arc may meet an obstacle at all: its box in plan touches the grid of obstacles."""
+    """Return True if an arc may meet an obstacle: its box in plan, up to the time `until` (s), touches the grid."""
     if cells.nx == 0:
         return False
     end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until
@@ -130,14 +129,18 @@ def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
 
 @kernel
 def index_of(value: float, origin: float, cell: float, count: int) -> int:
-    """Return the row or column of the cell that contains a coordinate (m); outside the grid, of the nearest cell."""
+    """Return the row or column of the cell that contains a coordinate (m); outside the grid, of the nearest cell.
+
+    origin : coordinate of the grid's corner (m); cell : side of a cell (m); count : number of rows or columns
+    """
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
 
 @kernel
 def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: float) -> float:
-    """Return the time (s) at which an arc leaves a row or column `index` of cells; inf if never.
+    """Return the time (s) at which an arc leaves row or column number `index` of a grid; inf if never.
 
+    The outermost rows and columns extend without end. origin, cell, count : as in `index_of`
     x, v : coordinate (m) at the start of the arc, and speed (m/s), along this axis
     """
     if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):

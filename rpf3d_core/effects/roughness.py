@@ -87,13 +87,13 @@ def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, rock: RockContext
 
 @felt_normal.rule(RocfallRoughness)
 def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal of an impact by RocFall's law: tilted against the motion or along it."""
+    """Return the normal of an impact by RocFall's law: tilted at random against the motion or along it."""
     return tilted(n, motion.v, _normal_tilt(effect.angle_sd, rock, TILT), 0.0)
 
 
 @felt_normal.rule(SpreadRoughness)
 def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal of an impact: tilted along the motion as in RocFall's law, then to a side."""
+    """Return the normal of an impact: tilted at random as in RocFall's law, and then to a side."""
     back = _normal_tilt(effect.angle_sd, rock, TILT)
     return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, rock, LATERAL))
 
@@ -114,7 +114,10 @@ def _drawn(rock: RockContext, stream: int) -> float:
 
 @kernel
 def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
-    """Return the normal n of an impact turned by `back` (rad) against the motion, then by `aside` (rad) to its left."""
+    """Return the normal n of an impact, tilted by `back` (rad) against the motion, then by `aside` (rad) to its left.
+
+    v : (3,) velocity, whose component along the ground is the motion
+    """
     level = without(along(v, n), n)  # twice, so that the rounding error across the plane is small in slow motion
     speed = norm(level)
     if speed == 0.0 or (back == 0.0 and aside == 0.0):

@@ -13,11 +13,11 @@ Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for
    directions in between, A^2 = (s A_n)^2 + (c A_t)^2. This is exact for both directions and for a sphere that is wholly
    in the ground. V = sqrt(V_n^2 + (c / s V_t)^2) follows from the integrals of both areas over depth. V is exact for
    both directions and at most 3 % too small in between (tested).
-4. The ground then takes the whole speed into the ground (Leine: e_N = 0). Friction reduces the speed along the ground
-   by mu(s) times the speed into the ground, at most to zero: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s).
-   Here s is the distance that the rock slips along the plane during the contact: the length of the scar. The rebound
-   model acts after this. If the scene sets `tangential_restitution: 1`, this effect alone gives the loss along the
-   ground.
+4. Friction then reduces the speed along the ground by mu(s) times the speed into the ground, at most to zero, as in an
+   impact that stops the whole speed into the ground (Leine: e_N = 0). mu(s) = mu_min + 2 / pi (mu_max - mu_min)
+   atan(kappa s), where s is the distance that the rock slips along the plane during the contact: the length of the
+   scar. The rebound model acts after this, also on the speed into the ground. If the scene sets
+   `tangential_restitution: 1`, the loss along the ground is that of this effect alone.
 
 Simplifications: in flight, the slip s decays by exp(-beta t) (beta 50 to 200 1/s: to a few percent in 0.02 s). So s
 starts at 0 in each impact, and there is no parameter beta. The rocks of Leine have corners, so friction makes them
@@ -46,12 +46,12 @@ At this ratio both are equally accurate, to 2e-6. At smaller depths, the closed 
 
 
 class Scarring(NamedTuple):
-    """The properties of soft ground for each of Z zones; every array has Z rows.
+    """The properties of soft ground in each of Z zones; every array is (Z,).
 
-    Hard ground has no drag and no friction.
+    In zones of hard ground, drag and friction are 0.
 
-    stiffness : (Z,) M_E, Pa; drag : (Z,) C_d = C_f + C_s (-); density : (Z,) of the soil, kg/m3
-    mu_min, mu_max : (Z,) friction (-); kappa : (Z,) 1/m
+    stiffness : M_E, Pa; drag : C_d = C_f + C_s (-); density : of the soil, kg/m3
+    mu_min, mu_max : friction (-); kappa : 1/m
     """
 
     stiffness: Any
@@ -71,17 +71,17 @@ class Scarring(NamedTuple):
 def penetration(mass: float, stiffness: float, speed: float) -> float:
     """Return how deep (m) a rock penetrates the soil in an impact: 0.1 M^(1/3) M_E^(-0.4) v^0.8 (Gerber 2019).
 
-    mass : kg; stiffness : M_E, Pa (in the formula kN/m2); speed : m/s into the ground
+    mass : M, kg; stiffness : M_E, Pa (the formula uses kN/m2); speed : v, m/s, into the ground
     """
     return float(0.1 * mass ** (1.0 / 3.0) * (KILO * stiffness) ** -0.4 * speed**0.8)
 
 
 @kernel
 def volume_from_above(depth: float, radius: float) -> float:
-    """Return the soil volume (m3) that a sphere drives through straight down to a depth: the volume of its cap.
+    """Return the soil volume (m3) that a sphere displaces when it moves straight down to a depth (m).
 
-    This is the integral over depth of the sphere's area seen along the normal. Beyond a depth of one radius the area
-    stays pi R^2.
+    This is the integral over depth of the area, seen along the normal, of the part of the sphere that is in the ground.
+    Beyond a depth of one radius this area is pi R^2.
     """
     if depth <= radius:
         return math.pi * depth * depth * (radius - depth / 3.0)
@@ -90,10 +90,12 @@ def volume_from_above(depth: float, radius: float) -> float:
 
 @kernel
 def volume_from_ahead(depth: float, radius: float) -> float:
-    """Return the integral (m3) over depth of a sphere's area seen along the ground: the soil that it pushes ahead.
+    """Return the integral (m3) over depth of the area, seen along the ground, of the part of a sphere in the ground.
 
-    With cos(phi) = 1 - depth / R the segment is R^2 (phi - sin(phi) cos(phi)); integrated, R^3 (sin(phi) - phi cos(phi)
-    - sin(phi)^3 / 3). At depths where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
+    Times the distance along the ground per metre of depth, it is the volume of soil that the sphere pushes ahead.
+
+    With cos(phi) = 1 - depth / R, the area is R^2 (phi - sin(phi) cos(phi)), and its integral is R^3 (sin(phi) - phi
+    cos(phi) - sin(phi)^3 / 3). At depths d where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
     """
     if depth >= 2.0 * radius:
         return math.pi * radius * radius * (depth - radius)
@@ -134,9 +136,9 @@ def driven_through(depth: float, aside: float, radius: float) -> float:
 
 @kernel
 def slowed_along(motion: Motion, n: Vec, mu: float) -> Motion:
-    """Return the motion after the friction along the ground of an impact that stops all speed into the ground.
+    """Return the motion after friction has reduced the speed along the ground, at most to zero.
 
-    The speed along the ground is reduced, at most to zero.
+    The loss is mu times the speed into the ground, which itself is not changed.
     n : unit normal of the ground with v . n <= 0; mu : friction (-)
     """
     along = without(motion.v, n)

@@ -1,7 +1,7 @@
-"""Find which parts of a rock's path lie inside areas of interest: at exact times, without cells.
+"""Find which parts of a rock's path lie inside areas of interest; the times are exact and need no cells.
 
-A track, that is a part of a path that is straight in plan, crosses the outlines of an area, including holes, at exact
-times. Between two crossings, the track is either inside or outside the area.
+A track is a part of a path that is straight in plan. It crosses the outlines of an area, including those of holes, at
+exact times. Between two crossings, the track is either inside or outside the area.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,8 +20,10 @@ from rpf3d_core.values import Vec
 class Areas(NamedTuple):
     """The outlines of A areas of interest with E edges in total, local frame, in the form that compiled loops read.
 
-    edges : (E, 4) m, x and y of the start and of the end of each edge; first : (A + 1,) first edge of each area
-    boxes : (A, 4) m, lowest x and y, highest x and y of each area; crossings : (E,) memory for times of crossings (s)
+    edges : (E, 4) m, x and y of the start and of the end of each edge
+    first : (A + 1,) index of the first edge of each area, and E at the end
+    boxes : (A, 4) m, lowest x and y, highest x and y of each area
+    crossings : (E,) working memory for the times (s) at which a track crosses the outlines
     """
 
     edges: Any
@@ -31,9 +33,10 @@ class Areas(NamedTuple):
 
 
 def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
-    """Return areas of interest for the compiled loops, from the closed outlines (P, 2) m of each area with its holes.
+    """Return areas of interest in the form that compiled loops read.
 
-    The last point of an outline may repeat the first.
+    outlines : for each area, its closed outline and the outlines of its holes, each (P, 2) m. The last point of an
+        outline may repeat the first.
     """
     edges = [np.concatenate([_edges(ring) for ring in rings]) for rings in outlines.values()]
     first = np.concatenate([[0], np.cumsum([len(some) for some in edges])]).astype(np.int64)
@@ -49,9 +52,9 @@ def _edges(ring: FloatArray) -> FloatArray:
 
 @kernel
 def contains_point(areas: Areas, a: int, x: Vec) -> bool:
-    """True if point x lies inside area number a in plan, its holes left out.
+    """True if point x (m) lies inside area number a in plan; a hole is outside the area.
 
-    A line eastwards from the point then crosses an odd number of edges.
+    The point is inside if a line eastwards from it crosses an odd number of edges.
     """
     inside = False
     for e in range(areas.first[a], areas.first[a + 1]):
@@ -64,7 +67,7 @@ def contains_point(areas: Areas, a: int, x: Vec) -> bool:
 
 @kernel
 def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float:
-    """Return the time (s) until a point that moves in plan meets the line through edge number e.
+    """Return the time (s) until a point that moves in plan reaches the line through edge number e; negative if passed.
 
     x : start of the point, m; v_x, v_y : its velocity in plan, m/s
     """
@@ -75,7 +78,7 @@ def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float
 
 @kernel
 def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
-    """Record which areas of interest a rock passes on a straight part of its path (a track)."""
+    """Record a visit to each area of interest that a rock crosses on a track; mass : of the rock (kg)."""
     x, v, T = track.arc.x, track.arc.v, track.duration
     end_x, end_y = x[0] + v[0] * T, x[1] + v[1] * T
     for a in range(len(areas.boxes)):
@@ -88,9 +91,9 @@ def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
 
 @kernel
 def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
-    """Record that a rock is in area number a during each part of the track inside this area.
+    """Record that a rock is in area number a during each part of its track inside this area.
 
-    A part is inside if its middle is inside.
+    The crossings with the outlines divide the track into parts. A part lies inside if its middle does.
     """
     crossings, begin = _sorted_crossings(areas, a, track), 0.0
     for k in range(crossings + 1):
@@ -105,7 +108,10 @@ def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int)
 
 @kernel
 def _sorted_crossings(areas: Areas, a: int, track: Track) -> int:
-    """Write the times at which the track crosses the outlines of area number a, in order; return their number."""
+    """Write the times (s) at which a track crosses the outlines of area number a, ascending; return their number.
+
+    They are written to `areas.crossings`.
+    """
     x, v, used = track.arc.x, track.arc.v, 0
     for e in range(areas.first[a], areas.first[a + 1]):
         before = v[0] * (areas.edges[e, 1] - x[1]) - v[1] * (areas.edges[e, 0] - x[0]) >= 0.0

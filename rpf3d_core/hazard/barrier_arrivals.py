@@ -1,7 +1,7 @@
 """Find how each rock arrives at each barrier: whether it was caught, broke through or flew over.
 
-A contact with a panel is a row of the impacts. A flight over a panel is not recorded, so the recorded arcs are
-intersected with the panels again.
+The record of impacts has a row for each contact with a panel. It has no row for a flight over a panel, so the recorded
+arcs are intersected with the panels again.
 """
 
 import math
@@ -26,8 +26,10 @@ FLIGHT, CAUGHT, FAILED = int(Mode.FLIGHT), int(Outcome.CAUGHT), int(Outcome.FAIL
 class BarrierArrivals(NamedTuple):
     """How the N rocks of a batch arrived at B barriers.
 
-    did, t, energy, height : (N, B) of each rock's first arrival: result (NEVER to HELD), s, J, m above the ground;
-        the energy is that of translation, for rocks with a shape that of translation and rotation
+    did, t, energy, height : (N, B) data of each rock's first arrival
+        did : result, NEVER to HELD; t : time since the release (s)
+        energy : J, of translation; for rocks with a shape, of translation and rotation
+        height : m above the foot of the panel, of the rock's centre or top, as the scene says
     held : (N, B) 1 if the barrier caught the rock in the end
     events : (B, 4) number of arrivals with each result, NEVER to HELD, over all rocks
     """
@@ -41,9 +43,9 @@ class BarrierArrivals(NamedTuple):
 
 
 class Crossed(NamedTuple):
-    """Working memory to recognise a crossing that is found twice, because two panel parts meet there.
+    """Working memory to recognise a crossing that is found twice, because it lies where two panel segments join.
 
-    piece : (K,) row of the path segment with which each of K panel parts was compared last
+    piece : (K,) row of the path segment with which each of K panel segments was compared last
     t, barrier : (K,) time (s) and barrier of each crossing of the current path segment
     last : (B,) time (s) of the latest crossing of each barrier on earlier segments of the path
     """
@@ -63,9 +65,11 @@ class PassingRock(NamedTuple):
 
 
 class PathSegment(NamedTuple):
-    """One segment of a recorded path, row p, with the arc that the rock follows there.
+    """One segment of a recorded path, with the arc that the rock follows there.
 
-    pieces : (S, 10) as in `simulation.record.Record`; flies : True for a flight, False for motion on the ground
+    pieces : (S, 10) as in `simulation.record.Record`; p : row of the segment
+    flies : True for a flight, False for motion on the ground
+    arc : the parabola of a flight; for motion on the ground, the straight line between both ends of the segment
     until : time of the arc at the segment's end: s for a flight; 1 for motion on the ground
     """
 
@@ -77,10 +81,7 @@ class PathSegment(NamedTuple):
 
 
 def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
-    """Return the record of arrivals before any rock has arrived at a barrier.
-
-    rocks, barriers : their numbers
-    """
+    """Return the record of arrivals before any rock has arrived; rocks, barriers : numbers of rocks and barriers."""
     shape = rocks, barriers
     did, held = (np.zeros(shape, dtype=np.int64) for _ in range(2))
     return BarrierArrivals(
@@ -96,7 +97,7 @@ def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
 def empty_crossed(panels: int, barriers: int) -> Crossed:
     """Return empty working memory for the crossings of barriers.
 
-    panels, barriers : numbers of panel parts and of barriers
+    panels, barriers : numbers of panel segments and of barriers
     """
     number = np.full(panels, -1, dtype=np.int64)
     return Crossed(piece=number, t=np.empty(panels), barrier=number.copy(), last=np.full(barriers, -np.inf))
@@ -124,7 +125,10 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
 def _contact(
     barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: PassingRock, found: BarrierArrivals
 ) -> None:
-    """Record an arrival if row q of the impacts is a contact with a barrier; `did` is its result, THROUGH or HELD."""
+    """Record an arrival if row q of the impacts is a contact with a barrier.
+
+    did : result of the arrival, THROUGH or HELD
+    """
     panel = barriers.panel
     k = FIRST_OBSTACLE - facets[q] - barriers.first
     if facets[q] >= 0 or k < 0 or k >= len(panel.x):
@@ -136,7 +140,10 @@ def _contact(
 
 @kernel
 def _energy_before(impacts: Any, q: int, mass: float) -> float:
-    """Return the energy (J) of a rock before the contact in row q, with that of rotation for rocks with a shape."""
+    """Return the energy (J) of a rock before the contact in row q of the impacts; with rotation if rocks have a shape.
+
+    mass : of the rock (kg)
+    """
     if impacts.shape[1] > BLOW:
         return mass * impacts[q, BLOW + 1]  # type: ignore[no-any-return]
     return 0.5 * mass * impacts[q, 7] * impacts[q, 7]  # type: ignore[no-any-return]
@@ -144,7 +151,7 @@ def _energy_before(impacts: Any, q: int, mass: float) -> float:
 
 @kernel
 def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
-    """Return the height (m) of the foot of panel part k at a place in plan (m)."""
+    """Return the height z (m) of the foot of panel segment k at the place x, y (m)."""
     panel = barriers.panel
     dx, dy = panel.dx[k], panel.dy[k]
     along = ((x - panel.x[k]) * dx + (y - panel.y[k]) * dy) / (dx * dx + dy * dy)
@@ -153,7 +160,10 @@ def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
 
 @kernel
 def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
-    """Count an arrival of rock r at barrier b at the time t (s), and record it if it is the rock's earliest there."""
+    """Count an arrival of rock r at barrier b, and record it if no earlier arrival of the rock there is recorded.
+
+    did, t, energy, height : data of the arrival, as in `BarrierArrivals`
+    """
     found.events[b, did] += 1
     if did == HELD:
         found.held[r, b] = 1
@@ -163,7 +173,7 @@ def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: fl
 
 @kernel
 def _segment(flown: FlownRocks, p: int) -> PathSegment:
-    """Return segment p of the recorded paths, with its arc."""
+    """Return the path segment in row p of the recorded paths, with the arc that the rock follows there."""
     pieces, flies = flown.pieces, flown.modes[p] == FLIGHT
     x, v = (pieces[p, 1], pieces[p, 2], pieces[p, 3]), (pieces[p, 4], pieces[p, 5], pieces[p, 6])
     if flies:
@@ -178,7 +188,7 @@ def _segment(flown: FlownRocks, p: int) -> PathSegment:
 def _cross(
     barriers: Barriers, segment: PathSegment, rock: PassingRock, crossed: Crossed, found: BarrierArrivals
 ) -> None:
-    """Record where a path segment passes barriers without a contact: above a panel, or through one without capacity."""
+    """Record where a path segment passes barriers without a contact: above a panel, or through one of capacity 0."""
     p, arc, until = segment.p, segment.arc, segment.until
     cells, number = barriers.cells, 0
     i, j = index_of(arc.x[0], cells.x, cells.cell, cells.nx), index_of(arc.x[1], cells.y, cells.cell, cells.ny)
@@ -210,9 +220,9 @@ def _pass(
     crossed: Crossed,
     found: BarrierArrivals,
 ) -> int:
-    """Record that a path segment crosses panel part k without a contact; return the number of crossings so far.
+    """Record an arrival if a path segment crosses panel segment k without a contact.
 
-    number : crossings of this path segment found so far
+    Return the number of crossings found on this path segment so far; number : the same before this call.
     """
     pieces, p, arc, until = segment.pieces, segment.p, segment.arc, segment.until
     crossing = crossing_of(barriers.panel, barriers.slack, k, arc, until)
@@ -243,8 +253,9 @@ def _pass(
 def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
     """Return whether a rock that crosses a barrier without a contact flew OVER it or went THROUGH it.
 
-    Returns NEVER if the crossing has a row among the impacts, or is below the foot of the panel.
-    height, high : m above the foot of the panel, of the rock's centre and of the point of the rock that must clear it
+    Returns NEVER if the crossing is a contact, which has a row among the impacts, or is below the foot of the panel.
+    height : of the rock's centre above the foot of the panel (m)
+    high : of the rock's centre or top, as the scene says: the rock flies over if this is above the panel (m)
     """
     panel = barriers.panel
     if high > panel.height[b] or (panel.height[b] == 0.0 and height >= -BELOW):
@@ -254,7 +265,10 @@ def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
 
 @kernel
 def _is_known(crossed: Crossed, number: int, b: int, t: float, instant: float) -> bool:
-    """True if the crossing of barrier b at the time t (s) was found before, to within `instant` (s)."""
+    """True if a crossing of barrier b at the time t (s) was found before; times within `instant` (s) count as equal.
+
+    number : crossings found on the current path segment so far
+    """
     known = abs(t - crossed.last[b]) <= instant
     for n in range(number):
         known = known or (crossed.barrier[n] == b and abs(t - crossed.t[n]) <= instant)

@@ -35,7 +35,8 @@ class AtBarrier:
 
     first : (4,) number of rocks by the result of their first arrival, NEVER to HELD; held : rocks caught in the end
     events : (4,) number of arrivals by result, NEVER to HELD
-    energy, height, over : at first arrivals: J; m above the ground; m above the panel, for rocks that flew over it
+    energy (J), height (m above the foot of the panel) : distributions over first arrivals
+    over : distribution of the height above the panel (m), over first arrivals of rocks that flew over it
     """
 
     first: NDArray[np.int64] = field(default_factory=lambda: np.zeros(4, dtype=np.int64))
@@ -55,11 +56,11 @@ class AtBarrier:
 
 
 class BarrierFigures(NamedTuple):
-    """What rocks did at one barrier, for tables and files; `came` is the number of rocks that arrived there.
+    """What rocks did at one barrier, for tables and files.
 
-    height : of the panel (m); capacity : of the barrier (J)
+    height : of the panel (m); capacity : of the barrier (J); came : number of rocks that arrived at the barrier
     first_... : number of rocks by the result of their first arrival; caught : number of rocks caught in the end
-    ..._events : number of events over all rocks; counted : distributions at first arrivals
+    ..._events : number of arrivals with this result, over all rocks; counted : distributions over first arrivals
     """
 
     name: str
@@ -80,7 +81,7 @@ class BarrierTally:
     """Counts at all B barriers of a scene, added while rocks fly: call the object with each batch of flown rocks.
 
     Any thread may call. names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
-    part : (B,) further counts to which each batch is added too, such as those of a parameter set; empty for none
+    part : (B,) counts of one parameter set, to which each batch is added too; empty without parameter sets
     """
 
     def __init__(self, barriers: Barriers, names: tuple[str, ...], gravity: float, compiled: bool = True) -> None:

@@ -33,7 +33,7 @@ OF_SETS = (
 """Note under the printed table of a run over parameter sets."""
 
 STILL_OPEN = "what the scene takes as known (models, terrain, sources) is in no interval"
-"""Note under the printed table of a run over parameter sets on what its intervals leave open."""
+"""Note under the printed table of a run over parameter sets, on uncertainties that its intervals do not include."""
 
 MOST_DECIMALS = 4
 """Largest number of decimals of a share in per cent: 4 show one rock in a million."""
@@ -42,7 +42,7 @@ SHORT = 1
 """Usual number of decimals in the printed table; hazard/benches.csv has all decimals."""
 
 NOT_KNOWN, UNKNOWN_END = "not known", "?"
-"""Stand in the printed table for an interval, and for one end of an interval, that is not known."""
+"""Texts in the printed table for an unknown interval, and for one unknown end of an interval."""
 
 ZONE, AREA = "zone", "area"
 """The two kinds of rows in the bench table: zones of the terrain and areas of interest."""
@@ -104,8 +104,8 @@ def _over_sets(benches: Sequence[Bench], sets: Any) -> list[Bench]:
 def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str, Any]:
     """Return a share as in `share_of` with both intervals; `interval_95` is the predictive one, which is wider.
 
-    low, high : NaN if the predictive interval is not known. It is then None, and so is `interval_95`: a sampling
-    interval in its place would look surer than the answer is.
+    low, high : ends of the predictive interval (-); NaN if unknown. Then `predictive` and `interval_95` are None: a
+        sampling interval as `interval_95` would make the share look more certain than it is.
     """
     predictive = None if math.isnan(low) else [float(low), float(high)]
     sampling = share.get("sampling", share["interval_95"])
@@ -113,12 +113,12 @@ def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str,
 
 
 def _known(low: float, high: float) -> list[float | None]:
-    """Return the ends of an interval, None for an end that is not known."""
+    """Return the two ends of an interval, with None in place of NaN, an unknown end."""
     return [None if math.isnan(end) else float(end) for end in (low, high)]
 
 
 def notes_of(maps: HazardMaps) -> tuple[str, str]:
-    """Return the notes under the printed table: on its columns, and on what its intervals leave open."""
+    """Return the notes under the printed table: on its columns, and on uncertainties that its intervals omit."""
     return (TEXT_NOTE, OPEN) if maps.sets is None else (OF_SETS.format(sets=maps.sets.flown), STILL_OPEN)
 
 
@@ -203,7 +203,10 @@ def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) 
 
 
 def _with_lost(bench: Bench, lost: int, flown: int) -> Bench:
-    """Return a row with two more shares: rocks lost to holes, and the largest share that may have reached the place."""
+    """Return the row with two more shares: rocks lost to holes, and the largest share that may have reached the place.
+
+    lost, flown : number of rocks lost to holes, and of all rocks flown
+    """
     most = min(bench.reached["rocks"] + lost, flown)
     return bench._replace(lost=share_of(lost, flown), reached_at_most=share_of(most, flown))
 
@@ -242,9 +245,9 @@ def _energy_text(bench: Bench) -> str:
 
 
 def interval_text(ends: Sequence[float | None] | None, unit: float) -> str:
-    """Return an interval as text in a unit, such as `443-778`; NOT_KNOWN if neither end is known.
+    """Return an interval as text, such as `443-778`; NOT_KNOWN if neither end is known.
 
-    unit : size of the unit of the text in that of the ends, such as 1000 for kJ of J
+    unit : number by which the ends are divided, such as 1000 for ends in J and text in kJ
     """
     if ends is None or all(end is None for end in ends):
         return NOT_KNOWN
@@ -259,7 +262,7 @@ def share_text(share: dict[str, Any]) -> str:
     if share["share"] is None:
         return "-"
     intervals = [share["predictive"], share["sampling"]] if "predictive" in share else [share["interval_95"]]
-    # One text if both are alike.
+    # Equal intervals are shown once.
     texts = dict.fromkeys(interval_in_percent(*ends) if ends else NOT_KNOWN for ends in intervals)
     return f"{in_percent(share['share'], SHORT)} % ({'; '.join(texts)})"
 

@@ -1,8 +1,9 @@
 """Sort energies, speeds and heights into logarithmic bins, from which percentiles follow without storing each rock.
 
-Bins need bounded memory, and give the same result whatever the order of the rocks. An octave has `PER_OCTAVE` bins. The
-logarithm of the mantissa 1 + x would cost ten times as much. So the bins have equal widths in x + BEND x (1 - x)
-instead. It equals log2(1 + x) where 1 + x is 1, the square root of 2, or 2.
+Bins need bounded memory, and give the same result whatever the order of the rocks. An octave (a factor of 2) has
+`PER_OCTAVE` bins. A value is 1 + x times a power of two. Within an octave the bins have equal widths in
+x + BEND x (1 - x), because log2(1 + x) would take ten times as long. Both functions are equal where 1 + x is 1, the
+square root of 2, or 2.
 """
 
 import math
@@ -16,14 +17,14 @@ from rpf3d_core.terrain.frame import FloatArray
 PER_OCTAVE = 8
 """Number of bins per octave: a percentile is then wrong by 4.7 % at most.
 
-This is the distance of the geometric middle of the widest bin from the ends of the bin.
+This is the relative distance from the geometric middle of the widest bin to its ends.
 """
 FINE = 128
 """Number of bins per octave for zones and areas, which are few and need finer percentiles to judge convergence."""
 BEND = math.sqrt(2.0) / 4.0
 """Coefficient (-) of the polynomial that replaces the logarithm, because the polynomial is faster."""
 MANTISSA = 2**52 - 1
-"""Mask of the mantissa bits of a double-precision number; the bits above it hold the exponent."""
+"""Mask of the mantissa bits of a double-precision number; the bits above the mask are the exponent."""
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 """Range of the bins of speed and of height, in octaves below the largest value.
 
@@ -40,8 +41,9 @@ Bins of energy cover these octaves, and twice the octaves of speed.
 class Scales(NamedTuple):
     """The bins of energy (J), speed (m/s) and height (m): largest value and number of bins of each, bins per octave.
 
-    The largest speed and height are powers of two, so that scaling is exact. If all rocks have one mass and none
-    spins, speed has no bins: percentiles of speed then follow from the percentiles of energy.
+    top, bins : for energy, speed and height, in this order. The largest speed and height are powers of two, so that
+    scaling is exact. If all rocks have one mass and none spins, speed has no bins: percentiles of speed then follow
+    from the percentiles of energy.
     """
 
     top: tuple[float, float, float]
@@ -72,8 +74,8 @@ def scales_of(
 ) -> Scales:
     """Return the bins that cover all energies, speeds and heights of rocks that fall at most `drop` (m).
 
-    `drop` is counted from the release. fastest : largest speed of release (m/s); lightest, heaviest : bounds of the
-    rocks' masses (kg)
+    drop : largest fall of a rock below its release (m); fastest : largest speed of release (m/s)
+    lightest, heaviest : bounds of the rocks' masses (kg)
     per_octave : bins per octave; spins : True if energies include rotation, so that speeds need bins of their own
     """
     height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
@@ -88,7 +90,7 @@ def scales_of(
 def bin_of(bits: int, bins: int, per_octave: int) -> int:
     """Return the number of the bin that a value >= 0 belongs to, at least 0 and at most the last bin.
 
-    bits : the value, divided by the largest value of the bins: its double-precision bits, read as a whole number
+    bits : double-precision bits, read as a whole number, of the value divided by the largest value of the bins
     """
     x = (bits & MANTISSA) * 2.0**-52
     place = bins + ((bits >> 52) - 1023) * per_octave + math.floor(per_octave * (x + BEND * x * (1.0 - x)))

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 FULL = 256
 """Number of rocks at which a one-byte bin overflows and starts again at 0."""
 WAITING = 1_000_000
-"""Largest number of overflows that are collected before they are counted."""
+"""Number of overflows that are collected before they are counted, to limit the memory."""
 AT_ONCE = 16_384
 """Largest number of cells whose bins are converted to wide numbers at once, to limit memory to tens of megabytes."""
 
@@ -41,13 +41,19 @@ class Carries:
                 self._settle()
 
     def join(self, other: "Carries", slot: NDArray[np.int32]) -> None:
-        """Add the overflows of other counts of the same cells; slot : (S,) row here of each row there."""
+        """Add the overflows of another tally of the same cells.
+
+        slot : (S,) row of the bins here for each row of the bins there
+        """
         places, counts = other.counted()
         theirs, b = np.divmod(places, self.bins)
         self._add(slot[theirs].astype(np.int64) * self.bins + b, counts)
 
     def add_bins(self, bins: Bins, slot: NDArray[np.int32], more: Bins) -> None:
-        """Add bins (N, B) to the bins in distinct rows `slot` (N,), and count what overflows."""
+        """Add the counts `more` (N, B) to the rows `slot` (N,) of `bins`, and count the overflows.
+
+        bins : (S, B), changed here; slot : without any row twice
+        """
         for begin in range(0, len(slot), AT_ONCE):
             some = slot[begin : begin + AT_ONCE]
             total = bins[some].astype(np.uint16) + more[begin : begin + AT_ONCE]
@@ -86,7 +92,7 @@ class Carries:
 def in_pairs(bins: Bins, carries: Carries) -> tuple[Bins, Carries]:
     """Return bins (S, B) merged in pairs, (S, B / 2), with their overflows, to halve the memory.
 
-    Each quantity has a whole number of octaves, so both bins of a pair belong to the same quantity.
+    Each quantity has whole octaves, so both bins of a pair belong to the same quantity.
     """
     total = bins[:, 0::2].astype(np.uint16) + bins[:, 1::2]
     places, counts = carries.counted()

@@ -30,9 +30,8 @@ LEAST_CELLS = 20
 def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> float:
     """Return the cell size (m) at which most cells on the rocks' paths have enough rocks for a percentile.
 
-    0 without rocks.
-
-    The result depends only on the sources, the number of rocks and the terrain, so all parts of an ensemble agree.
+    The result is 0 if there are no rocks. It depends only on the sources, the number of rocks and the terrain, so it is
+    the same for all parts of an ensemble.
 
     Parameters
     ----------
@@ -57,7 +56,7 @@ def coarsest_cell(low: Vec, high: Vec) -> float:
 def _front(source: Source, lowest: float, highest: float) -> float:
     """Return the width (m) over which the rocks of a source fall: its front.
 
-    For points, the fronts of all points together count if they are narrower.
+    For a source of points, the front is at most the sum of the fronts of the single points.
     """
     aside, wide = _aside(source, lowest, highest), _wide(_places(source))
     if source.line or source.triangles is not None:
@@ -66,7 +65,10 @@ def _front(source: Source, lowest: float, highest: float) -> float:
 
 
 def _aside(source: Source, lowest: float, highest: float) -> float:
-    """Return the width (m) over which the rocks from one place of a source spread."""
+    """Return the width (m) over which rocks from one place of a source spread sideways.
+
+    lowest, highest : of the terrain (m)
+    """
     on_ground = source.above_ground is not None or source.triangles is not None
     top = highest if on_ground else float(source.points[:, 2].max())
     return ASIDE * max(top - lowest, 0.0) + 2.0 * math.hypot(*source.spread[:2])

@@ -1,7 +1,7 @@
 """Decide if enough rocks have flown, from the shares and percentiles of zones or areas after each doubling.
 
-Rule (physics reference 8.3): every share's 95 % Wilson interval is narrower than the target, and no 95th percentile of
-energy has changed by more than the target over the last two doublings. The mean alone never decides.
+Rule (physics reference 8.3): half the width of the 95 % Wilson interval of each share is at most its target, and no
+95th percentile of energy has changed by more than its target over the last two doublings. The mean alone never decides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ DOUBLINGS = 2
 class Place:
     """The results in one zone or area of interest, which decide whether more rocks must fly.
 
-    reached, stopped : shares of all rocks (-); half_width : half the width of the wider of their 95 % intervals (-)
+    reached, stopped : shares of all rocks (-); half_width : half the width of the wider one of both 95 % intervals (-)
     energy_p95 : J, None for fewer than 20 rocks
     """
 
@@ -33,7 +33,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Step:
-    """The results in all places after `rocks` rocks have flown, one step of the convergence."""
+    """The results in all places, by name, after `rocks` rocks have flown: one step of the convergence."""
 
     rocks: int
     places: Mapping[str, Place]
@@ -66,7 +66,7 @@ def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
 def p95_change(steps: Sequence[Step]) -> float | None:
     """Return how much p95 energies still change (-): the largest relative change over the last two doublings.
 
-    Return None with fewer doublings. A p95 energy that an earlier step lacks counts as a change of 1.
+    Return None after fewer than two doublings. If an earlier step has no p95 energy for a place, the change is 1.
     """
     if len(steps) <= DOUBLINGS:
         return None

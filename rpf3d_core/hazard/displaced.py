@@ -1,8 +1,9 @@
-"""Count rocks as if the error of the model had moved their paths in plan: in zones, areas, map cells and runout.
+"""Count rocks as if the error of the model (the misfit) had moved their paths in plan.
 
-All rocks of a parameter set move by the displacement of this set (`unknowns.displacements`). Where a moved rock lies
-below or above the ground does not matter: only its place in plan counts. A vertical facet has no area in plan, so a
-zone of vertical facets alone keeps the counts of the rocks that did not move.
+The results are counts in zones, areas and map cells, and runouts.
+All rocks of a parameter set move by the displacement of this set (`unknowns.displacements`). Only the place of a
+displaced path in plan counts, not its height above or below the ground. A vertical facet has no area in plan, so a zone
+of vertical facets alone keeps the counts of the paths as simulated.
 """
 
 import math
@@ -30,15 +31,15 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import DEPOSITED
 
 NO_FACET = -1
-"""Stands for the facet of an impact that is not counted, and of a place without ground."""
+"""Value in place of a facet's number: for an impact that is not counted, and for a place without ground."""
 
 
 @dataclass(frozen=True, eq=False)
 class DisplacedFigures:
-    """What S parameter sets did with displaced paths.
+    """The counts and the runout of S parameter sets with displaced paths.
 
     moves : (S, 2) m, displacement of each set in plan; zones, areas : counts by place
-    runout : (S, P) m, of `PERCENTILES`, NaN for no rocks at rest
+    runout : (S, P) m, the percentiles `PERCENTILES` over the deposits of each set; NaN for a set without deposits
     """
 
     moves: FloatArray
@@ -48,10 +49,13 @@ class DisplacedFigures:
 
 
 class DisplacedTally:
-    """Counts what each parameter set does with displaced paths; it has the same methods as `hazard.sets.SetTally`."""
+    """Counts the rocks of each parameter set with displaced paths; `hazard.sets.SetTally` calls its methods."""
 
     def __init__(self, moves: FloatArray, tallies: Tallies, engine: Engine) -> None:
-        """Begin without rocks; moves : displacement (S, 2) m of each set; tallies : counts of the run, not changed."""
+        """Create the counts, empty; moves : displacement (S, 2) m of each set.
+
+        tallies : the counts of the run; they are not changed
+        """
         self._moves, self._engine = moves, engine
         self._tallies = tallies_of_places(tallies)
         self._zones = PlaceTally(self._tallies.zones, len(moves))
@@ -59,7 +63,7 @@ class DisplacedTally:
         self._runout = [Sample() for _ in moves]
 
     def watch_of(self, number: int, watch: Watch) -> Watch:
-        """Return a function that counts each batch of a set with displaced paths, and passes it on to `watch`."""
+        """Return a function that counts each batch of set `number` with displaced paths, then calls `watch` with it."""
 
         def both(batch: Batch, releases: Releases) -> FloatArray:
             self._tallies(displaced_batch(batch, self._moves[number], self._engine), releases)
@@ -68,7 +72,7 @@ class DisplacedTally:
         return both
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return a function that adds the displaced runout of a set's rocks, and passes the results on to `sink`."""
+        """Return a function that adds the displaced runouts of rocks of set `number`, then calls `sink` with them."""
 
         def both(deposits: Deposits, impacts: Impacts) -> None:
             way = deposits.x[:, :2] + self._moves[number] - deposits.release[:, :2]
@@ -78,12 +82,12 @@ class DisplacedTally:
         return both
 
     def end(self, number: int) -> None:
-        """Add the rocks counted since the last call to the counts of a set; number : of the set."""
+        """Add the rocks counted since the last call to the counts of set `number`."""
         self._zones.end(number)
         self._areas.end(number)
 
     def figures(self, zones: PlaceCounts) -> DisplacedFigures:
-        """Return the results of all sets so far; zones : counts of the same rocks without displacement."""
+        """Return the results of all sets so far; zones : counts of the same rocks, with paths as simulated."""
         return DisplacedFigures(
             moves=self._moves,
             zones=_in_plan(self._zones.counts(), zones, zones_in_plan(self._engine.facets, len(zones.reached[0]))),
@@ -93,7 +97,10 @@ class DisplacedTally:
 
 
 def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
-    """Return a batch whose paths and stops have moved in plan by (2,) m, and lie above all ground."""
+    """Return a batch whose paths and stops are displaced by `move` (2,) m in plan, and lifted above all ground.
+
+    Its impacts are at no facet. A deposit is on the topmost facet at its displaced place.
+    """
     facets = engine.facets
     shift = np.array([*move, facets.high[2] - facets.low[2] + ABOVE_EVERYTHING])
     impacts, pieces, finals = (_moved(rows, shift) for rows in (batch.impacts, batch.pieces, batch.finals))
@@ -105,23 +112,24 @@ def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
 
 
 def _facets_below(places: FloatArray, engine: Engine) -> IntArray:
-    """Return the topmost facet (N,) at places in plan (N, 2) m, NO_FACET where there is no ground."""
+    """Return the number (N,) of the topmost facet at places in plan (N, 2) m; NO_FACET where there is no ground."""
     top = np.column_stack([places, np.full(len(places), engine.facets.high[2] + ABOVE_EVERYTHING)])
     return np.asarray(engine.ground_below(top)[:, 1].astype(np.int64))
 
 
 def percentiles_of(samples: list[Sample]) -> FloatArray:
-    """Return the percentiles (S, P) of S samples, NaN for a sample without values."""
+    """Return the percentiles `PERCENTILES` (S, P) of S samples, NaN for a sample without values."""
     nothing = [np.nan] * len(PERCENTILES)
     return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
 
 
 def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: Raster) -> tuple[IntArray, FloatArray]:
-    """Return the map cells (M,) that rocks reach if their paths move in plan, and how many reach each (M,).
+    """Return the map cells (M,) that rocks reach on displaced paths, and how many rocks reach each cell (M,).
 
-    A moved cell lies across four cells, which share its rocks by area. Cells beyond the raster are left out.
+    A displaced cell overlaps four cells; its rocks are divided among them by area. Parts outside the raster are left
+    out.
 
-    cells, rocks : (N,) cells before the move, and how many rocks reached each; move : (2,) m
+    cells, rocks : (N,) cells on the paths as simulated, and how many rocks reached each; move : displacement (2,) m
     """
     whole, part = np.divmod(move / raster.cell, 1.0)
     found, counts = [], []
@@ -137,13 +145,16 @@ def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: 
 
 
 def zones_in_plan(facets: Facets, zones: int) -> NDArray[np.bool_]:
-    """Return which of the zones (Z,) have a facet that is not vertical."""
+    """Return flags (Z,), True for each zone that has a facet that is not vertical; zones : Z."""
     inclined = np.abs(np.asarray(facets.normals)[:, 2]) > VERTICAL
     return np.asarray(np.bincount(np.asarray(facets.zone)[inclined], minlength=zones) > 0)
 
 
 def _in_plan(moved: PlaceCounts, unmoved: PlaceCounts, known: NDArray[np.bool_]) -> PlaceCounts:
-    """Return the counts (P,) of displaced rocks in places with an area in plan, and of undisplaced rocks elsewhere."""
+    """Return the counts from displaced paths for places with an area in plan, and from paths as simulated elsewhere.
+
+    known : (P,) flag of each place with an area in plan
+    """
     return PlaceCounts(
         reached=np.where(known, moved.reached, unmoved.reached),
         stopped=np.where(known, moved.stopped, unmoved.stopped),
@@ -153,16 +164,17 @@ def _in_plan(moved: PlaceCounts, unmoved: PlaceCounts, known: NDArray[np.bool_])
 
 
 def _moved(rows: FloatArray, shift: FloatArray) -> FloatArray:
-    """Return rows (N, K) whose positions, columns 1 to 3, have moved by (3,) m."""
+    """Return a copy of rows (N, K) whose positions, in columns 1 to 3, are displaced by `shift` (3,) m."""
     moved = rows.copy()
     moved[:, 1:4] += shift
     return moved
 
 
 def tallies_of_places(tallies: Tallies) -> Tallies:
-    """Return empty counts of the same zones and areas, over a raster of one cell, because map cells are not counted.
+    """Return empty counts of the same zones and areas, for displaced paths.
 
-    Facets are counted as well, because zones need the walk over them, but with the fewest bins.
+    The raster has only one cell, because map cells are not counted. Zones need the walk over facets, so facets are
+    counted, too, but with the fewest bins.
     """
     facets = tallies.ground.facets
     side = max(facets.high[0] - facets.low[0], facets.high[1] - facets.low[1], 1.0)
@@ -176,5 +188,5 @@ def tallies_of_places(tallies: Tallies) -> Tallies:
 
 
 def _empty(tally: CellTally, cells: int, limit: float = math.inf) -> CellTally:
-    """Return an empty tally of some cells with the scales of another; limit : most bytes of its bins."""
+    """Return an empty tally of `cells` cells with the settings of another tally; limit : most bytes of its bins."""
     return CellTally(cells, tally.scales, limit, tally.compiled, tally.ways)

@@ -7,7 +7,7 @@ from rpf3d_core.ensemble.flights import FloatArray
 
 
 class FlownRocks(NamedTuple):
-    """The records of N flown rocks, from which hazard maps are counted.
+    """The records of N flown rocks, which are counted in hazard maps.
 
     counts, finals, impacts, facets, pieces, modes, first : as in `ensemble.batch.Batch`
     mass : (N,) kg; radius : (N,) m; gravity : m/s^2

@@ -40,7 +40,10 @@ def without_passages(layers: Layers) -> Layers:
 
 
 def _edges(tally: CellTally, q: int) -> FloatArray:
-    """Return the edges of the bins of quantity q, after merging; speeds without bins use the bins of energies."""
+    """Return the edges of the bins of a quantity q (0 energy, 1 speed, 2 height), after merging.
+
+    Speeds without bins use the bins of energy.
+    """
     top, bins, per_octave = tally.scales
     if bins[q] == 0:
         return top[q] * np.sqrt(_edges(tally, ENERGY) / top[ENERGY])
@@ -63,27 +66,35 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
 
 
 def bins_of(tally: CellTally, q: int) -> NDArray[np.uint32]:
-    """Return the counts (S, B) in the bins of quantity number q, of the S reached cells in the order of their slots."""
+    """Return the counts (S, B) in the bins of a quantity q (0 energy, 1 speed, 2 height) for the S reached cells.
+
+    The cells are in the order of their slots.
+    """
     whole = tally.carries.whole(tally.slots.bins, np.arange(tally.used))
     return np.ascontiguousarray(whole[:, _columns(tally, q)])
 
 
 def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: CountArray) -> FloatArray:
-    """Return the values (N,) of quantity number q at a rank (N,) of the rocks of N cells, from their bins (N, B)."""
+    """Return for N cells the value (N,) of a quantity q that the rock of a given rank has, as the middle of its bin.
+
+    q : 0 energy (J), 1 speed (m/s), 2 height (m); bins : (N, B) counts of the cells in the bins of q
+    ranks : (N,) place of the rock among the rocks of its cell in ascending order, from 1
+    """
     place = _places(bins, slice(0, bins.shape[1]), ranks[:, None])[:, 0]
     return bin_values(_edges(tally, q))[place]
 
 
 def _columns(tally: CellTally, q: int) -> slice:
-    """Return the columns of the bins of quantity number q, after merging."""
+    """Return the columns in which a tally has the bins of a quantity q (0 energy, 1 speed, 2 height), after merging."""
     bins = tally.scales.bins
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)
 
 
 def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> CountArray:
-    """Return which bin holds each rank (N, P), that is each percentile as a number of rocks, in N cells.
+    """Return the bin (N, P) that contains each of P percentiles of a quantity in N cells.
 
-    Ranks are ascending; `columns` are the bins of the quantity among bins (N, B).
+    bins : (N, B) counts of all quantities; columns : the columns of this quantity
+    ranks : (N, P) each percentile as a number of rocks, ascending in P
     """
     if bins.size <= FEW:
         up_to = np.cumsum(bins[:, columns], axis=1)
@@ -94,7 +105,10 @@ def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> Coun
 
 
 def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray) -> CellStatistics:
-    """Return largest value, mean and percentiles of quantity number q in each cell, given the percentiles (S, P)."""
+    """Return largest value, mean and percentiles of a quantity q (0 energy, 1 speed, 2 height) in each of S cells.
+
+    percentiles : (S, P) from the bins; they are limited to the largest value
+    """
     largest = found.most[:, q]
     mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / found.rocks
     return CellStatistics(largest, mean.astype(np.float32), *np.minimum(percentiles.T, largest))
@@ -102,7 +116,10 @@ def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray)
 
 @loop
 def _find_ranks(bins: Any, begin: int, ranks: Any, places: Any) -> None:
-    """Find in each cell the bin of each ascending rank, counted from column `begin`, and write it to `places`."""
+    """Write the bin of each rank (N, P) in N cells to `places` (N, P); bins are counted from column `begin` on.
+
+    bins : (N, B) counts; ranks are ascending in P
+    """
     for s in range(len(ranks)):
         seen, b = np.int64(0), begin
         for k in range(ranks.shape[1]):

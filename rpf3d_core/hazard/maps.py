@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 CountArray = NDArray[np.int64]
-StatisticArray = NDArray[Any]  # float32; drawing code does not depend on it
+StatisticArray = NDArray[Any]  # float32; code that draws maps does not depend on this type
 
 PERCENTILES = (50, 90, 95, 99)
 """Percentiles in a map, over the distinct rocks that reached a cell, of each rock's largest value there."""
@@ -45,14 +45,14 @@ class Layers:
 
     count : C, the number of all cells; cell : number of each cell, from 0 to C - 1, ascending
     rocks : distinct rocks that passed over the cell, touched it or stopped in it, at least 1
-    passages : times a rock entered the cell, or was released there; impacts : contacts with restitution; deposits :
-        rocks that stopped there
+    passages : number of times that a rock entered the cell, or was released there
+    impacts : contacts with restitution; deposits : rocks that stopped there
     first_arrival : s, shortest time from the release of a rock to its arrival
     energy : J, translational, plus rotational if rocks spin; speed : m/s; height : m, vertical, above the terrain
         straight below
     percentiles_within : bound of the relative error of every percentile (-)
-    ways : (S, 2) sums over the rocks of the length of each rock's path in plan inside the cell, in cell widths, and of
-    the length's square; (0, 0) if not counted
+    ways : (S, 2) sum over the rocks of the length of each rock's path in plan inside the cell, in cell widths, and sum
+        of the squares of these lengths; shape (0, 0) if path lengths were not counted
     """
 
     count: int
@@ -98,9 +98,11 @@ class Raster(NamedTuple):
 class HazardMaps:
     """The hazard maps of an ensemble of `flown` rocks: values of map cells, facets, zones and areas of interest.
 
-    cells : of the C = nx ny squares of the raster; facets : of the F facets that rocks pass over in plan or touch
-    zones : of the Z zones, each with all its facets; areas : of the areas of interest, in the order of `area_names`
-    Zones and areas have no passages (0), areas no height (NaN).
+    cells : values of the C = nx ny squares of the raster; facets : values of the F facets, which rocks pass over in
+        plan or touch
+    zones : values of the Z zones, each with all its facets; areas : values of the areas of interest, in the order of
+        `area_names`
+    Not counted, and so 0 : passages of zones and areas, heights of areas
     barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
     spins : True if rocks spin; energies then include rotation
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
@@ -130,6 +132,6 @@ class HazardMaps:
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
     """Return the reach probability (S,) (-) of S cells: the share of all rocks flown that reached each cell.
 
-    The share holds for rocks that fall; it does not say how often rocks fall. Source: physics reference 7.2.
+    It is the probability for a rock that falls; it does not state how often rocks fall. Source: physics reference 7.2.
     """
     return np.asarray(layers.rocks / max(flown, 1))

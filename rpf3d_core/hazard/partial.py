@@ -1,8 +1,8 @@
 """Pack the map counts of a part of an ensemble, so that they can be sent to another process or machine.
 
-Only cells that rocks reached are kept, and only the bins that hold a rock. In each cell a rock fills one bin of energy,
-one bin of height and, if masses differ, one bin of speed, out of several hundred. Parts that are joined give the same
-bits as one run (`hazard.tally`).
+Only cells that rocks reached are kept, and only the bins that contain rocks. In each cell a rock is counted in one bin
+of energy, one bin of height and, if masses differ or rocks spin, one bin of speed, out of several hundred. Parts that
+are joined give the same bits as one run (`hazard.tally`).
 """
 
 from collections.abc import Sequence
@@ -23,9 +23,10 @@ from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 class PackedTally:
     """The counts of a tally of C cells in small form, for sending: only reached cells (S), only bins with rocks.
 
-    cells : C; scales, limit, merges : as in `CellTally`; width : bins of a cell (B)
-    found : the figures of the S cells without their bins, in order of cell
-    filled : (N,) flat indices of the bins (S, B) that hold rocks; rocks : (N,) number of rocks in each of these bins
+    cells : C; scales, limit, merges : as in `CellTally`; width : number of bins per cell (B)
+    found : the counts of the S cells without their bins, in order of cell
+    filled : (N,) flat indices, in the array of bins (S, B), of the bins that contain rocks
+    rocks : (N,) number of rocks in each of these bins
     """
 
     cells: int

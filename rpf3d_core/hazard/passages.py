@@ -33,10 +33,10 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
     """Return the passages per metre (S,) 1/m of map cells, with intervals, from the path lengths counted there.
 
     The value is the mean over N rocks of l / A, the length l of each rock's path in the cell over the cell's area A.
-    With k = (sum of l)^2 / sum of l^2, the relative variance of that mean is (N / k - 1) / N: the relative variance of
-    a share of k out of N rocks. So the interval is that share's Wilson interval, scaled to the value. If all rocks
-    cross the cell on paths of one length, k is their number. If no rock covers any length in a cell, the upper end is
-    the upper end for a share of 0 out of N rocks, if the rocks crossed the cell straight.
+    With k = (sum of l)^2 / sum of l^2, the relative variance of that mean is (N / k - 1) / N. A share of k out of N
+    rocks has the same relative variance. So the interval is the Wilson interval of this share, scaled to the value. If
+    the paths of all rocks that cross the cell have one length, k is the number of these rocks. If all lengths in a cell
+    are 0, the interval is that of a share of 0 out of N rocks whose paths are one cell width long.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Names and units of the quantities of a hazard map, the same in rasters, meshes and pictures.
 
-Arrays (S,) hold the cells that rocks reached; all other cells have the value `Quantity.elsewhere`.
+Arrays (S,) have the values of the cells that rocks reached; all other cells have the value `Quantity.elsewhere`.
 """
 
 import math

@@ -38,9 +38,9 @@ def raster_over(
 
     Parameters
     ----------
-    cell : side of a cell, m; None for a round size, at most half the median facet's unless `least` or `MOST_CELLS`
-        requires more
-    least : smallest cell (m) if no cell is given; rounded up
+    cell : side of a cell, m; None for a round size of at most half the typical facet size (larger only if `least`,
+        `SMALLEST_CELL` or `MOST_CELLS` requires it)
+    least : smallest cell (m) if no cell is given; rounded up to a round size
     box : corners of the terrain's box if they are known already, m
     """
     low, high = _extent_of(terrain) if box is None else (np.array(corner[:2]) for corner in box)
@@ -58,10 +58,10 @@ def _extent_of(terrain: Terrain) -> tuple[FloatArray, FloatArray]:
 
 
 def _finest_cell(terrain: Terrain) -> float:
-    """Return the finest cell (m) for a terrain: the largest round size up to half of the median facet's side.
+    """Return the finest cell (m) for a terrain: the largest round size up to half of the typical facet size.
 
-    It is at least `SMALLEST_CELL`. The cell is finer than the facets, because a path is known far better than the
-    ground: a berm as wide as a facet is then visible.
+    It is at least `SMALLEST_CELL`. The cell is finer than the facets, so that a berm as wide as a facet is visible on
+    the map. This is possible because the paths of rocks are known more finely than the ground.
     """
     return round_below(0.5 * typical_size(terrain))
 
@@ -120,9 +120,9 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
 def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) -> str:
     """Return advice for maps that need too much memory: a cell size that fits, or a sufficient `memory_gb`.
 
-    allowed : largest number of cells
+    allowed : largest number of cells that the memory allows
     """
-    if allowed < 4:  # even the coarsest raster has 4 cells if a corner of cells lies on the terrain
+    if allowed < 4:  # even the coarsest raster has 4 cells if a common corner of cells lies on the terrain
         least = _gigabytes((facets + 4) * bytes_per_cell)
         return f"no cell fits, for the facets alone need {least} GB: set memory_gb to at least that"
     fits = next(size for size in round_cells() if size > raster.cell and _most_cells(raster, size) <= allowed)
@@ -130,13 +130,13 @@ def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) ->
 
 
 def _most_cells(raster: Raster, cell: float) -> int:
-    """Return the largest number of cells of another size that may be needed to cover the area of a raster."""
+    """Return the largest number of cells of side `cell` (m) that may be needed to cover the area of a raster."""
     wide, high = (math.ceil(count * raster.cell / cell) + 1 for count in (raster.nx, raster.ny))
     return wide * high
 
 
 def _gigabytes(size: float) -> str:
-    """Return bytes as text in GB, with two significant digits or more, never rounded down."""
+    """Return a number of bytes as text in GB, with two significant digits or more, never rounded down."""
     digits = max(1, 1 - math.floor(math.log10(size / GIGABYTE)))
     return f"{math.ceil(size / GIGABYTE * 10**digits) / 10**digits:.{digits}f}"
 

@@ -63,7 +63,10 @@ def scale_of_energy(energy: Values) -> Scale:
 
 
 def scale_of_passages(passages: Values) -> Scale:
-    """Return the colour scale of a map of passages per metre (C,) 1/m, NaN if unknown; at least a power of ten."""
+    """Return the colour scale of a map of passages per metre (C,) 1/m, NaN if unknown.
+
+    The scale spans at least a power of ten.
+    """
     low, high = _range(passages)
     if high <= 0.0:
         return Scale(low=1e-5, high=1e-2, logarithmic=True)
@@ -78,7 +81,7 @@ def scale_of_height(height: Values) -> Scale:
 
 
 def places(scale: Scale, values: Values) -> FloatArray:
-    """Return where values (N,) lie on a colour scale, from 0 to 1; NaN stays NaN."""
+    """Return the places (N,) of values (N,) on a colour scale, from 0 (low) to 1 (high); NaN stays NaN."""
     if not scale.logarithmic:
         return np.clip((values - scale.low) / (scale.high - scale.low), 0.0, 1.0)
     bounded = np.clip(values, scale.low, scale.high)

@@ -1,6 +1,6 @@
-"""What each parameter set did at barriers, and the predictive intervals of shares, energies and heights that follow.
+"""Counts of each parameter set at barriers, and the predictive intervals of shares, energies and heights there.
 
-The paths are those that flew: the error of the model displaces no path at a barrier.
+Paths count as simulated: at barriers, paths are not displaced by the error of the model.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,8 +21,8 @@ FIRST = {"first_caught": HELD, "first_broken_through": THROUGH, "first_flown_ove
 Bands = Mapping[str, tuple[float, float]]
 """Predictive intervals at one barrier by figure; both ends are NaN if an interval is unknown.
 
-came : share of all rocks; those of FIRST, caught : shares of the rocks that came; energy, height : J, m, p95 of first
-arrivals
+came : share of all rocks that arrived at the barrier; names of FIRST, caught : shares of the rocks that arrived
+energy (J), height (m) : 95th percentiles over first arrivals
 """
 
 
@@ -34,16 +34,19 @@ class BarrierSets:
         self._counted = [tuple(AtBarrier() for _ in tally.names) for _ in range(sets)]
 
     def begin(self, number: int) -> None:
-        """Count what flies from now on also for a set."""
+        """Count all rocks that fly from now on also for parameter set `number`, until the next call."""
         self._tally.part = self._counted[number]
 
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:
-        """Return the predictive intervals at each barrier: shares (-), J and m; rocks : (S,) flown with each set."""
+        """Return the predictive intervals at each barrier; rocks : (S,) number of rocks flown with each set."""
         return tuple(_bands(at, rocks) for at in zip(*self._counted, strict=True))
 
 
 def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
-    """Return the predictive intervals at a barrier, from what S sets did there and their rocks (S,)."""
+    """Return the predictive intervals at one barrier.
+
+    at : the counts of each of S sets there; rocks : (S,) number of rocks flown with each set
+    """
     came = np.array([float(each.first[1:].sum()) for each in at])
     did = {name: np.array([float(each.first[place]) for each in at]) for name, place in FIRST.items()}
     did["caught"] = np.array([float(each.held) for each in at])
@@ -56,12 +59,15 @@ def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
 
 
 def _share(counts: FloatArray, of: FloatArray) -> tuple[float, float]:
-    """Return the interval of a share, from counts (S,) out of (S,) rocks; NaN if fewer than ENOUGH sets have rocks."""
+    """Return the predictive interval of a share (-); NaN if fewer than ENOUGH sets have rocks.
+
+    counts : (S,) rocks of each set that count; of : (S,) number of rocks of each set
+    """
     return _ends(predictive_shares(counts[:, None], of[:, None]))
 
 
 def _p95(sample: Sample) -> float:
-    """Return the 95th percentile of a quantity, NaN for fewer than 20 rocks."""
+    """Return the 95th percentile of a sample, NaN for fewer than 20 rocks."""
     return sample.percentiles((P95,))[0] if sample.count >= FEWEST_ROCKS else np.nan
 
 

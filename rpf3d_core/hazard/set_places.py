@@ -1,4 +1,8 @@
-"""What each parameter set did in zones or areas: counts of rocks and p95 energies, as differences of common counts."""
+"""Counts and p95 energies of each parameter set in zones or areas.
+
+All sets share the counts of the run. The counts of one set are the difference of these counts after and before its
+rocks have flown.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,14 +20,15 @@ from rpf3d_core.hazard.walks.cache_lines import LINE_DEPOSITS, LINE_ROCKS
 P95 = 95
 
 Filled = tuple[IntArray, IntArray, NDArray[np.uint32]]
-"""Bins that hold rocks: row, column and number of rocks of each (N,)."""
+"""The N bins that contain rocks: row (N,), column (N,) and number of rocks (N,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceCounts:
-    """The rocks of S sets in P zones or areas: (S, P) rocks that reached and that stopped, and p95 energies (J).
+    """The counts and p95 energies of S sets in P zones or areas.
 
-    energy : NaN for fewer than 20 rocks of the set
+    reached, stopped : (S, P) number of rocks that reached each place, and that stopped there
+    energy : (S, P) J, p95 energy; NaN for fewer than 20 rocks of the set
     energy_sampling : (P, 2) J, the 95 % sampling interval of the p95 energy of all rocks; NaN for too few rocks
     """
 
@@ -34,7 +39,7 @@ class PlaceCounts:
 
 
 class PlaceTally:
-    """The counts of zones or areas, set by set, as differences of the common counts of a tally."""
+    """The counts of zones or areas, set by set: differences of the counts of a tally that all sets share."""
 
     def __init__(self, tally: CellTally, sets: int) -> None:
         places = len(tally.slot)
@@ -45,7 +50,7 @@ class PlaceTally:
         self._filled: list[list[Filled]] = [[] for _ in range(sets)]
 
     def end(self, number: int) -> None:
-        """Add what has been counted since the last call to a set."""
+        """Add everything that the tally has counted since the last call to the counts of set `number`."""
         tally = self.tally
         cells, after = tally.slots.cell[: tally.used], np.zeros_like(self._before)
         for row, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):
@@ -72,12 +77,15 @@ class PlaceTally:
     def energies(self, fewest: int) -> FloatArray:
         """Return the p95 energies (S, P) J of the rocks of each set in each place; NaN for fewer rocks than `fewest`.
 
-        Of fewer than 20 rocks, the p95 is the largest energy.
+        The p95 of fewer than 20 rocks is their largest energy.
         """
         return np.array([self._energies(filled, fewest) for filled in self._filled])
 
     def _sampling(self) -> FloatArray:
-        """Return the sampling intervals (P, 2) J of the p95 energies of all rocks, by ranks as in `Sample.interval`."""
+        """Return the sampling intervals (P, 2) J of the p95 energies over the rocks of all sets; NaN if unknown.
+
+        Ranks are computed as in `Sample.interval`.
+        """
         tally, ends = self.tally, np.full((len(self.tally.slot), 2), np.nan)
         rocks = self._bins.sum(axis=1, dtype=np.int64)
         half = NORMAL_QUANTILE_95 * np.sqrt(rocks * P95 * (100 - P95)) / 100.0
@@ -90,7 +98,10 @@ class PlaceTally:
         return ends
 
     def _energies(self, filled: "list[Filled]", fewest: int) -> FloatArray:
-        """Return the p95 energy (P,) J of the rocks of a set in each place, from the bins that they fill."""
+        """Return the p95 energy (P,) J of the rocks of one set in each place; NaN for fewer rocks than `fewest`.
+
+        filled : the bins of energy that contain rocks of this set
+        """
         tally, energy = self.tally, np.full(len(self.tally.slot), np.nan)
         bins = np.zeros(self._bins.shape, dtype=np.uint32)
         for slot, column, rocks in filled:
@@ -103,7 +114,7 @@ class PlaceTally:
 
 
 def less(after: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
-    """Return counts (N,) or (N, B) minus earlier counts, which may have fewer rows."""
+    """Return the counts `after`, (N,) or (N, B), minus the earlier counts `before`, which may have fewer rows."""
     new = after.copy()
     new[: len(before)] -= before
     return new

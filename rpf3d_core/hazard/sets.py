@@ -1,7 +1,7 @@
-"""What each parameter set did: counts of rocks by outcome, zone, area and map cell, and percentiles, set by set.
+"""The results of each parameter set: counts of rocks by outcome, zone, area and map cell, and percentiles.
 
-The counts of all sets together are the hazard maps of the run. The counts of one set are the difference of the common
-counts after and before its rocks have flown. So sets cost no memory of their own while rocks fly.
+The hazard maps of the run count the rocks of all sets together. The counts of one set are the difference of these
+counts after and before its rocks have flown. So a set needs no memory of its own while its rocks fly.
 """
 
 from collections import Counter
@@ -27,7 +27,7 @@ from rpf3d_core.unknowns.predictive import ENOUGH, Interval, holding, predictive
 from rpf3d_core.values import Outcome
 
 RUNOUT = "runout"
-"""Name of the distribution that changes if the error of the model displaces paths."""
+"""Name of the only distribution that changes if the error of the model displaces paths."""
 SAMPLES = (RUNOUT, "max_speed", "max_energy", "max_height", "ground_speed")
 """Names of the distributions in `Totals` whose percentiles are kept for each set."""
 AT_ONCE = 65_536
@@ -51,12 +51,13 @@ class ReachBand(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SetFigures:
-    """What the parameter sets of a run did, set by set, from which predictive intervals follow.
+    """The results of each parameter set of a run, from which predictive intervals follow.
 
-    sets : the S sets; rocks : (S,) rocks that flew with each; outcomes : of each set
-    zones, areas : counts by place; percentiles : by name of `SAMPLES`, (S, P) of `PERCENTILES`, NaN for no rocks
-    cells : for each set, map cells that its rocks reached and how many rocks reached each
-    displaced : the same with paths that the error of the model displaced; None if no error is known
+    sets : the S sets; rocks : (S,) number of rocks flown with each set; outcomes : number of rocks by outcome, per set
+    zones, areas : counts by place
+    percentiles : for each name in `SAMPLES`, (S, P) percentiles `PERCENTILES` of each set; NaN for a set without values
+    cells : for each set, the map cells that its rocks reached and how many rocks reached each
+    displaced : results of the same rocks with paths displaced by the error of the model; None if this error is unknown
     barriers : predictive intervals at each barrier, `hazard.set_barriers.Bands`; empty without barriers
     """
 
@@ -81,19 +82,24 @@ class SetFigures:
         return self.flown >= ENOUGH
 
     def outcome(self, outcome: Outcome) -> list[float]:
-        """Return the predictive interval of the share of rocks with an outcome."""
+        """Return the predictive interval of the share of rocks with an outcome: lower and upper end (-)."""
         counts = np.array([float(each[outcome]) for each in self.outcomes])
         return _ends(predictive_shares(counts[:, None], self.rocks[:, None]))
 
     def shares(self, counts: FloatArray, of: FloatArray | None = None) -> Interval:
-        """Return the predictive intervals of N shares, from counts (S, N) of all rocks, or `of` others (S, N)."""
+        """Return the predictive intervals of N shares (-).
+
+        counts : (S, N) rocks of each set that count; of : (S, N) rocks of each set of which the share is taken; None
+            for all its rocks
+        """
         totals = np.broadcast_to(self.rocks[:, None], counts.shape) if of is None else of
         return predictive_shares(counts, totals)
 
     def predictive(self, kind: str) -> dict[str, Interval]:
-        """Return the predictive intervals of the figures of all zones ("zone") or areas ("area"), by figure.
+        """Return the predictive intervals of all zones (kind "zone") or areas ("area"), for each figure.
 
-        Intervals of displaced paths hold the sampling intervals of the paths that flew.
+        The figures are the shares (-) `reached`, `stopped` and `retained`, and the p95 `energy` (J). An interval of a
+        share from displaced paths is widened to contain the sampling interval of the paths as simulated.
         """
         flown = places = self._places(self, kind)
         if self.displaced is not None:
@@ -111,27 +117,39 @@ class SetFigures:
         return figures.zones if kind == "zone" else figures.areas
 
     def _held(self, counts: FloatArray, of: FloatArray, flown: FloatArray, flown_of: FloatArray) -> Interval:
-        """Return the predictive intervals of shares (S, N), which hold the sampling intervals of the shares flown."""
+        """Return the predictive intervals of N shares (-).
+
+        With displaced paths, they are widened to contain the sampling intervals of the paths as simulated.
+
+        counts, of : (S, N) rocks of each set that count, and all rocks of the share
+        flown, flown_of : the same for the paths as simulated
+        """
         found = predictive_shares(counts, of)
         return found if self.displaced is None else holding(found, flown.sum(axis=0), flown_of.sum(axis=0))
 
     def sampling_of_energy(self, kind: str) -> FloatArray:
-        """Return the sampling intervals (P, 2) J of the p95 energies of all zones ("zone") or areas ("area")."""
+        """Return the sampling intervals (P, 2) J of the p95 energies of all zones (kind "zone") or areas ("area")."""
         return (self.zones if kind == "zone" else self.areas).energy_sampling
 
     def percentile(self, name: str) -> dict[str, list[float | None]]:
-        """Return the predictive interval of each percentile of a distribution of `SAMPLES`, by p5 and so on."""
+        """Return the predictive interval of each percentile of a distribution in `SAMPLES`, by name of the percentile.
+
+        Both ends are None if the interval is unknown.
+        """
         displaced = self.displaced if self.is_displaced(name) else None
         found = ranked_if_enough(self.percentiles[name] if displaced is None else displaced.runout)
         return {f"p{p}": _both(found, i) for i, p in enumerate(PERCENTILES)}
 
     @staticmethod
     def is_displaced(name: str) -> bool:
-        """Return True if the error of the model changes the distribution with a name."""
+        """Return True if the error of the model changes the distribution of this name."""
         return name == RUNOUT
 
     def reach(self, maps: HazardMaps) -> ReachBand:
-        """Return the predictive intervals of the reach probability of the map cells that rocks reach."""
+        """Return the predictive intervals of reach probability for all map cells that rocks reached.
+
+        With displaced paths, also for the cells that rocks reach on displaced paths.
+        """
         sets = self.cells if self.displaced is None else self._moved_cells(maps)
         place = np.full(maps.cells.count, -1, dtype=np.int64)
         for cells in (maps.cells.cell, *(cells for cells, _ in sets)):
@@ -155,9 +173,10 @@ class SetFigures:
 
 
 def _counts_at(sets: Sequence[Reached], place: IntArray, some: slice) -> FloatArray:
-    """Return how many rocks of each set reached each of the cells in a range of places, (S, N).
+    """Return how many rocks of each of S sets reached each of N map cells, (S, N).
 
-    place : (C,) place of each map cell, -1 for a cell without one
+    place : (C,) position of each map cell in the list of cells, -1 for a cell that is not in the list
+    some : the range of positions in this list of the N cells
     """
     counts = np.zeros((len(sets), some.stop - some.start))
     for number, (cells, rocks) in enumerate(sets):
@@ -177,10 +196,11 @@ def _both(interval: Interval, i: int) -> list[float | None]:
 
 
 class SetTally:
-    """Counts what each parameter set of a run does: call `end` after the rocks of a set have flown.
+    """Counts the results of each parameter set of a run: call `end` after the rocks of a set have flown.
 
-    A set may fly several times, as with `rocks: auto`.
-    displaced : counts the same rocks with displaced paths, if the error of the model is known
+    Rocks of one set may fly in several rounds, as with `rocks: auto`.
+    tallies : the counts of the run; displaced : counts of the same rocks with displaced paths; None if the error of the
+        model is unknown
     """
 
     def __init__(self, sets: ParameterSets, tallies: Tallies, displaced: DisplacedTally | None = None) -> None:
@@ -193,21 +213,21 @@ class SetTally:
         self._before = np.zeros(0, dtype=np.uint32)
 
     def totals_of(self, number: int) -> Totals:
-        """Return the totals of a set, to which its deposits are added while its rocks fly."""
+        """Return the totals of set `number`, to which the deposits of its rocks are added while they fly."""
         return self._totals[number]
 
     def watch_of(self, number: int) -> Watch:
-        """Return the function that counts each batch of a set while its rocks fly; call it before they fly."""
+        """Return the function to call with each batch of set `number`; call `watch_of` before the rocks fly."""
         if self._barriers is not None:
             self._barriers.begin(number)
         return self._tallies if self._displaced is None else self._displaced.watch_of(number, self._tallies)
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return the function that receives the results of a set's rocks, and passes them on to `sink`."""
+        """Return the function to call with the deposits and impacts of set `number`; it passes them on to `sink`."""
         return sink if self._displaced is None else self._displaced.sink_of(number, sink)
 
     def end(self, number: int) -> None:
-        """Add the counts since the last call to a parameter set; call this after the rocks of the set have flown."""
+        """Add everything counted since the last call to set `number`; call this after the rocks have flown."""
         squares = self._tallies.squares
         after = squares.slots.lines.short[: squares.used, LINE_ROCKS].copy()
         self._cells[number] = _sum(self._cells[number], less(after, self._before))
@@ -236,19 +256,19 @@ class SetTally:
         )
 
     def _percentiles(self, name: str) -> FloatArray:
-        """Return the percentiles (S, P) of a distribution, NaN for a set without values."""
+        """Return the percentiles (S, P) of the distribution of this name for each set; NaN for a set without values."""
         return percentiles_of([getattr(totals, name) for totals in self._totals])
 
 
 def _barrier_sets(tally: Any, sets: int) -> Any:
-    """Return the empty counts of sets at barriers; tally : `hazard.barriers.BarrierTally` of the run."""
+    """Return empty counts at barriers for `sets` sets; tally : `hazard.barriers.BarrierTally` of the run."""
     from rpf3d_core.hazard.set_barriers import BarrierSets  # imported only for scenes with barriers
 
     return BarrierSets(tally, sets)
 
 
 def _sum(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:
-    """Return the sum of two arrays of counts, of which one may have fewer rows."""
+    """Return the sum of two arrays of counts; an array with fewer rows is added to the first rows of the other one."""
     longer, shorter = (first, second) if len(first) > len(second) else (second, first)
     total = longer.copy()
     total[: len(shorter)] += shorter

@@ -25,13 +25,13 @@ from rpf3d_core.jit.prefetch import prefetch
 AHEAD = 32
 """Number of visits whose memory is fetched together into the processor's cache, to save waiting time."""
 SUM_UNITS = 2.0**34
-"""Unit of sums: the largest value divided by 2^34, so that the sum over 2^29 rocks fits in 64 bits."""
+"""Number of units of a sum in the largest value: sums are whole numbers, and sums over 2^29 rocks fit in 64 bits."""
 
 
 class Slots(NamedTuple):
     """The counts of S cells that rocks reached, one slot (row) for each cell.
 
-    cell : (S,) cell numbers; lines : a cache line per cell, with sums in units of `Scales.top` over SUM_UNITS
+    cell : (S,) number of each cell; lines : a cache line per cell, with sums in units of `Scales.top` / SUM_UNITS
     bins : (S, B) number of rocks in each bin of energy, then of speed, then of height, without overflows (carries)
     ways : (S, 2) as in `hazard.walks.ways`; None if not gathered
     """
@@ -57,8 +57,8 @@ class SlotTable(NamedTuple):
 class Ahead(NamedTuple):
     """Working memory for the next A visits that are added: their slots, values and bins.
 
-    slot : (A,); values : (A, 3) energy, speed and height over `Scales.top`; bits : the same memory as whole numbers
-    bins : (A, 3) the bin of each value
+    slot : (A,) slot of the cell; values : (A, 3) energy, speed and height, divided by `Scales.top`
+    bits : (A, 3) the memory of `values`, read as whole numbers; bins : (A, 3) bin of each value, -1 for none
     """
 
     slot: Any
@@ -94,9 +94,10 @@ def nothing_ahead() -> Ahead:
 
 @loop
 def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
-    """Give a new slot to each cell that has none, numbered from `used` on; write these cells to `fresh`.
+    """Number new slots, from `used` on, for the cells that have no slot yet; return how many.
 
-    Returns the number of these cells.
+    slot : (C,) slot of each cell, -1 for none; cells : (N,) cells that need a slot; fresh : receives the cells with a
+        new slot
     """
     new = 0
     for k in range(len(cells)):
@@ -111,8 +112,8 @@ def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
 def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full: Any) -> int:
     """Add visits (rocks in cells) to the counts of their cells; return the number of bins that overflowed.
 
-    used : number of visits to add. The places of these bins are written to `full`. A place is the flat index of a byte
-    in `Slots.bins`. A byte that would reach 256 starts again at 0.
+    used : number of visits to add; full : receives the place of each bin that overflowed, its flat index in
+        `Slots.bins`. A bin is one byte: at 256 it starts again at 0.
     """
     slots, carried = table.slots, 0
     for first in range(0, used, AHEAD):
@@ -137,7 +138,10 @@ def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full:
 
 @kernel
 def _look_ahead(table: SlotTable, visits: Visits, first: int, count: int, ahead: Ahead) -> None:
-    """Find the slots and bins of the next visits, and fetch their memory early, so that waiting times overlap."""
+    """Find the slots and bins of visits `first` to `first + count - 1`, and fetch their memory into the cache.
+
+    Fetching for many visits at once saves time, because the waiting times overlap.
+    """
     slots, scales = table.slots, table.scales
     offsets = (0, scales.bins[0], scales.bins[0] + scales.bins[1])
     per_top = (1.0 / scales.top[0], 1.0 / scales.top[1], 1.0 / scales.top[2])

@@ -33,9 +33,11 @@ ROOM = 65_536
 
 @dataclass(frozen=True, eq=False)
 class Tallies:
-    """The counts (tallies) behind all hazard maps: call the object with each batch of flown rocks.
+    """The counts (tallies) behind all hazard maps: call the object with each batch of flown rocks, from any thread.
 
-    Any thread may call.
+    ground : terrain and raster; areas : areas of interest; gravity : m/s^2
+    squares, facets, zones, inside : tallies of map cells, facets, zones and areas of interest
+    compiled : True to use compiled loops; idle : working memory that no thread uses at present
     """
 
     ground: WalkedTerrain
@@ -89,7 +91,7 @@ class Tallies:
             self.barriers.join(other.barriers.counted)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """Return the counts for a terrain whose facets have changed; they must be emptied before rocks are counted."""
+        """Return the counts for a terrain whose facets have changed; empty the tallies before rocks are counted."""
         cells = len(ground.facets.zone)
         fits = cells <= len(self.facets.slot)  # the working memory is as long as the slots, so it fits too
         self.facets.widened(cells)
@@ -105,7 +107,7 @@ class Tallies:
         )
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
-        """Return the maps of zones and areas of interest only, for checks of convergence: fast enough to repeat."""
+        """Return hazard maps with zones and areas of interest only, quickly, for the checks of convergence."""
         nothing = layers_of(CellTally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
         zones, inside = without_passages(zones), without_passages(inside)
@@ -134,16 +136,14 @@ class Tallies:
     def _visit(self, scratch: Scratch, flown: FlownRocks, begin: int, heights: FloatArray) -> int:
         """Collect the visits of rocks, from number `begin` on, until the memory is full.
 
-        Return the next rock's number.
+        Return the number of the first rock that was not counted. heights : (N,) m, receives the largest height of each
+        rock above the terrain.
         """
         visit: Any = visit_all if self.compiled else visit_all.py_func  # type: ignore[attr-defined]
         return int(visit(*self._places(), scratch, flown, begin, heights))
 
     def _places(self) -> tuple[WalkedTerrain, Areas]:
-        """Return the terrain and areas that paths are compared with.
-
-        The areas have their own memory for each thread.
-        """
+        """Return the terrain and the areas of interest for the search of visits; the areas have new working memory."""
         areas = self.areas._replace(crossings=np.empty_like(self.areas.crossings))
         return self.ground if self.compiled else plain_ground(self.ground), areas
 

@@ -27,20 +27,20 @@ FEWEST_SLOTS = 1024
 GROWTH = 4
 """Factor by which the memory grows when all slots are in use.
 
-With this factor, few of all bytes written are copies.
+With this factor, copies are a small part of all bytes that are written.
 """
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
 """Largest number of times that bins are merged in pairs to save memory: a bin is then an octave wide."""
 BYTES_PER_CELL = 132
-"""Memory (bytes) that each cell needs even if no rock reaches it.
+"""Memory (bytes) that is planned for each cell of a map, without bins.
 
-It holds the slot number of the cell, its entry in the visits of a thread, in the sheet of facets, and in the map values
-if rocks reach the cell.
+It covers the slot number of the cell, its entries in the visits of a thread and in the sheet of facets, and its map
+values if rocks reach it.
 """
 BYTES_PER_SLOT = LINE + 4
 """Memory (bytes) that a reached cell needs in addition to its bins."""
 LEAST_SHARE = 0.2
-"""Share of the memory for maps (-) that bins may take, even if the cells leave less."""
+"""Share of the memory for maps (-) that bins may always take, even if the memory for cells leaves less."""
 
 
 class CellTally:
@@ -100,7 +100,7 @@ class CellTally:
         visits.state[:] = 0
 
     def loop(self, visits: Visits) -> Call:
-        """Return the compiled loop of `fold`, and arguments without visits with which it can be compiled early."""
+        """Return the compiled loop of `fold` with arguments that add no visits, so that it can be compiled early."""
         full = self.carries.room_for(0)
         return fold_visits, (self._table, visits, 0, self._ahead, full)
 

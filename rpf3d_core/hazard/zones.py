@@ -1,6 +1,6 @@
-"""Hazard zones: the map cells with at least a reach probability, or with a class of a hazard matrix.
+"""Hazard zones: the map cells with at least a given reach probability, or with a class of a hazard matrix.
 
-No level, class or threshold of any country or mine is built in: the scene names them all.
+The scene sets all levels, classes and thresholds: none of any country or mine is built in.
 """
 
 from collections.abc import Sequence
@@ -16,19 +16,19 @@ from rpf3d_core.terrain.frame import FloatArray
 Flags = NDArray[np.bool_]
 
 UPPER = "reach_probability_upper"
-"""Kind of a zone of the upper end of the predictive interval of reach probability."""
+"""`Zone.kind` of zones for the upper end of the predictive interval of reach probability."""
 
 
 class Matrix(NamedTuple):
-    """A hazard matrix: the user's classes by energy and reach probability, such as "low" and "high".
+    """A hazard matrix: the user's classes by energy and probability, such as "low" and "high".
 
     energy_levels (J) and probability_levels (-) : ascending; n levels separate n + 1 bands, and a level belongs to the
         band above it
     classes : a row for each band of energy, from the lowest, with a name for each band of probability, from the
         lowest; None for no zone. A name may occur several times.
-    percentile : of energy, one of `maps.PERCENTILES`
-    object_width : m, of the object that may be hit: probabilities are then those of a hit on the object; None for the
-        probabilities of reaching a cell
+    percentile : the percentile of energy that is compared with the levels, one of `maps.PERCENTILES`
+    object_width : m, width of an object that may be hit; the probability is then that of a hit. None: the probability
+        is the reach probability of the cell
     """
 
     energy_levels: tuple[float, ...]
@@ -47,12 +47,12 @@ class Matrix(NamedTuple):
 class Zone(NamedTuple):
     """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
-    kind : "reach_probability", all cells of at least a level (zones of lower levels contain those of higher ones);
-        UPPER, the same for the upper end of its predictive interval; or "matrix", all cells of a class
+    kind : "reach_probability", all cells with at least a level (zones of lower levels contain those of higher levels);
+        UPPER, the same for the upper end of the predictive interval; or "matrix", all cells of a class
     level : of reach probability (-), None for a class; name : of the class, None for a level
-    cells : (C,) flag of each cell; guessed : number of these cells whose largest energy replaces a missing percentile
-    object_width : m, of the object that the probabilities of a class refer to; None if they refer to a cell and so grow
-        with the cell
+    cells : (C,) True for each cell of the zone; guessed : number of cells of the zone whose largest energy replaces a
+        missing percentile
+    object_width : as in `Matrix`; None if probabilities refer to a cell, so that they grow with the size of the cell
     """
 
     kind: str
@@ -74,16 +74,16 @@ def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """Return a hazard zone for each level (-) of the upper end of the predictive interval of reach probability.
 
-    Such a zone covers the zone of the same level and the cells where the unknowns of the scene leave the level open; so
-    do cells without a predictive interval, because too few parameter sets have flown. There are no such zones without
-    parameter sets.
+    Such a zone contains the zone of `reach_zones` for this level, and the cells where the unknowns of the scene leave
+    it open whether the level is reached. It also contains the reached cells whose predictive interval is unknown,
+    because too few parameter sets have flown. Without parameter sets the list is empty.
     """
     if maps.reach_band is None:
         return []
     band, zones = maps.reach_band, []
     for level in levels:
         cells = np.zeros(maps.cells.count, dtype=bool)
-        cells[band.cell] = ~(band.high < level)  # an end that is not known is NaN
+        cells[band.cell] = ~(band.high < level)  # an unknown end is NaN and counts as high enough
         zones.append(Zone(kind=UPPER, level=level, name=None, cells=cells))
     return zones
 
@@ -91,8 +91,9 @@ def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     """Return a hazard zone for each class of the matrix, the highest class first, of cells that rocks reached.
 
-    A cell with fewer than 20 rocks has no percentile. Such a cell takes its largest energy instead, which is never
-    below the percentile, and the zone counts such cells. A cell that is left out would look safe.
+    A cell with fewer than 20 rocks has no percentile. Its largest energy is used instead, which is never below the
+    percentile; `Zone.guessed` is the number of such cells. Without this rule the cell would be in no zone and look
+    safe.
     """
     width = matrix.object_width
     share = reach_probability(maps.cells, maps.flown) if width is None else reached_over(maps, width)

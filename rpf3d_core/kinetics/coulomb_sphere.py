@@ -96,7 +96,8 @@ def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Ve
 def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: float, e_t: float) -> Motion:
     """Return the motion of a sphere after the friction impulse and the rolling moment of an impact.
 
-    friction, moment : limits of the impulse and of the moment (m/s: per mass, and per mass and radius)
+    friction : largest friction impulse, per mass (m/s); moment : largest rolling moment, per mass and radius (m/s)
+    e_t : tangential restitution (-)
     """
     u, s, factor = without(motion.v, n), scale(radius, cross(motion.w, n)), 1.0 + e_t
     given = impulses_of(u, s, friction / factor, moment / factor)
@@ -108,6 +109,9 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Report no further bounces: on average, small bounces push on the ground as a sphere at rest on it does."""
+    """Return a `Rest` without further bounces: the sphere stays on the ground at once.
+
+    Small bounces would push on the ground, on average, as much as a sphere that stays on it.
+    """
     v = subtract(motion.v, scale(dot(motion.v, n), n))
     return Rest(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

@@ -12,9 +12,9 @@ from rpf3d_core.materials.library import Surface
 
 
 class NoGround(NamedTuple):
-    """The rule of the thesis in place of a ground model: a rock slower than stop_speed has stopped.
+    """The rule of the thesis in place of a ground model: a rock up to stop_speed has stopped.
 
-    A faster rock is left unresolved.
+    A faster rock ends with the outcome `unresolved contact`.
     """
 
 
@@ -23,7 +23,7 @@ class Sliding(NamedTuple):
 
 
 class Law(NamedTuple):
-    """The numbers of a law of motion along the ground, which a ground model gives for the rock's position.
+    """The coefficients of the law of motion along the ground, dv/dt = A g_t - k v / |v|, at the rock's position.
 
     share : A, share of the gravity along the ground that accelerates the rock (-); friction : k (m/s^2)
     stop_speed : m/s below which the rock has stopped
@@ -45,7 +45,7 @@ def law_on_facet(ground: object, surface: Surface, n_z: float, gravity: float) -
 def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float) -> Law:
     """Return the law of motion of a ground model in a gully between two facets.
 
-    pushes : push of each facet on the rock (m/s^2, at least 0)
+    first, second : surface properties of both facets; pushes : push of each facet on the rock (m/s^2, at least 0)
     """
 
 
@@ -66,9 +66,9 @@ def coulomb_in_gully(
 
 @kernel
 def shared(first: float, second: float, pushes: tuple[float, float]) -> float:
-    """Return the mean of a friction coefficient of two facets in a gully, weighted by their pushes.
+    """Return the mean friction coefficient of two facets that carry a rock, weighted by their pushes.
 
-    The result is the larger value if both pushes are 0.
+    The result is the larger coefficient if both pushes are 0. first, second : coefficients of the facets (-)
     """
     both = pushes[0] + pushes[1]
     return (first * pushes[0] + second * pushes[1]) / both if both > 0.0 else max(first, second)

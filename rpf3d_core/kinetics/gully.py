@@ -18,15 +18,16 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract
 
 WEAKEST = 1e-9
-"""Least share of gravity (-) across a gully that counts: below it, a facet counts as level in that direction.
+"""Smallest share of gravity (-) that counts if it pulls a rock on a facet across the gully.
 
-Gravity then pulls the rock neither back to the gully nor away from it.
+Below this share, the facet counts as level in this direction: gravity pulls the rock neither back to the line of the
+gully nor away from it.
 """
 
 MOST_BOUNCES = 32
 """Number of bounces between two facets after which a rock counts as staying between them.
 
-More bounces need a gully sharper than 6 degrees.
+Only in a gully sharper than 6 degrees could a rock bounce more often and then climb out.
 """
 
 
@@ -62,11 +63,11 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 
 @kernel
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
-    """Return the unit direction (3,) in which a rock moves along the line between two facets, at point x.
+    """Return the unit direction (3,) in which a rock at x (m) with velocity v (m/s) moves along the line of two facets.
 
-    The direction points along v, or downwards for a rock at rest. It is the cross product of the normals. For facets
-    that are almost one plane, the line is the common edge at x: an edge of the first facet that also runs along the
-    second facet. Returns zero if there is no such edge.
+    The line is parallel to the cross product of the normals. For two facets that are almost one plane, it is their
+    common edge at x: an edge of the first facet that also runs along the second facet. Returns zero if there is no such
+    edge. The direction points along v, or downwards if v has no component along the line.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     if kink(n, m) > PARALLEL:
@@ -105,8 +106,8 @@ def kink(n_first: Vec, n_second: Vec) -> float:
 def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
     """Return how far (m) a rock with velocity v climbs one facet of a gully before gravity brings it back to the line.
 
-    A pull of gravity smaller than the share WEAKEST is taken as this share. The
-    result is inf if gravity pulls the rock away from the line.
+    If gravity pulls the rock back by less than the share WEAKEST of gravity, this share is used. The result is inf if
+    gravity pulls the rock away from the line.
 
     n_over : (3,) normal of the facet that the rock climbs; n_from : (3,) normal of the other facet
     """
@@ -125,11 +126,11 @@ def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
 def thrown_out(n_first: Vec, n_second: Vec, v: Vec, restitution: tuple[float, float], gravity: float) -> float:
     """Return how far (m) a rock climbs a facet of a gully after several bounces between both facets; 0 if it stays.
 
-    If a gully is sharper than 45 degrees, the first bounce leads the rock deeper into it, and only later bounces may
-    lead the rock out. The result is 0 for a rock that is out after one bounce: `excursion` handles it. Bounces take no
-    speed along a facet here, so the result is an upper bound.
+    If a gully is sharper than 45 degrees, the first bounce sends the rock deeper into it, and only later bounces may
+    send the rock out. The result is 0 for a rock that climbs after its first bounce: `excursion` covers this case. The
+    loss of speed along the facets is neglected, so the result is an upper bound.
 
-    n_first, n_second : normals of the facet that the rock meets first, with velocity v, and of the other facet
+    n_first, n_second : (3,) normals of the facet that the rock hits first, with velocity v, and of the other facet
     restitution : R_n (-) of both facets
     """
     n, m, out = n_first, n_second, v

@@ -1,6 +1,6 @@
 """The motion of a rock after an impact: one rule per rebound model.
 
-This module holds the constant model; the folder `rebounds/` holds the other models.
+This module has the constant model; the other models are in the folder `rebounds/`.
 
 Convention of the thesis (equations 3-1 to 3-3), written as vectors: n is the unit normal of the facet turned against
 the velocity, v_n = (v . n) n and v_t = v - v_n. The rock leaves with v' = -R_n v_n + R_t v_t.
@@ -40,17 +40,16 @@ class Rest(NamedTuple):
 def rebound(model: object, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a rock just after an impact on ground of unit normal n; one rule per rebound model.
 
-    v . n <= 0 before the impact, v . n >= 0 after it
+    model : parameters of the rebound model; motion : just before the impact, with v . n <= 0. A rule returns a motion
+    with v . n >= 0
     """
 
 
 @model_function
 def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return all further bounces of a rock summed up, so that small bounces need not be simulated.
+    """Return the sum of all further bounces of a rock, so that small bounces need not be simulated one by one.
 
-    One rule per rebound model.
-
-    motion : just after an impact on a plane of normal n
+    One rule per rebound model. motion : just after an impact on a plane of normal n (3,)
     """
 
 
@@ -77,15 +76,16 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def constant_rest(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces on a plane summed up, for the constant model."""
+    """Return the sum of all remaining bounces on a plane, for the constant model."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
 
 
 @kernel
 def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> Rest:
-    """Return all remaining bounces on a plane summed up for constant R_n = r and R_t = q: a geometric series.
+    """Return the sum of all remaining bounces on a plane for constant R_n = r and R_t = q: a geometric series.
 
-    Source: validation reference 2.2.
+    motion : just after an impact on a plane of normal n (3,). Source: validation reference 2.2.
+
     The k-th bounce takes T_k = T_0 R_n^k. The speed along the facet follows u_{k+1} = R_t (u_k + g_t T_k). The sum is
     x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
     This form also holds for R_t = R_n, unlike the form with R_t - R_n in the denominator. At R_n = 0 there is no
@@ -107,17 +107,17 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 
 @kernel
 def endless(motion: Motion) -> Rest:
-    """Report that the remaining bounces have no known sum, so that each bounce is computed as a flight."""
+    """Return the `Rest` of bounces that have no known sum: each bounce is then computed as a flight."""
     return Rest(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
 
 @kernel
 def at_once(motion: Motion, n: Vec) -> Rest:
-    """Report no further bounces: the rock stays on the ground and keeps its speed along the ground."""
+    """Return a `Rest` without further bounces: the rock stays on the ground and keeps its speed along the ground."""
     return Rest(along=ZERO, down=ZERO, v=without(motion.v, n), t=0.0, ends=True)
 
 
 @rest_of_bounces.otherwise
 def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Report no further bounces: below `smallest_bounce` they are left out, because their sum has no closed form."""
+    """Return a `Rest` without further bounces: their sum has no closed form, so small bounces are left out."""
     return at_once(motion, n)

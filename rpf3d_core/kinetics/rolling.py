@@ -19,7 +19,7 @@ ROLLING_SHARE = 5.0 / 7.0
 class Rolling(NamedTuple):
     """The ground model of rolling, with the material's rolling friction.
 
-    A rock held by this friction stops below stop_speed.
+    A rock that this friction can hold on the slope stops below stop_speed.
     """
 
 

@@ -28,9 +28,9 @@ from rpf3d_core.vectors import add, norm, scale, subtract
 STICKS = 2.0 / 7.0
 """Impulse that stops the slip of a solid sphere, per unit of mass and slip (-): 1 / (1 + m R^2 / I), I = 2/5 m R^2."""
 ROUNDS = 64
-"""Largest number of steps to solve for the length L (see above); usually 12 suffice.
+"""Largest number of steps to solve the equation for the length L at the top of this file; usually 12 suffice.
 
-Every second step at least halves the bracket.
+Every second step at least halves the interval that contains L.
 """
 ROUNDING = 4e-16
 """Relative difference (-) between the two sides of the equation for L, below which the difference is rounding error."""
@@ -79,7 +79,10 @@ def _within(impulse: Vec, most: float) -> Vec:
 
 @kernel
 def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
-    """Return the impulses of an impact whose contact point stops slipping, as if friction had no limit: y = 1."""
+    """Return the impulses of an impact that stops the slip of the contact point, as if friction had no limit (y = 1).
+
+    u, s, moment : as in `impulses_of`; q : 2/5 s
+    """
     both = add(u, q)
     size = norm(both)
     if size <= moment:
@@ -90,9 +93,11 @@ def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
 
 @kernel
 def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulses:
-    """Return the impulses of an impact whose contact point slips to the end while the sphere keeps a spin.
+    """Return the impulses of an impact that stops neither the slip of the contact point nor the spin of the sphere.
 
-    The length L is exact except for rounding.
+    u, s, friction, moment : as in `impulses_of`; q : 2/5 s
+
+    The impulses follow from a length L, the root of the equation at the top of this file, exact except for rounding.
     """
     c = subtract(u, s)
     low, high = max(3.5 * friction, norm(c) - 2.5 * moment), norm(c) + 2.5 * moment
@@ -118,13 +123,19 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
 @kernel
 def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
-    """Return a vector (3,) along the surface velocity that spin leaves after an impact: k (u + y q), for a length L."""
+    """Return a vector (3,) in the direction of the surface velocity due to spin after an impact: k (u + y q).
+
+    friction : k; length : trial value of L = k (5/2 + y), as at the top of this file
+    """
     return add(scale(friction, u), scale(length - 2.5 * friction, q))
 
 
 @kernel
 def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> float:
-    """Return the error of a trial value of the length L, (5/2 + y) |p| - L; it is zero where |p| = k."""
+    """Return the error of a trial value of the length L, (5/2 + y) |p| - L: positive if the value is too small.
+
+    u, q, friction, moment : as in `_slipping`; c : slip before the impact (3,) m/s; length : the trial value
+    """
     left, share = _spin_left(u, q, friction, length), length - 2.5 * friction
     size = norm(left)
     if size <= share * moment:
@@ -134,7 +145,10 @@ def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: floa
 
 @kernel
 def _at_length(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> Impulses:
-    """Return the impulses of an impact for a given length L, the unknown of the equations above."""
+    """Return the impulses of an impact with slip for the length L that solves the equation at the top of this file.
+
+    u, q, friction, moment : as in `_slipping`; c : slip before the impact (3,) m/s; length : L
+    """
     left = _spin_left(u, q, friction, length)
     size = norm(left)
     against = scale(-moment / size, left) if size > 0.0 else ZERO

@@ -18,7 +18,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 
 STRAIGHT = 1e-9
-"""Value of tan(phi / 2) below which a path counts as a straight line, as it does above the inverse of this value.
+"""Value of tan(phi / 2) below which a path counts as a straight line; so does a path above the inverse of this value.
 
 Such a path bends by less than 1e-9 of its length.
 """
@@ -35,7 +35,7 @@ FARTHEST = 1e40
 At m = 1, where a path grows slowest with y, it is 1e20 m long at this value.
 """
 LARGEST_EXPONENT = 700.0
-"""Largest argument of exp that is allowed; a larger one overflows: Python then raises, compiled code gives inf."""
+"""Largest argument of exp that is used; a larger one overflows: Python raises an error, compiled code gives inf."""
 ROOT_STEPS = 200
 """Largest number of steps in the search for the parameter y of an event.
 
@@ -45,10 +45,13 @@ much.
 
 
 class SlidePath(NamedTuple):
-    """The path of a sliding rock, which turns downhill: the numbers from which any point of the path follows.
+    """The path of a sliding rock, which turns downhill: the constants from which each point of the path follows.
 
-    down, across : unit vectors in the plane: steepest descent, and the horizontal towards which the rock moves
-    speed : u_0 (m/s); w : tan(phi_0 / 2); m : friction over slope, k / g_s; pull : g_s (m/s^2)
+    down, across : (3,) unit vectors in the plane: the steepest descent, and the horizontal direction to the side to
+        which the rock moves
+    speed : u_0 (m/s), at the start; w : tan(phi_0 / 2), phi_0 the angle between velocity and steepest descent at the
+        start
+    m : k / g_s (-), deceleration by friction over gravity along the plane; pull : g_s (m/s^2)
     """
 
     down: Vec
@@ -101,7 +104,7 @@ def is_straight(path: SlidePath) -> bool:
 
 @kernel
 def slide_state(path: SlidePath, y: float) -> SlideState:
-    """Return the time, place and velocity of the rock at the parameter y >= 0 of its sliding path.
+    """Return the time, place and velocity of a sliding rock at the parameter y of its path (0: start, inf: end).
 
     At this point w = w_0 exp(-y). At y = inf, a rock that friction stops has stopped.
     """
@@ -119,7 +122,10 @@ def slide_state(path: SlidePath, y: float) -> SlideState:
 
 @kernel
 def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
-    """Return how far (m) the rock has moved down the slope and across it, at the parameter y of its sliding path."""
+    """Return how far (m) a sliding rock has moved down the slope and across it, at the parameter y of its path.
+
+    y : 0 at the start, inf at the end
+    """
     m, w2 = path.m, path.w * path.w
     spread = 1.0 + w2
     area = path.speed * path.speed / (path.pull * spread * spread)
@@ -130,7 +136,7 @@ def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
 
 @kernel
 def slide_velocity(path: SlidePath, y: float) -> Vec:
-    """Return the velocity (3,) m/s of the rock at the parameter y of its sliding path, where w = w_0 exp(-y)."""
+    """Return the velocity (3,) m/s of a sliding rock at the parameter y of its path (0: start, inf: end)."""
     if y == math.inf:
         return 0.0, 0.0, 0.0
     r = math.exp(-y)
@@ -141,9 +147,9 @@ def slide_velocity(path: SlidePath, y: float) -> Vec:
 
 @kernel
 def _power(q: float, y: float) -> float:
-    """Return the integral of s^(q-1) over s from exp(-y) to 1; times and lengths of a sliding path consist of these.
+    """Return the integral of s^(q-1) over s from exp(-y) to 1: (1 - exp(-q y)) / q, or y for q = 0.
 
-    It is (1 - exp(-q y)) / q, and y at q = 0.
+    Times and lengths of a sliding path are sums of such integrals.
     """
     if q == 0.0:
         return y
@@ -156,11 +162,12 @@ def _power(q: float, y: float) -> float:
 
 @kernel
 def bend_point(path: SlidePath) -> float:
-    """Return the parameter y at which a sliding path must continue as a new segment, because it has turned too far.
+    """Return the path parameter y at which a segment of a sliding path must end, because the path has turned too far.
 
-    The result is inf if one segment is enough for the whole path. At this point the path has turned by 7 degrees or, if
-    it already runs nearly downhill, its angle to the line of steepest descent has halved. Within a segment, speed and
-    direction differ from those of a constant acceleration by at most 1 %.
+    y : 0 at the start of the path, inf at its end. The result is inf if one segment is enough for the whole path. At
+    this point the path has turned by 7 degrees or, if it is already nearly downhill, its angle to the line of steepest
+    descent has halved. Within a segment, speed and direction differ from those of a motion with constant acceleration
+    by at most 1 %.
     """
     if path.w <= SLIGHT:
         return math.inf
@@ -171,7 +178,7 @@ def bend_point(path: SlidePath) -> float:
 
 @kernel
 def turning_point(path: SlidePath, inward: Vec) -> float:
-    """Return the parameter y at which the sliding rock moves parallel to an edge; -1 if never.
+    """Return the path parameter y (0: start, inf: end) at which a sliding rock moves parallel to an edge; -1 if never.
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet
 
@@ -188,7 +195,9 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 
 @kernel
 def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
-    """Return the parameter y at which the sliding rock crosses an edge of its facet outwards; inf if never.
+    """Return the path parameter y (0: start, inf: end) at which a rock slides out over an edge of its facet.
+
+    The result is inf if it never does.
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet; of any length
     distance : distance of the start from the edge (m), times the length of `inward`
@@ -218,7 +227,10 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
 
 @kernel
 def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
-    """Return the distance of the sliding rock from an edge at the parameter y, times the length of `inward`."""
+    """Return the distance of a sliding rock from an edge at the path parameter y, times the length of `inward`.
+
+    inward, distance : as in `exit_point`; the result is below 0 beyond the edge
+    """
     A, B = dot(inward, path.down), dot(inward, path.across)
     down, across = _offsets(path, y)
     height = distance + B * across
@@ -227,9 +239,9 @@ def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
 
 @kernel
 def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: float) -> float:
-    """Return the parameter y from low to high where the sliding rock crosses the edge.
+    """Return the path parameter y, between `low` and `high`, at which a sliding rock crosses an edge.
 
-    There `_height` changes from >= 0 (at low) to < 0 (at high). The search is the Illinois method.
+    `_height` is >= 0 at `low` and < 0 at `high`. The search is the Illinois method.
     """
     h_low, h_high = _height(path, inward, distance, low), _height(path, inward, distance, high)
     kept = 0
@@ -253,7 +265,10 @@ def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: f
 
 @kernel
 def time_point(path: SlidePath, t: float, latest: float) -> float:
-    """Return the parameter y of the sliding rock after t seconds; the result is known to be below `latest`."""
+    """Return the path parameter y (0: start, inf: end) of a sliding rock after t seconds.
+
+    latest : a value of y that the rock reaches later
+    """
     low, high = 0.0, min(latest, 1.0 / (1.0 + path.m))
     while high < latest and slide_state(path, high).t < t:
         low, high = high, min(2.0 * high, latest)
@@ -270,12 +285,10 @@ def time_point(path: SlidePath, t: float, latest: float) -> float:
 
 @kernel
 def stop_point(path: SlidePath, stop_speed: float) -> float:
-    """Return the parameter y at which the sliding rock has slowed to stop_speed >= 0.
+    """Return the path parameter y (0: start, inf: end) at which a sliding rock has slowed to stop_speed >= 0 (m/s).
 
-    The result is inf if the rock reaches this speed only at the end of the path.
-
-    The result is also inf if the rock never reaches this speed. With m < 1 the speed has a minimum, where
-    w^2 = (1 - m) / (1 + m).
+    The result is inf if the rock reaches this speed only at the end of the path, or never. With m < 1 the speed has a
+    minimum, where w^2 = (1 - m) / (1 + m).
     """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
         return math.inf

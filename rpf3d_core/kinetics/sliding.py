@@ -1,8 +1,8 @@
 """Sliding over facets, one segment at a time: on a facet, or in a gully along the line between two facets.
 
-Rolling uses the same functions with other numbers in the ground model's `Law`. A segment ends where the rock leaves a
-facet or stops. It also ends where an uphill slide has lost its speed and friction does not hold the rock: the next
-segment goes downhill. Finally it ends where the path has turned so far that a drawn curve between the two ends would no
+Rolling uses the same functions with other coefficients in the ground model's `Law`. A segment ends where the rock
+leaves a facet or stops. It also ends where an uphill slide has lost its speed and friction does not hold the rock: the
+next segment is downhill. Finally it ends where the path has turned so far that a curve through both ends would no
 longer show the true path.
 """
 
@@ -48,8 +48,8 @@ CREEP = 1e-9
 class SlideSegment(NamedTuple):
     """One ground segment of a sliding or rolling rock: the motion at its end, its length (m) and how it ended.
 
-    stopped : True if friction holds the rock; late : True if max_time was reached
-    left_first, left_second : True if the rock has slid off the first, or the second, facet of its contact
+    stopped : True if the rock has stopped and friction holds it; late : True if max_time was reached
+    left_first, left_second : True if the rock has slid off the facet, or off the first or second facet of its gully
     bends : True if the segment ends only because the path bends; the same slide continues
     """
 
@@ -63,9 +63,9 @@ class SlideSegment(NamedTuple):
 
 
 class Line(NamedTuple):
-    """The data of a straight slide: unit direction (3,), speed (m/s), acceleration along the direction (m/s^2).
+    """The start of a straight slide: unit direction (3,), speed (m/s) and acceleration along the direction (m/s^2).
 
-    holds : True if friction can hold the rock
+    holds : True if friction can hold the rock when it has stopped
     """
 
     direction: Vec
@@ -92,7 +92,8 @@ def slide_on_facet(
 ) -> SlideSegment:
     """Return the next segment of a rock that slides over a facet, until it leaves the facet or stops.
 
-    motion.v must lie in the plane of the facet; time_left : s until max_time, where the segment ends in any case
+    motion.v must lie in the plane of the facet; law : coefficients of the ground model
+    time_left : s until max_time, at which the segment ends in any case
     """
     f, n, slack = plane.f, plane.n, plane.slack
     g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed
@@ -122,11 +123,11 @@ def slide_on_facet(
 def _slide_on_curve(
     path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float
 ) -> SlideSegment:
-    """Return the segment of a rock that slides along a curve: to the edge of the facet, the stop, a bend or max_time.
+    """Return the segment of a rock that slides along a curve.
 
-    The first of these ends the segment.
+    It ends where the rock leaves the facet, stops or has turned too far (`bend_point`), or at max_time.
 
-    leave, stop : path parameter y of the edge and of the stop
+    leave, stop : path parameter y (`slide_path`) where the rock leaves the facet, and where it stops; inf if never
     """
     bend = bend_point(path)
     y = min(leave, stop, bend)
@@ -152,12 +153,13 @@ def _slide_on_curve(
 def slide_on_line(
     motion: Motion, line: Line, first: float, second: float, stop_speed: float, time_left: float
 ) -> SlideSegment:
-    """Return the segment of a rock that slides straight, until it leaves one of two facets or has slowed down.
+    """Return the segment of a rock that slides straight, until it leaves a facet or has slowed down.
 
-    If friction holds the rock, the rock stops at stop_speed. Otherwise its speed falls to zero and the next segment
-    goes downhill.
+    If friction can hold the rock, it stops at stop_speed. Otherwise its speed falls to zero, and the next segment is
+    downhill.
 
-    first, second : distance (m) to the border of the first and of the second facet
+    first, second : distance (m) along the slide to the border of the first and of the second facet; inf without a
+        second facet
     """
     u, a = line.speed, line.acceleration
     lowest = min(max(stop_speed, CREEP), u) if line.holds else 0.0
@@ -206,7 +208,11 @@ def slide_on_line(
 def slide_in_gully(
     facets: Facets, first: int, second: int, held: Gully, motion: Motion, law: Law, time_left: float
 ) -> SlideSegment:
-    """Return the segment of a rock that slides along a gully, until it leaves one of its facets or stops."""
+    """Return the segment of a rock that slides along a gully, until it leaves one of both facets or stops.
+
+    first, second : numbers of the facets; held : the gully; law : coefficients of the ground model
+    time_left : s until max_time
+    """
     speed = max(dot(motion.v, held.direction), 0.0)
     pull = law.share * held.pull
     holds = law.anywhere or law.friction >= HOLDS * abs(pull)

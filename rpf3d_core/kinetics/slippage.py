@@ -36,7 +36,7 @@ def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float
 
 @kernel
 def has_slip(model: SlipFriction, zone: int) -> bool:
-    """Return True if a zone has slip friction."""
+    """Return True if zone number `zone` has slip friction."""
     return bool(model.mu_min[zone] >= 0.0)
 
 
@@ -50,9 +50,10 @@ def slip_at_release(model: Any) -> Any:
 
 @kernel
 def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
-    """Return the slip (m) of a rock whose centre moves a distance `way` (m) while it presses on a zone.
+    """Return the slip (m) of a rock after its centre has moved a distance `way` (m) while it presses on a zone.
 
-    0 on ground without slip friction; None if no ground has slip friction.
+    slipped : slip before (m). The result is 0 on ground without slip friction, and None if no ground of the scene has
+    slip friction.
     """
     if model is None:
         return None
@@ -63,7 +64,7 @@ def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
 def slip_in_air(model: Any, slipped: Any, zone: int, t: float) -> Any:
     """Return the slip (m) of a rock after t seconds without pressure on the ground; None as in `slip_on_ground`.
 
-    zone : of the last contact; any number if the rock has had none, because its slip is 0 then
+    slipped : slip before (m); zone : zone of the last contact, or any zone before the first contact, when slip is 0
     """
     if model is None:
         return None

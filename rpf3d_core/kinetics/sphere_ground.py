@@ -25,19 +25,21 @@ from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 TURN = 1.0 / 16.0
 """Tangent of the largest angle by which the direction of friction may turn in one segment: 3.6 degrees."""
 CRAWL = 1e-2
-"""Speed (m/s) below which a turning slip, or the turning motion of a sphere not held by friction, counts as zero.
+"""Speed (m/s) below which a slip that changes its direction counts as zero.
 
-At this speed the kinetic energy corresponds to a height of 5 um.
+So does the velocity of a rolling sphere that changes its direction, if friction cannot hold the sphere. At this speed
+the kinetic energy corresponds to a height of 5 um.
 """
 STRAIGHT = 1e-9
-"""Share (-) of the gravity across the motion in all forces along the ground, below which the motion counts as straight.
+"""Ratio (-) below which a motion counts as straight: gravity across the motion over gravity plus friction.
 
-The forces are gravity and friction along the ground.
+All are components along the ground.
 """
 ROLLS = 1e-9
-"""Ratio (-) of slip to speed below which a sphere counts as rolling, and rounding share of the stop speed.
+"""Ratio (-) of slip to speed below which a sphere counts as rolling.
 
-Both limits are a million times the rounding error.
+By the same ratio, a speed may exceed the stop speed and still count as this speed. Both limits are a million times the
+rounding error.
 """
 
 
@@ -53,8 +55,8 @@ class SphereGround(NamedTuple):
 class RollingSegment(NamedTuple):
     """One ground segment of a sphere, under a constant acceleration a (3,) m/s^2.
 
-    v : (3,) m/s at the start; turn : (3,) rad/s^2, angular acceleration while the sphere skids
-    t : s until the motion changes
+    v : (3,) m/s, velocity at the start; turn : (3,) rad/s^2, angular acceleration, zero if the sphere rolls
+    t : duration until the motion changes (s)
     rolls : True if the sphere rolls at the end; stops : True if it has stopped at the end
     turns : True if the segment ends only because the direction of the motion has turned
     """
@@ -70,9 +72,9 @@ class RollingSegment(NamedTuple):
 
 @kernel
 def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Surface, radius: float) -> RollingSegment:
-    """Return the next ground segment of a sphere with velocity v, which skids or rolls; n : normal of the ground.
+    """Return the next ground segment of a sphere, which skids or rolls; n : (3,) normal of the ground.
 
-    slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground; push : m/s^2
+    v, slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground; push : of the ground, m/s^2
     """
     speed, slips = norm(v), norm(slip)
     friction, pull = surface.mu * push, norm(g_t)
@@ -88,8 +90,8 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
     """Return the largest rolling resistance (m/s^2) that a sphere can have without slip, for a given friction (m/s^2).
 
-    A resistance r needs a friction of 2/7 g_t + 5/7 r along the motion (at rest: down the slope). The limit is mu N; at
-    the limit 5/7 (g_t - r) = g_t - mu N, as for a rock that slides.
+    A resistance r needs a friction of 2/7 g_t + 5/7 r, where g_t is the gravity along the motion (at rest: down the
+    slope). Friction is at most mu N. At this limit 5/7 (g_t - r) = g_t - mu N, as for a rock that slides.
     """
     speed = norm(v)
     pull = dot(g_t, v) / speed if speed > 0.0 else norm(g_t)
@@ -100,7 +102,7 @@ def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
 def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> tuple[Vec, Vec]:
     """Return the accelerations of a skidding sphere: of the centre (m/s^2) and of the spin (rad/s^2).
 
-    direction : (3,) unit, of the slip
+    direction : (3,) unit vector of the slip; friction : mu N (m/s^2)
     """
     turn = scale(2.5 * friction / radius, cross(n, direction))
     return add(g_t, scale(-friction, direction)), turn
@@ -108,7 +110,10 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return the segment on which a sphere skids, which ends when the slip is zero or its direction has turned."""
+    """Return the segment on which a sphere skids, which ends when the slip is zero or has turned by TURN.
+
+    friction : deceleration by friction, mu N (m/s^2)
+    """
     slips = norm(slip)
     direction = scale(1.0 / slips, slip)
     across = norm(without(g_t, direction))
@@ -132,9 +137,9 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> RollingSegment:
-    """Return the segment on which a sphere rolls.
+    """Return the segment on which a sphere rolls, which ends at the stop speed, at speed zero, or after a turn by TURN.
 
-    It ends at the stop speed, at speed zero, or when the direction has turned.
+    resistance : rolling resistance (m/s^2)
     """
     speed, pull = norm(v), norm(g_t)
     holds = resistance >= HOLDS * pull

@@ -1,4 +1,7 @@
-"""Build an engine over a whole terrain: with caps that end rocks in its gaps, and with its pieces if they overlap."""
+"""Build an engine over a whole terrain, with caps over its gaps, and with its separate parts (pieces) if they overlap.
+
+Facets that share vertices belong to one piece, such as a slope; a muck pile from a file of its own is another piece.
+"""
 
 import numpy as np
 
@@ -12,13 +15,13 @@ from rpf3d_core.terrain.mesh.border import border_of
 from rpf3d_core.terrain.mesh.overlaps import may_cross, pieces_of, rims_of
 
 FEWEST = 2
-"""Least number of cap facets, so that numba compiles the search for contacts only once.
+"""Smallest number of cap facets, so that numba compiles the search for contacts only once.
 
-The corner array of a single facet has another memory layout, for which numba would compile all functions again.
+For the array of a single facet, which has another memory layout, numba would compile all functions again.
 """
 
 APART = PieceNumbers(np.zeros(1, np.int32), np.zeros(1, np.uint8), False)
-"""The pieces of a terrain whose pieces cannot pass through each other; no search reads the two arrays."""
+"""Value for every terrain whose separate parts (pieces) cannot pass through each other; its arrays are not used."""
 
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
@@ -32,13 +35,16 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
 
 
 def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
-    """Return the pieces of a terrain; None if no two pieces can pass through each other, as in nearly all terrains."""
+    """Return to which separate part (piece) of a terrain each facet belongs.
+
+    The result is None if no two parts can pass through each other, as in nearly all terrains.
+    """
     pieces = pieces_that_cross(terrain)
     return pieces if pieces.overlap else None
 
 
 def pieces_that_cross(terrain: Terrain) -> PieceNumbers:
-    """Return the pieces of a terrain, or APART if no two pieces can pass through each other."""
+    """Return to which separate part (piece) of a terrain each facet belongs; APART if no two parts can cross."""
     number = pieces_of(terrain)
     return PieceNumbers(number, rims_of(terrain), True) if may_cross(terrain, number) else APART
 
@@ -55,9 +61,9 @@ def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:
 def caps_within(border: FloatArray, tolerance: float) -> CapFacets:
     """Return the caps over the gaps inside a terrain's border (B, 3, 3) m, as facets.
 
-    If the terrain has no gap, the result holds dummy facets that no rock can touch.
+    If the terrain has no gap, the result has only dummy facets, which no rock can touch.
 
-    tolerance : contact tolerance of the terrain (m)
+    border : sides of the border, from `border_of`; tolerance : contact tolerance of the terrain (m)
     """
     return _facets_of_caps(caps_over(border, CRACK * tolerance), tolerance)
 
@@ -65,7 +71,7 @@ def caps_within(border: FloatArray, tolerance: float) -> CapFacets:
 def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
     """Return the caps as facets; the zone number of a facet is the outcome of a rock that passes through the facet.
 
-    Dummy facets that no rock can touch are added up to FEWEST facets.
+    Fewer caps than FEWEST are filled up with dummy facets, which no rock can touch.
     """
     missing = max(FEWEST - len(caps.corners), 0)
     corners = np.concatenate([caps.corners, np.zeros((missing, 3, 3)) + _any_corner(caps.corners)])
@@ -76,5 +82,5 @@ def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
 
 
 def _any_corner(corners: FloatArray) -> FloatArray:
-    """Return one corner (3,) m of some triangles, the place of dummy facets; the origin if there are no triangles."""
+    """Return the place (3,) m of dummy facets: the first corner of the caps (N, 3, 3) m; the origin without caps."""
     return corners[0, 0] if len(corners) else np.zeros(3)

@@ -30,11 +30,14 @@ SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
 """Additional result columns (J) for rocks that spin, computed from the recorded paths; NaN without a recorded path."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
 BODY_FINALS, BODY_COUNTS = ("q_w", "q_x", "q_y", "q_z", "lift"), ("why",)
-"""Additional columns for bodies with a shape: the orientation at the end, and how far (m) the body was lifted off the
-ground at its release; why the body stopped (`bodies.rest`)."""
+"""Additional columns of results and of counts for bodies with a shape.
+
+Results: the orientation at the end, and how far (m) the body was lifted off the ground at its release. Counts: why the
+body stopped (`bodies.rest.Stop`).
+"""
 
 SAMPLE = 100_000
-"""Least number of facets in the sample from which the typical facet size is estimated."""
+"""Number of facets from which, at least, the typical facet size is estimated, if the terrain has as many."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -44,8 +47,8 @@ class Models(NamedTuple):
     """The models of a scene: the parameters of its rebound model, its ground model and its effects.
 
     A parameter class has `asks_rock = True` if its rules need the rock's mass and radius, and `draws = True` if its
-    rules draw random numbers. A rebound class has `spins = True` if its rules change the spin; the rotational energy is
-    then recorded.
+    rules draw random numbers. A rebound class has `spins = True` if its rules change the spin; spins are then recorded.
+    It has `bodies = True` if rocks are bodies with a shape.
     """
 
     rebound: Any
@@ -62,7 +65,7 @@ def spins_of(models: Models) -> bool:
 
 
 def bodies_of(models: Models) -> bool:
-    """Return True if the rocks of a scene are bodies with a shape: the class of the rebound has `bodies = True`."""
+    """Return True if the rocks of a scene are bodies with a shape: the rebound model's class has `bodies = True`."""
     return bool(getattr(models.rebound, "bodies", False))
 
 
@@ -71,9 +74,9 @@ class Reference:
 
     This engine is slow and simple. Tests compare the results of the compiled engine with its results.
 
-    method : finds the contacts of flights: the locator, which finds every event, or fixed steps (`stepping`)
+    method : finds the contacts of flights: the locator, which finds every contact, or fixed time steps (`stepping`)
     caps : finds passages through the caps over the gaps of the terrain; None if no caps are given
-    pieces : finds other pieces of terrain on the way of a sliding rock; None if no pieces are given
+    pieces : finds contacts of a sliding rock with other separate parts of the terrain; None if no pieces are given
     """
 
     name = "reference"
@@ -95,9 +98,9 @@ class Reference:
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
-        """Fly rocks `begin` to R - 1 of R started rocks, and write their flights into the logbook.
+        """Fly rocks `begin` to R - 1 of the R rocks in `starts`, and write their flights into the logbook.
 
-        Returns the number of the first rock that did not fit into the record; R if all rocks fitted.
+        Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
         """
         columns = starts._asdict().items()
         lists: dict[str, Any] = {name: None if column is None else column.tolist() for name, column in columns}
@@ -109,7 +112,10 @@ class Reference:
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
-        """Return the height (m) of R points (R, 3) m above the ground, the facet there and its side, (R, 3)."""
+        """Return for R points x (R, 3) m the height (m) above the ground, the facet below and its side, (R, 3).
+
+        The facet is -1 over a hole; the side is 1 for the free side of the facet, -1 for its back.
+        """
         out = np.empty((len(x), 3))
         _ground_below_all.py_func(self.locator, self.facets, x.tolist(), out)  # type: ignore[attr-defined]
         return out
@@ -151,7 +157,7 @@ class Compiled:
         return int(_follow_all(physics, self.method, launches, logbook, begin))
 
     def ground_below(self, x: Floats) -> Floats:
-        """Return the height of R points above the ground, the facet and side, as `Reference.ground_below` does."""
+        """Return height above the ground, facet and side for R points, as `Reference.ground_below` does."""
         out = np.empty((len(x), 3))
         _ground_below_all(self.locator, self.facets, np.ascontiguousarray(x), out)
         return out
@@ -163,7 +169,7 @@ Engine = Reference | Compiled
 def follow_bodies(
     compiled: bool, physics: Physics, method: Any, launches: Launches, logbook: Logbook, begin: int
 ) -> int:  # fmt: skip
-    """Fly bodies with a shape, as `Reference.follow` does; their code is imported only for them."""
+    """Fly bodies with a shape, as `Reference.follow` does; the code for bodies is imported here, only if needed."""
     from rpf3d_core.simulation.bodies.fly import follow_each, follow_in_room
 
     if not compiled:
@@ -173,12 +179,12 @@ def follow_bodies(
 
 
 def _parts(models: Models) -> tuple[Any, ...]:
-    """Return the parameters of all models and effects of a scene in one tuple, to see which data they need."""
+    """Return the parameter objects of all models and effects of a scene, to find out which rock data they need."""
     return models.rebound, models.ground, *links_of(models.effects)
 
 
 def _physics(models: Models, engine: Engine, materials: Any, settings: Settings) -> Physics:
-    """Return the models, the terrain, the materials and the settings as the one value that the flight loop reads."""
+    """Return models, terrain, materials and settings as one value for the flight loop."""
     return Physics(
         rebound=models.rebound,
         ground=models.ground,
@@ -195,7 +201,7 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None, pieces: 
     """Return the engine of the given name ("reference" or "compiled"), with its search structure over the facets built.
 
     caps : facets that close the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
-    pieces : the piece of each facet (`capped.piece_numbers`); None if no pieces of the terrain overlap
+    pieces : the separate part of the terrain for each facet (`capped.piece_numbers`); None if no parts overlap
 
     Raises
     ------
@@ -215,8 +221,7 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
 
     The method is `detection.stepped`. Heights above the ground are still exact.
 
-    dt : s; threshold : m, or m2 if the squared distance is compared with the threshold
-    squared, every_step : as in `stepped`
+    dt : time step, s; threshold : m, or m2 if `squared` is True; squared, every_step : as in `stepped`
     """
     other = copy(engine)
     other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)
@@ -227,10 +232,10 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
     """Return a copy of the engine that finds contacts in fixed time steps on a raster, to show the errors of rasters.
 
     engine : engine over the raster's facets, row by row; two facets for each square that is flagged in `there`
-    there : (ny, nx) flag of each square that has ground
-    x, y : corner of the first square, m; cell : m; dt : s
+    there : (ny, nx) True for each square that has ground
+    x, y : corner of the first square, m; cell : side of a square, m; dt : time step, s
 
-    A step finds a contact only after the rock has passed below the ground. At the lowest ground, the rock is then below
+    A step finds a contact only when the rock is already below the ground. At the lowest ground, the rock is then below
     the bounding box of the terrain. The box of the copy is therefore extended downwards by its own diagonal.
     """
     ny, nx = there.shape
@@ -253,7 +258,7 @@ def facet_size(facets: Facets) -> float:
 
 
 def precompile_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> None:
-    """Compile the functions for flights now, so that the first flight of a run does not wait."""
+    """Compile the functions for flights now, so that the first flight starts at once; no action for `Reference`."""
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
@@ -267,7 +272,7 @@ def precompile_flights(engine: Engine, models: Models, materials: Any, settings:
 
 
 def is_precompiled(models: Models) -> bool:
-    """Return True if the disk cache has the compiled flight loop for the models: the first flight then starts fast."""
+    """Return True if the disk cache has the compiled flight loop for the models, so that it need not be compiled."""
     if bodies_of(models):
         from rpf3d_core.simulation.bodies.fly import follow_each
 
@@ -288,17 +293,17 @@ def precompile_index() -> Compiled:
 def precompile_ground_below(engine: Engine | None = None) -> None:
     """Compile the search for the ground below points, by a search with zero points.
 
-    Without an engine, a terrain of two facets is used.
+    engine : the engine to search with; None for an engine over a terrain of two facets
     """
     (engine or precompile_index()).ground_below(np.empty((0, 3)))
 
 
 @loop
 def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int) -> int:
-    """Fly all rocks from number `begin` on; rock i starts with row i of the launches and fills row i of the logbook.
+    """Fly all rocks from number `begin` on; rock i is row i of the launches, and its results are row i of the logbook.
 
-    The loop ends at the first rock that does not fit into the record. Returns the number of this rock, or the number of
-    rocks if all fitted.
+    The loop ends at the first rock whose path does not fit into the record. Returns the number of this rock, or the
+    number of all rocks if all paths fitted.
     """
     x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):
@@ -321,7 +326,7 @@ def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Log
 
 @loop
 def _ground_below_all(locator: Any, facets: Facets, x: Any, out: Any) -> None:
-    """Write the height of each point above the ground (m), the facet there and its side into `out`."""
+    """Write the height (m) above the ground of each point of x (R, 3), the facet below and its side to `out` (R, 3)."""
     for i in range(len(out)):
         height, contact = ground_below(locator, facets, (x[i][0], x[i][1], x[i][2]))
         out[i, 0], out[i, 1], out[i, 2] = height, contact.facet, contact.side

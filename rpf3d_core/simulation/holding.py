@@ -1,4 +1,4 @@
-"""How facets hold a lumped mass on the ground: one facet alone, the gully between two facets, or no facet at all."""
+"""Find which facets carry a lumped mass on the ground: one facet, the two facets of a gully, or no facet."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,10 @@ from rpf3d_core.vectors import along, dot, scale, subtract, without
 
 
 class Hold(NamedTuple):
-    """The facets that carry a rock on the ground (`left.facet` -1: none), and the velocity that the rock keeps."""
+    """The facets that carry a rock on the ground, and the velocity v (3,) m/s that it keeps.
+
+    left : the facet, or both facets of a gully; `left.facet` is -1 if no facet carries the rock
+    """
 
     left: PreviousContact
     v: Vec
@@ -30,12 +33,13 @@ class Hold(NamedTuple):
 
 @kernel
 def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: RockContext) -> Hold:
-    """Return how a facet carries a rock that slides, or is released, onto it: the facet alone, a gully, or not at all.
+    """Return which facets carry a rock that has slid onto a facet, or is released on it.
 
-    The gully lies between this facet and the last one. A contact that lifts the rock by less than smallest_bounce is
-    not an impact; otherwise a rock would lose speed at every slight kink of a mesh.
+    These are the facet of the contact, or this facet and the last facet, if both form a gully, or none. A contact that
+    would lift the rock by less than smallest_bounce is not an impact; otherwise a rock would lose speed at every slight
+    kink of a mesh.
 
-    n : (3,) normal of the facet, turned towards the rock
+    n : (3,) normal of the contact's facet, turned towards the rock
     """
     facets, settings, v, last = physics.facets, physics.settings, state.motion.v, state.left.facet
     into, g_n = -dot(v, n), settings.gravity * n[2]
@@ -49,7 +53,7 @@ def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: Rock
             return Hold(
                 PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
             )
-        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; an overhang holds no rock
+        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; an overhang carries no rock
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 
 
@@ -59,9 +63,11 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
 
     The result is zero if there is no gully.
 
-    Two facets form a gully if both push the rock, and if the rock climbs neither facet by smallest_bounce or more, nor
-    would do so after bouncing between them. (For this test, R_n is that of the ground under each facet.) Two
-    facets that are almost one plane form a gully only if the rock goes back and forth between them without progress.
+    Two facets form a gully if both push the rock, and if the rock does not climb either facet by smallest_bounce or
+    more, at once or after bouncing between both. (For this test, R_n is that of the ground under each facet.) Two
+    facets that are almost one plane form a gully only if the rock moves to and fro between them without progress.
+
+    slight : True if a bounce off the contact's facet would rise by less than smallest_bounce
     """
     facets, settings = physics.facets, physics.settings
     last, x, v = state.left.facet, state.motion.x, state.motion.v
@@ -76,7 +82,7 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
     if one_plane:
         return line
     if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):
-        return ZERO  # the formula also gives two pushes at a ridge, but a ridge holds no rock
+        return ZERO  # the formula also gives two pushes at a ridge, but a ridge does not carry a rock
     held = gully(n, m, line, settings.gravity)
     weakest = -WEAKEST * settings.gravity
     if held.first < weakest or held.second < weakest:
@@ -91,7 +97,7 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
 
 @kernel
 def _is_thrown_out(physics: Physics, state: State, contact: Contact, n: Vec, m: Vec, rock: RockContext) -> bool:
-    """True if a rock that meets the contact's facet would bounce to and fro, and then climb out of the gully.
+    """True if a rock that hits the contact's facet would bounce between both facets, and then climb out of the gully.
 
     n, m : (3,) normals of the contact's facet and of the last facet, turned towards the rock
     """

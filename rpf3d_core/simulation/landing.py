@@ -1,4 +1,4 @@
-"""The contact of a moving rock with the ground: the rock slides on if the contact is slight, otherwise it rebounds."""
+"""The contact of a moving rock with the ground: if the contact is slight, the rock slides on; otherwise it rebounds."""
 
 from rpf3d_core.detection.contact import Contact, PreviousContact
 from rpf3d_core.effects.hooks import breaks, felt_normal, in_ground, still_at
@@ -21,7 +21,10 @@ FRAGMENTED = int(Outcome.FRAGMENTED)
 
 @model_function
 def land(contact: object, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after a contact with the ground; one rule per class of contacts: lumped mass or sphere."""
+    """Return the state of a rock after a contact with the ground.
+
+    There is one rule for each class of contacts: `Contact` of lumped masses and `Touch` of spheres.
+    """
 
 
 @land.rule(Contact)
@@ -55,13 +58,13 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
 
 @kernel
 def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
-    """Return the motion of a rock that touches facet f, moved up to the facet's plane if the rock is slightly below it.
+    """Return the motion of a rock that touches facet f, moved up onto the facet if the rock is slightly below it.
 
     n : (3,) normal of the facet, turned towards the rock
 
-    After a crack a rock may be below the facet that it touches next (`detection.contact`). These depths would add up
-    from facet to facet, until the rock touches no facet. Contacts found in fixed steps are far deeper; their rocks are
-    not moved.
+    After a crack, a rock may be below the facet that it touches next (`detection.search`). These depths would add up
+    from facet to facet, until the rock touches no facet. A rock whose contact is found in fixed time steps is far
+    deeper, and is not moved.
     """
     depth = -dot(n, subtract(motion.x, corner(facets, f, 0)))
     if not NEAR * facets.tolerance < depth <= NEAR * facets.crack:
@@ -75,10 +78,10 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockCo
 
     n : (3,) normal of the facet, turned towards the rock
 
-    An effect may replace the facet's normal by another one (the felt normal). The facet's normal is used if the rock
-    would not hit a surface with the felt normal, or if the rebound would send the rock into the ground. If the rock
-    still moves into the ground, its speed into the ground is set to zero. A rock that already moves off the facet
-    receives no impulse.
+    An effect may replace the facet's normal by another normal (the felt normal). The facet's normal is used
+    nevertheless if the rock moves away from a surface with the felt normal, or if the rebound from it would send the
+    rock into the ground. If the rock still moves into the ground after the rebound, its speed into the ground is set to
+    zero. A rock that already moves off the facet keeps its motion.
     """
     if dot(motion.v, n) > 0.0:
         return motion
@@ -98,9 +101,9 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockCo
 
 @kernel
 def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a rock after its rebound from a surface of normal n, without the safeguards of `rebounded`.
+    """Return the motion of a rock after its rebound from a surface of normal n, without the checks of `rebounded`.
 
-    An effect may let the rock enter the ground first.
+    Before the rebound, an effect may let the rock enter soft ground. zone : zone of the facet
     """
     entering = in_ground(physics.effects, zone, surface, motion, n, rock)
     return rebound(physics.rebound, surface, entering, n, rock)  # type: ignore[no-any-return]

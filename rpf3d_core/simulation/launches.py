@@ -1,4 +1,4 @@
-"""The rocks of an ensemble at their release, as the arrays that an engine reads."""
+"""The rocks of an ensemble at their release, in the arrays that an engine reads."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -16,8 +16,8 @@ Integers = NDArray[np.int64]
 class Starts(NamedTuple):
     """R rocks at their release: x (R, 3) m, v (R, 3) m/s, mass (R,) kg and radius (R,) m.
 
-    source, rock : (R,) number of the source, and of the rock of this source: they select its random numbers
-    shape, pose : of bodies with a shape, (R,) number of the shape and (R, 4) orientation q_w, q_x, q_y, q_z; else None
+    source, rock : (R,) number of the source, and of the rock in this source; both select the rock's random numbers
+    shape, pose : for bodies with a shape, (R,) number of the shape and (R, 4) orientation q_w, q_x, q_y, q_z; else None
     """
 
     x: Floats
@@ -33,8 +33,8 @@ class Starts(NamedTuple):
 class Launches(NamedTuple):
     """The rocks as the flight loop reads them at their release, with only the columns that the scene needs.
 
-    x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : keys of the random numbers, or None
-    shape, pose : as in `Starts`
+    x : (R, 3) m; v : (R, 3) m/s; sizes : masses and radii, None if not needed
+    keys : keys of the random numbers, None if not needed; shape, pose : as in `Starts`
     """
 
     x: Any
@@ -50,7 +50,7 @@ def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts)
 
     Sizes or keys are None if no model or material of the scene needs them.
 
-    parts : the models and effects of the scene; seed : of all random draws
+    parts : parameters of the models and effects of the scene; seed : seed of all random numbers
     """
     asked = any(getattr(part, "asks_rock", False) for part in parts)
     drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)

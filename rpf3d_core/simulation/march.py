@@ -29,7 +29,7 @@ from rpf3d_core.values import MOVING, Mode, Motion, Outcome
 STRETCHES = 10_000
 """Number of flight segments that a rock may always use, in addition to two path segments per contact.
 
-The number holds even if max_impacts is smaller.
+A larger max_impacts replaces this number; a smaller one does not.
 """
 
 FLIGHT, END = int(Mode.FLIGHT), int(Mode.END)
@@ -40,9 +40,9 @@ FELL_THROUGH = int(Outcome.FELL_THROUGH)
 
 @model_function
 def locator_for(model: object, locator: Any, rock: RockContext) -> Any:
-    """Return the locator that finds the contacts of one rock: for a sphere it knows the rock's radius.
+    """Return the locator that finds the contacts of one rock; a locator for spheres includes the rock's radius.
 
-    Rebound models of bodies with a size have their own rule; for all other models the result is `locator` itself.
+    model : rebound model. A model of spheres has its own rule; for all other models the result is `locator` itself.
     """
 
 
@@ -54,15 +54,16 @@ def locator_of_points(model: object, locator: Any, rock: RockContext) -> Any:
 
 @model_function
 def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion with which a rock is released; a rebound model may change the motion that the source gives.
+    """Return the motion with which a rock is released.
 
-    A sphere, for example, must not overlap the ground.
+    motion : the motion at the release as the source sets it. A rebound model may have a rule that changes it: a sphere,
+        for example, must not overlap the ground.
     """
 
 
 @set_down.otherwise
 def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion of a rock at its release as the source gives it, unchanged."""
+    """Return the motion of a rock at its release unchanged, as the source sets it."""
     return motion
 
 
@@ -70,8 +71,8 @@ def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Moti
 def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, record: Record) -> State:
     """Simulate one rock from its release to its outcome; return its last state.
 
-    locator : contact search of either engine; rock : the rock's data that models may need
-    record : memory for the rows of impacts and path segments
+    locator : contact search of either engine; motion : at the release; rock : the rock's data that models may need
+    record : receives the rows of impacts and path segments
     """
     state = checked(released(motion), released(motion))
     while state.outcome == MOVING:
@@ -81,7 +82,10 @@ def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, re
 
 
 def no_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the rock's state with the outcome FAILED, if the arithmetic of `next_event` raises an error in Python."""
+    """Return the rock's state with the outcome FAILED, in place of `next_event` if its arithmetic raises an error.
+
+    Only plain Python raises; compiled code gives numbers that are not finite, which `checked` finds.
+    """
     return ended(state, FAILED)
 
 
@@ -97,9 +101,10 @@ def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, 
 
 @kernel
 def checked(before: State, after: State) -> State:
-    """Return the state after an event; if a number in it is not finite, return the state before, with outcome FAILED.
+    """Return the state `after` an event if its numbers are finite; else the state `before` it, with outcome FAILED.
 
-    The record rows of the failed event are overwritten by the end of the path and by the following rocks.
+    The rows that a failed event has written into the record are overwritten later, by the row for the end of the path
+    and by the next rocks.
     """
     t, x, v, w = after.motion
     moving = t + x[0] + x[1] + x[2] + v[0] + v[1] + v[2] + w[0] + w[1] + w[2]
@@ -140,19 +145,19 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
 
 @kernel
 def hovers(max_impacts: int, tally: RockTally) -> bool:
-    """Return True if a rock hangs in the air for too many flight segments, so that its flight must end.
+    """Return True if a rock has used so many flight segments in the air that its flight must end.
 
     A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a
-    flight to the ground would take very long.
+    flight down to the ground would take too long.
     """
     return tally.pieces - 2 * tally.contacts >= max(max_impacts, STRETCHES)
 
 
 @kernel
 def _mid_air(left: PreviousContact) -> PreviousContact:
-    """Return the `PreviousContact` of a rock in mid-air, which starts its next arc away from any facet.
+    """Return the `PreviousContact` of a rock that starts its next arc in mid-air, away from any facet.
 
-    The rock stays on the same side of the ground.
+    left : the previous contact, whose side of the ground is kept
     """
     return PreviousContact(facet=-1, other=-1, side=left.side, resting=False, before=-1)
 

@@ -1,6 +1,6 @@
 """The next parabola of a flight: it ends at a contact, an obstacle, a gap, the terrain's boundary or a time limit.
 
-With air, one parabola may replace the true flight only for a limited time (`effects.air_step`).
+If an effect acts in the air, one parabola may replace the true flight only for a limited time (`effects.air_step`).
 """
 
 import math
@@ -19,18 +19,20 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Motion, Vec
 
 AGAIN = 1.5
-"""Duration of a repeated flight segment, divided by the time of the first flight (-).
+"""Planned duration of a repeated flight segment, divided by the duration of the first flight (-).
 
-The repeated flight may take a little longer than the first one.
+It is above 1, because the repeated flight may take a little longer than the first flight.
 """
 
 
 class FlightSegment(NamedTuple):
-    """A parabola that a rock has flown for t seconds, and the event that ends it.
+    """A parabola on which a rock flies for t seconds, and the events that may end it.
 
-    start : motion at the beginning; longest : s for which the parabola may replace the flight through the air
-    left : s from the beginning until max_time
-    contact, meeting, loss : first contact, first obstacle, first passage through a cap; none is earlier than t
+    start : motion at the beginning; longest : planned duration of the segment, for which the parabola may replace the
+        flight through the air (s); inf if no effect acts in the air
+    left : time from the beginning until max_time (s)
+    contact, meeting, loss : first contact, first obstacle and first passage through a cap. None is earlier than t; the
+        event at t ends the parabola
     """
 
     start: Motion
@@ -46,9 +48,9 @@ class FlightSegment(NamedTuple):
 def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContext) -> FlightSegment:
     """Return the parabola that a rock flies next, up to its first contact, obstacle or gap.
 
-    Air drag acts for half of the segment before the parabola. If the flight ends in the first half of the segment, the
-    drag has acted for longer than the flight lasts. Correcting this would add energy to the rock. Instead the flight is
-    computed again, with a segment about as long as the flight.
+    Before the parabola, air drag acts for half of the segment's planned duration. If the flight ends in the first half
+    of the segment, the drag has acted for longer than the flight lasts. Correcting this would add energy to the rock.
+    Instead the flight is computed again, with a segment about as long as the flight.
     """
     facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
     height = height_for_effects(effects, plain_locator(locator), facets, motion.x)
@@ -74,10 +76,10 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
 def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: RockContext) -> Motion:
     """Return the motion at the start of a flight segment, after air drag has acted for half of the segment.
 
-    longest : s, duration of the segment
+    height : of the rock above the ground, as in `in_air` (m)
+    longest : planned duration of the segment (s); inf if no effect acts in the air
 
-    The air acts before and after a parabola (`effects.air_step`), so contacts are found as exactly as without air. A
-    segment of infinite length means that no effect acts in the air.
+    The air acts only before and after a parabola (`effects.air_step`), so contacts are found as exactly as without air.
     """
     if longest == math.inf:
         return motion
@@ -88,11 +90,13 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: 
 def out_of_air(
     physics: Physics, locator: Any, motion: Motion, t: float, longest: float, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion after the second part of the air drag on a flight segment, which acts after the parabola.
+    """Return the motion at the end of a flight segment, after air drag has acted for the rest of the segment.
 
-    motion : at the end of the parabola; t : s, duration of the parabola
-    longest : s, planned duration of the segment; the first part has acted before the parabola, for half of this
-        duration (`into_air`); inf if no effect acts in the air
+    motion : at the end of the parabola; t : duration of the parabola (s)
+    longest : planned duration of the segment (s); inf if no effect acts in the air
+
+    Drag has already acted before the parabola for half of the planned duration (`into_air`); here it acts for the rest
+    of t.
     """
     if longest == math.inf:
         return motion
@@ -104,7 +108,7 @@ def out_of_air(
 def height_for_effects(effects: Any, locator: Any, facets: Facets, x: Vec) -> float:
     """Return the height (m) of point x above the ground for effects such as drag layers; inf over a hole.
 
-    The result is 0.0 if no effect needs the height.
+    The result is 0.0 if no effect needs the height, because the search takes time. locator : for lumped masses
     """
     if not asks_height(effects):
         return 0.0
@@ -116,9 +120,8 @@ def height_for_effects(effects: Any, locator: Any, facets: Facets, x: Vec) -> fl
 def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
     """Return the height (m) of point x above the terrain, and the contact straight below x.
 
-    0.0 and no contact over a hole.
-
-    The search lets a stone fall from x and finds the first contact of the stone.
+    Over a hole the height is 0.0, and the facet of the contact is -1. The search finds the first contact of a stone
+    that falls from x with gravity 1 m/s^2.
     """
     drop = Arc(x=x, v=(0.0, 0.0, 0.0), gravity=1.0)
     contact = contact_or_crack(locator, facets, drop, LINE_OF_SIGHT, flight_end(facets, drop, 0.0), math.inf)

@@ -13,10 +13,10 @@ from rpf3d_core.terrain.facets import Facets
 class Physics(NamedTuple):
     """The models, ground properties and settings of a simulation, in one record that compiled code can read.
 
-    rebound, ground : parameters of a rebound model and of a ground model; effects : a `Chain`, or None
+    rebound, ground : parameters of a rebound model and of a ground model; effects : a `Chain`, None without effects
     materials : `Materials` or `DrawnMaterials`; facets : the terrain
     caps : a `CapLocator` over the gaps of the terrain; None if the terrain has no gap
-    pieces : the `TerrainPieces` of a terrain whose pieces may pass through each other; None for all other terrains
+    pieces : the `TerrainPieces` of a terrain whose separate parts may pass through each other; None for other terrains
     """
 
     rebound: Any
@@ -31,11 +31,11 @@ class Physics(NamedTuple):
 
 @kernel
 def rock_at(rock: RockContext, state: State) -> RockContext:
-    """Return the rock's data for the models, with the number of impacts that the rock has had so far."""
+    """Return the rock's data for the models, with its number of impacts so far, which selects random numbers."""
     return RockContext(rock=rock.rock, key=rock.key, impacts=state.tally.impacts)
 
 
 @kernel
 def ground_of(physics: Physics, facet: int, rock: RockContext, state: State) -> Surface:
-    """Return the surface properties of a facet for this rock at its present impact (some are drawn at random)."""
+    """Return the surface properties of a facet for this rock at its next impact; varying properties are drawn here."""
     return surface_of(physics.materials, physics.facets.zone[facet], rock_at(rock, state))  # type: ignore[no-any-return]

@@ -1,8 +1,8 @@
 """The record of impacts and paths, written during the flight into arrays of a fixed size.
 
-If the arrays are full, the rock flies to its end unrecorded, and flies again later, when there is room. The program
-decides at run time whether to write. Two compiled loops, with and without writing, would double the time of the first
-call and save less than 1 % of a flight.
+If the arrays are full, the rest of the rock's path is not recorded; the rock flies again later, when there is room. A
+record without rows is never written. One compiled loop covers both cases: two loops, with and without writing, would
+double the compilation time and save less than 1 % of the time of a flight.
 """
 
 from typing import Any, NamedTuple
@@ -15,30 +15,31 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 FIRST_OBSTACLE = -2
-"""Number used instead of a facet number where a rock meets obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
+"""Number in place of a facet's number in the row of an impact with obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
 
 IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
 """Number of columns of an impact row, of a path segment row, and of additional columns in both if rocks spin."""
 
 POSE, POSE_COLUMNS = PIECE_COLUMNS + SPIN_COLUMNS, 8
-"""First column, and number of columns, of the orientation, spin and energy of a body in a path segment."""
+"""First column, and number of columns, of orientation, spin and energy of a body in the row of a path segment."""
 BLOW, BLOW_COLUMNS = IMPACT_COLUMNS + SPIN_COLUMNS, 3
-"""First column, and number of columns, of the contacts and energies of a body in an impact."""
+"""First column, and number of columns, of contacts and energies of a body in the row of an impact."""
 
 
 class Record(NamedTuple):
-    """The arrays that receive the impacts and path segments of a rock, with the first row to write in both.
+    """The arrays that receive the impacts and path segments (pieces) of a rock.
 
-    A piece is a path segment. Without rows for pieces nothing is written (`writes`). A meeting with an obstacle has a
-    row among the impacts, with `FIRST_OBSTACLE` minus the obstacle's number instead of a facet number.
+    If `modes` has no rows, nothing is written (`writes`). A meeting with an obstacle has a row among the impacts, with
+    `FIRST_OBSTACLE` minus the obstacle's number in place of a facet number.
 
-    impacts : (I, 9) t, x, y, z, n_x, n_y, n_z, speed in, speed out; facets : (I,)
+    impacts : (I, 9) t, x, y, z, n_x, n_y, n_z, speed before, speed after; facets : (I,) facet of each impact
     pieces : (S, 10) t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
+    first_impact, first_piece : first row of the rock in the impacts and in the path segments
     spins : True if rocks spin, else None. With spin, impacts have two more columns, the spin (rad/s) before and after
         the impact; pieces have two more columns, the spin at the start and at the end
-    bodies : True if rocks have a shape, else None. With a shape, rows have more columns after those of spin:
-        pieces the orientation q_w, q_x, q_y, q_z at the start, the spin (rad/s) there in the body's axes, and the
-        rotational energy (J/kg); impacts the number of contacts and the kinetic energy before and after (J/kg)
+    bodies : True if rocks have a shape, else None. With a shape, there are more columns after those of spin. In pieces:
+        orientation q_w, q_x, q_y, q_z at the start, spin (rad/s) there in the body's axes, and rotational energy
+        (J/kg). In impacts: number of contacts, and kinetic energy before and after (J/kg)
     """
 
     impacts: Any
@@ -55,9 +56,10 @@ class Logbook(NamedTuple):
     """The arrays into which the engine writes the flights of R rocks.
 
     record : rows for impacts and path segments
-    first : (R + 1, 2) first row of each rock in the impacts and in the path segments (pieces); the caller gives the row
-        of the first rock to fly, the engine fills in the others
-    finals : (R, 8), `engines.FINAL_COLUMNS`; counts : (R, 4), `engines.COUNT_COLUMNS`; the engine fills in both
+    first : (R + 1, 2) first row of each rock in the impacts and in the path segments (pieces). The caller sets the rows
+        of the first rock to fly; the engine sets the rows of the other rocks
+    finals : (R, 8), `engines.FINAL_COLUMNS`, with further columns for spin and bodies; filled by the engine
+    counts : (R, 4), `engines.COUNT_COLUMNS`, with a further column for bodies; filled by the engine
     """
 
     record: Record
@@ -67,7 +69,7 @@ class Logbook(NamedTuple):
 
 
 def empty_record(impacts: int, pieces: int, spins: bool = False, bodies: bool = False) -> Record:
-    """Return a record with room for given numbers of impacts and path segments.
+    """Return an empty record with rows for `impacts` impacts and `pieces` path segments.
 
     spins : True if rocks spin; bodies : True if rocks have a shape
     """
@@ -93,7 +95,7 @@ def writes(record: Record) -> bool:
 
 @kernel
 def record_from(record: Record, first: Any, i: int) -> Record:
-    """Return the record for rock i, with the rows from which its impacts and path segments are written."""
+    """Return the record for rock i, with the first rows of its impacts and path segments from row i of `first`."""
     return Record(
         impacts=record.impacts,
         facets=record.facets,
@@ -108,9 +110,9 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 
 @kernel
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
-    """Set the first rows of the next rock in the record; return False if the flight of rock i did not fit into it.
+    """Set the first rows of rock i + 1 in `first`; return False if the path of rock i did not fit into the record.
 
-    A path has one row for each segment, and one more row for its end.
+    A path has one row for each segment, and one more row for its end. tally : totals of rock i at its end
     """
     if not writes(record):
         return True
@@ -121,9 +123,9 @@ def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
 
 @kernel
 def against(v: Vec) -> Vec:
-    """Return the direction to record as the normal of an obstacle: opposite to the rock's velocity v.
+    """Return the direction that is recorded as the normal of an obstacle: opposite to the rock's velocity v (3,).
 
-    Upwards if v is 0.
+    It is upwards if v is zero.
     """
     speed = norm(v)
     return scale(-1.0 / speed, v) if speed > 0.0 else (0.0, 0.0, 1.0)
@@ -131,9 +133,10 @@ def against(v: Vec) -> Vec:
 
 @kernel
 def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
-    """Write the rock's next impact, or its next meeting with an obstacle, into the record.
+    """Write the rock's next impact, or its next meeting with an obstacle, into the record if there is room.
 
-    tally : the rock's running totals, which give the row
+    tally : the rock's running totals, from which the row follows; before, after : motion just before and just after
+    facet : its number, or `FIRST_OBSTACLE` minus the obstacle's number; n : (3,) normal
     """
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
@@ -148,9 +151,10 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 
 @kernel
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
-    """Write the rock's next path segment into the record.
+    """Write the rock's next path segment into the record if there is room.
 
-    tally : the rock's running totals, which give the row
+    tally : the rock's running totals, from which the row follows; start : motion at the start; v_end : velocity at the
+        end; mode : number of a `Mode`
     """
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
@@ -165,9 +169,9 @@ def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode
 
 @kernel
 def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
-    """Write the spins (rad/s) before and after an event into a row, from `column` on; nothing if rocks do not spin.
+    """Write two spins (rad/s) into a row, from `column` on: of an impact before and after, of a segment at both ends.
 
-    spins : None if rocks do not spin
+    spins : `Record.spins`; None, if rocks do not spin, to do nothing
     """
     if spins is None:
         return
@@ -176,9 +180,9 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write the spins (rad/s) at both ends of the rock's next path segment into the record.
+    """Write the spins (rad/s) at both ends of the rock's next path segment into the record, if rocks spin.
 
-    tally : the rock's running totals, which give the row
+    tally : the rock's running totals, from which the row follows
     """
     i = record.first_piece + tally.pieces
     if i < len(record.modes):

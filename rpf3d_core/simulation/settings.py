@@ -1,4 +1,4 @@
-"""The numbers that govern a flight, apart from terrain, materials and models."""
+"""The settings of a simulation besides terrain, materials and models: gravity, limits and seed."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,14 @@ from rpf3d_core.values import STANDARD_GRAVITY
 
 
 class Settings(NamedTuple):
-    """The numbers of a simulation that a scene file sets, such as gravity and the limits of a flight.
+    """The settings of a simulation: gravity, the limits of a rock's path, and the seed; a scene file sets them.
 
     gravity : m/s^2
-    smallest_bounce : m; a bounce that would rise less is summed up with all later bounces, or merges into sliding
-    max_time : s; max_impacts : limit of impacts and slides over facets, together; also limits flight segments in air
+    smallest_bounce : m; a bounce that would rise less is not simulated: it is summed up with all later bounces, or the
+        rock slides on
+    max_time : longest time of a path (s)
+    max_impacts : largest number of impacts, meetings with obstacles and slides over facets, together; also limits the
+        number of flight segments in air
     seed : seed of all random numbers
     """
 

@@ -1,4 +1,4 @@
-"""The end of bouncing: all remaining small bounces are summed up in one step, then the rock stays on the ground."""
+"""The end of bouncing: all remaining small bounces are summed up in one step, and the rock then stays on the ground."""
 
 import math
 from typing import Any
@@ -19,7 +19,7 @@ from rpf3d_core.values import MOVING, Mode, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
-"""Share of smallest_bounce (-) below which bounces end even if they do not all stay on one facet.
+"""Share of smallest_bounce (-): if the bounces rise less, they are left out, even if they do not stay on one facet.
 
 In a corner between facets, bounces never stay on one facet.
 """
@@ -33,7 +33,7 @@ def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
 
     The rock is moved exactly onto the plane of its facet, or onto the line of its gully.
 
-    held : these facets
+    held : the facet that carries the rock, or both facets of its gully; v : (3,) m/s along the ground
     """
     x = on_plane(facets, held.facet, state.motion.x)
     if held.other >= 0:
@@ -47,9 +47,11 @@ def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
 def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Record) -> State:
     """Return the state after an impact; if the remaining bounces are small and stay on the facet, they are summed up.
 
-    The rock continues to fly if the bounces are larger, if they leave the facet or meet an obstacle or another piece of
-    terrain, or if gravity does not press the rock onto the facet. If the ground properties are drawn for each impact,
-    all remaining bounces use the properties of the next impact.
+    The rock continues to fly if the bounces are larger, if they leave the facet or meet an obstacle or another separate
+    part of the terrain, or if gravity does not press the rock onto the facet. If the ground properties are drawn for
+    each impact, all remaining bounces use the properties of the next impact.
+
+    n : (3,) normal of the facet of the impact, turned towards the rock
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
@@ -78,10 +80,8 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
 def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
     """Return the largest squared speed (m^2/s^2) with which a rock may rise from a facet in this or a later bounce.
 
-    It decides whether the bounces are small.
-
-    This is the squared speed off the facet, unless an effect changes the normal of the next impact. Such an impact may
-    turn the whole speed upwards, so the bounces do not die out as on a plane.
+    This decides whether the bounces are small. It is the squared speed off the facet. But if an effect changes the
+    normal of the next impact, it is the squared total speed, because such an impact may turn the whole speed upwards.
     """
     v = state.motion.v
     off = dot(v, n)
@@ -93,9 +93,9 @@ def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float
 
 @kernel
 def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
-    """Return True if no obstacle lies on the straight path `way` (3,) m from x (3,) m of a rock's small bounces.
+    """Return True if no obstacle lies on the straight line from x (3,) m to x + way (3,) m, along which a rock bounces.
 
-    passed : the obstacle that does not count, because the rock has just passed it
+    passed : number of the obstacle that the rock has just passed, which does not count
     """
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
@@ -104,10 +104,10 @@ def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContex
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     """Return True if all remaining bounces of a rock stay within facet f, so that they can be summed up.
 
-    along, down : (3,) m, the two displacements that the bounces add up to, along the facet
+    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `Rest`
 
-    Both partial sums grow monotonically, so every bounce lies in the parallelogram of the two displacements. A facet is
-    convex, so the corners of the parallelogram decide.
+    Both displacements grow from bounce to bounce, so every bounce lies in the parallelogram that they span. A facet is
+    convex, so it is enough that the corners of the parallelogram lie in the facet.
     """
     corners = (add(x, along), add(x, down), add(x, add(along, down)))
     inside = True

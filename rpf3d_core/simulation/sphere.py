@@ -1,10 +1,10 @@
 """Motion of a rigid sphere on the ground: rolling, sliding and taking off.
 
-`Motion.x` is the sphere's centre, in flight and on the ground. On the ground one to three contacts hold the sphere
+`Motion.x` is the sphere's centre, in flight and on the ground. On the ground one to three contacts carry the sphere
 (`sphere_hold`), and it moves in segments of constant acceleration (`kinetics.sphere_ground`). A segment ends where the
-sphere rolls off the border of a facet, or where it meets another contact (found as exactly as in flight). On edges and
-corners a segment ends before the contact normal has turned by CURVE. After each segment, the centre is moved back to
-its distance R from the ground.
+sphere rolls off the border of a facet, or where it touches another facet (found as exactly as in flight). On edges and
+corners a segment is at most CURVE times the radius R long. After each segment, the centre is moved back to its distance
+R from the ground.
 """
 
 import math
@@ -57,12 +57,15 @@ from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 BENDS = 1e-4
-"""Length of a ground segment, divided by R (-), above which a segment that ends only at a bend is not a new contact."""
+"""Length of a ground segment, divided by the radius (-): a longer segment that ends only at a bend is no new contact.
+
+It continues the same slide, as in `state.with_slide`.
+"""
 WALL = 0.01
 """Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
 
-A sphere that rolls against a wall slower than 14 mm/s stays there (at a smallest bounce of 1 mm). Gravity does not
-press the sphere onto the wall, so without this share the bounces between wall and floor would never end.
+A sphere that rolls against a wall at less than 14 mm/s then stays there (at a smallest bounce of 1 mm). Gravity does
+not press the sphere onto the wall, so without this share the bounces between wall and floor would never end.
 """
 
 
@@ -79,7 +82,7 @@ def _take_off(state: State, motion: Motion) -> State:
 def roll_on(
     ground: SphereGround, physics: Physics, locator: Swept, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a sphere after its next ground segment, at another contact, or at take-off."""
+    """Return the state of a sphere after its next ground segment, after an impact on the way, or at take-off."""
     facets, motion = physics.facets, state.motion
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
     if state.tally.idle >= WEDGED:
@@ -116,10 +119,10 @@ def roll_on(
 def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
     """Return True if the small slip of a sphere must be set to zero at once, so that the sphere rolls.
 
-    slip : m/s, velocity of the sphere's surface at the contact
+    slip : (3,) m/s; g_t : (3,) m/s^2, gravity along the ground; friction : largest deceleration by friction (m/s^2)
 
-    The result is True if gravity turns the direction of the slip: as the slip fades, its direction would turn ever
-    faster.
+    The result is True for a slip below CRAWL, if friction is strong enough for rolling and gravity turns the direction
+    of the slip. As the slip decreases, its direction would turn faster and faster.
     """
     slips = norm(slip)
     if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
@@ -142,9 +145,9 @@ def _at_rest(state: State, motion: Motion) -> State:
 
 @kernel
 def _lift(held: Held, v: Vec, radius: float) -> float:
-    """Return by how much a sphere on an edge or a corner presses less on it: the acceleration v^2 / R (m/s^2).
+    """Return by how much the motion around an edge or a corner reduces the push of the sphere on it: v^2 / R (m/s^2).
 
-    On a facet, or between two contacts, the result is 0.
+    The result is 0 on the interior of a facet and on two contacts. v : (3,) m/s, velocity of the centre
     """
     if held.contacts != 1 or held.first.face:
         return 0.0
@@ -156,7 +159,7 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
     """Return the surface properties of the ground under a sphere.
 
-    For two contacts, the friction is their mean, weighted by the pushes.
+    For two contacts, mu and mu_r are means weighted by the pushes, and stop_speed is the larger value.
     """
     first = ground_of(physics, held.first.facet, rock, state)
     if held.contacts == 1:
@@ -175,7 +178,8 @@ def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -
 def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
     """Return the slip (3,) m/s of a sphere: the velocity of its surface at the contact, which friction opposes.
 
-    For two contacts, only the component along their common line counts.
+    n : (3,) unit direction of the push of the ground. For two contacts, the result is only the component along their
+    common line.
     """
     slip = slip_of(motion.v, motion.w, n, radius)
     if held.contacts == 1:
@@ -186,7 +190,7 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 
 
 class Lying(NamedTuple):
-    """A sphere on the ground: its motion, the contacts that carry it, and the unit direction n (3,) of their push."""
+    """A sphere on the ground: its motion, the contacts that carry it, and n (3,), the unit direction of their push."""
 
     motion: Motion
     held: Held
@@ -203,7 +207,10 @@ def _follow_piece(
     rock: RockContext,
     record: Record,
 ) -> State:
-    """Return the state of a sphere at the end of a ground segment, or where it meets ground, a gap or an obstacle."""
+    """Return the state of a sphere at the end of a ground segment, or where it meets ground, a gap or an obstacle.
+
+    lying : the sphere at the start; piece : the ground segment as planned, if the sphere meets nothing
+    """
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
     motion, held, n = lying.motion, lying.held, lying.n
     left = physics.settings.max_time - motion.t
@@ -248,7 +255,10 @@ def _follow_piece(
 
 @kernel
 def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: Loss, record: Record) -> State:
-    """Return the end state of a sphere that rolls through a gap of the terrain, where it passes the cap."""
+    """Return the end state of a sphere that rolls into a gap of the terrain: where it passes through the cap.
+
+    piece : the ground segment; at : motion at the cap; loss : the passage, with t as the share of the segment's chord
+    """
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
     return State(motion=at, left=state.left, stands=False, tally=tally, outcome=loss.outcome, passed=state.passed)

@@ -1,9 +1,9 @@
 """Find the contacts (up to three) that carry a sphere on the ground, and the motion that these contacts allow.
 
-A velocity or an acceleration is projected onto the cone of directions that no contact forbids. One contact leaves the
-component along its plane, two contacts leave the component along their common line, three contacts leave zero. The
-centre of the sphere moves on an offset surface of the terrain: facets raised by R, cylinders of radius R around edges,
-balls of radius R around corners.
+A velocity or an acceleration is projected onto the cone of directions that no contact blocks. One contact allows the
+component along its plane, two contacts allow the component along their common line, three contacts allow no motion. The
+centre of the sphere moves on an offset surface of the terrain: facets raised by the radius R, cylinders of radius R
+around edges, balls of radius R around corners.
 """
 
 from typing import Any, NamedTuple
@@ -21,17 +21,17 @@ TRIES = 8
 LEADING = 5e-10
 """Share of a vector that counts as rounding error (-), in the search for the contacts that carry a sphere.
 
-This is half of GRAZING, so that contacts that a sweep of the moving sphere meets at time 0 are found here too.
+It is half of GRAZING. So this search finds all contacts that the search along the path of the sphere finds at time 0.
 """
 
 
 class Held(NamedTuple):
-    """The contacts that block a sphere along a vector (gravity or velocity), and the component that they allow.
+    """The contacts that block the motion of a sphere along a vector, and the component that they allow.
 
-    The vector is a velocity (m/s) or an acceleration (m/s^2).
+    The vector is the sphere's velocity (m/s) or the gravity (m/s^2).
 
     contacts : number of contacts, 0 to 3; first, second : the first two contacts
-    pushes : push of the first and of the second contact, in the unit of the vector
+    pushes : push of the first and of the second contact, in the unit of the vector; 0 for three contacts
     way : (3,) component of the vector that the contacts allow
     """
 
@@ -44,9 +44,9 @@ class Held(NamedTuple):
 
 @kernel
 def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
-    """Return the contact that blocks a sphere most along a vector; facet -1 if no contact blocks it.
+    """Return the contact that blocks the motion of a sphere along a vector most; its facet is -1 if none does.
 
-    against : the search, with the vector
+    against : the search, with the sphere and the vector
     """
     x, reach = against.x, against.radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
@@ -56,11 +56,12 @@ def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
 
 @kernel
 def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec) -> Held:
-    """Return the contacts that block a sphere along the vector `way`, and the component of `way` that they allow.
+    """Return the contacts that block a sphere along the vector `way` (3,), and the component of `way` that they allow.
 
-    The vector is gravity, to find the contacts that carry the sphere, or its velocity.
+    x : (3,) m, centre; way : gravity, to find the contacts that carry the sphere, or its velocity
+    v, down : (3,) velocity (m/s) and acceleration (m/s^2) of the sphere
 
-    Contacts from which the velocity v moves the sphere away do not count.
+    Contacts from which the sphere moves away do not count.
     """
     noise = LEADING * norm(way)
     held = Held(contacts=0, first=NO_TOUCH, second=NO_TOUCH, pushes=(0.0, 0.0), way=way)
@@ -80,15 +81,16 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
-    """Return `Held` for one contact that blocks the sphere: it allows the component of `way` along its plane."""
+    """Return `Held` for one contact, which allows the component of the vector `way` along its plane."""
     return Held(contacts=1, first=touch, second=NO_TOUCH, pushes=(-dot(way, touch.n), 0.0), way=without(way, touch.n))
 
 
 @kernel
 def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
-    """Return `Held` for two contacts that block the sphere: they allow the component of `way` along their common line.
+    """Return `Held` for two contacts, which allow the component of the vector `way` along their common line.
 
-    If one contact does not push, return the other contact alone.
+    If only one of both contacts pushes, return `Held` for this contact alone. Two contacts with opposite normals allow
+    no motion.
     """
     line = cross(first.n, second.n)
     sine = norm(line)
@@ -106,10 +108,10 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
 @kernel
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
-    """Return `Held` when a third contact is found: one, two or all three contacts block the sphere.
+    """Return `Held` after a third contact is found: one, two or all three contacts block the sphere.
 
-    The third contact alone, or with one other contact, is enough if the remaining contacts allow the resulting
-    direction. Otherwise the three contacts allow no motion.
+    The third contact blocks the sphere alone, or with one other contact, if the remaining contacts allow the resulting
+    direction. Otherwise the three contacts allow no motion. held : the first two contacts
     """
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:
@@ -125,12 +127,15 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Return `Held` for three contacts that block the sphere: they allow no motion."""
+    """Return `Held` for contacts that allow no motion, with `contacts` 3."""
     return Held(contacts=3, first=first, second=second, pushes=(0.0, 0.0), way=ZERO)
 
 
 @kernel
 def resultant(held: Held) -> tuple[Vec, float]:
-    """Return the unit direction (3,) in which all contacts together push the sphere, and the sum of their pushes."""
+    """Return the unit direction (3,) in which one or two contacts push the sphere, and the sum of their pushes.
+
+    The sum has the unit of `held.pushes`.
+    """
     both = add(scale(held.pushes[0], held.first.n), scale(held.pushes[1], held.second.n))
     return scale(1.0 / norm(both), both), held.pushes[0] + held.pushes[1]

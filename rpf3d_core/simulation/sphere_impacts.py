@@ -1,4 +1,4 @@
-"""Release and impacts of a rigid sphere; the position in `Motion` is here the sphere's centre."""
+"""Release and impacts of a rigid sphere; `Motion.x` is the sphere's centre."""
 
 import math
 from typing import Any
@@ -22,7 +22,7 @@ from rpf3d_core.values import MOVING, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm
 
 LIFTS = 64
-"""Largest number of steps that lift a sphere at its release off ground that it overlaps."""
+"""Largest number of steps in which a sphere that overlaps the ground at its release is lifted."""
 
 
 @locator_for.rule(CoulombSphere)
@@ -35,9 +35,9 @@ def locator_of_sphere(model: CoulombSphere, locator: Any, rock: RockContext) -> 
 def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
     """Return the motion of a sphere at its release, lifted straight up until it no longer overlaps the ground.
 
-    Each step lifts the sphere until it only touches the ground point that was nearest before the step. A step never
-    lifts the sphere too far, so the steps approach the touching position from below. Under an overhang there may be no
-    such position; the sphere then stays where the last step ends.
+    Each step lifts the sphere until it just touches the ground point that was nearest before the step. A step never
+    lifts the sphere too far, so the steps approach the right position from below. Under an overhang there may be no
+    position without overlap; the sphere is then released where the last step ends.
     """
     x, radius = motion.x, locator.radius
     for _ in range(LIFTS):
@@ -50,9 +50,9 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 
 @kernel
 def _lift_off(touch: Touch, radius: float) -> float:
-    """Return how far (m) to lift a sphere so that it just touches the nearest ground point, `touch`.
+    """Return how far (m) to lift a sphere straight up so that it just touches the ground point in `touch`.
 
-    If the nearest point is above the centre, return the overlap of sphere and ground instead.
+    If this point is above the centre, return the depth of the overlap of sphere and ground instead.
     """
     up = touch.t * touch.n[2]
     if up < 0.0:
@@ -62,9 +62,9 @@ def _lift_off(touch: Touch, radius: float) -> float:
 
 @kernel
 def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
-    """Return the facet, edge or corner nearest to point x, to keep a sphere at its distance from the ground.
+    """Return the facet interior, edge or corner nearest to point x (m); `Touch.t` is its distance (m).
 
-    reach : m, half the side of the box around x that is searched
+    reach : half the side of the box around x that is searched (m)
     """
     wide = (reach, reach, reach)
     low = x[0] - reach, x[1] - reach, x[2] - reach
@@ -73,9 +73,10 @@ def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
 
 @kernel
 def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
-    """Return True if an impact with a speed (m/s) along the normal n would lift a sphere by less than smallest_bounce.
+    """Return True if a sphere that leaves a contact with `speed` (m/s) along the normal n rises too little to bounce.
 
-    least : least share of gravity that is assumed to press on the contact (-)
+    The limit is smallest_bounce. least : smallest share of gravity (-) that is assumed to press the sphere on the
+    contact; the true share is n_z
     """
     pressed = physics.settings.gravity * max(n[2], least)
     return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce
@@ -83,7 +84,10 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
 @land.rule(Touch)
 def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state of a sphere after a contact in flight: if it grazes it stays on the ground, else it rebounds."""
+    """Return the state of a sphere after a contact in flight: it stays on the ground if the contact is slight.
+
+    Otherwise it rebounds. A sphere without progress over many path segments ends here (`wedged`).
+    """
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)
     grazes = into <= GRAZING * norm(motion.v)
@@ -96,9 +100,9 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
 
 @kernel
 def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
-    """Return the state of a sphere after an impact on the ground.
+    """Return the state of a sphere after an impact: in flight, or on the ground if the next bounce would be small.
 
-    If the bounce that follows is small, the sphere stays on the ground.
+    contact : the contact with the ground, which is recorded as an impact
     """
     n, rock_now = contact.n, rock_at(rock, state)
     after = rebounded(physics, state.motion, contact.facet, n, rock_now)
@@ -124,7 +128,7 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
 
 @kernel
 def lie(state: State, facet: int, motion: Motion) -> State:
-    """Return the state of a sphere that begins to slide or roll on a facet; its motion is along the facet."""
+    """Return the state of a sphere that begins to slide or roll on a facet; motion : along the facet."""
     tally = with_ground(state.tally, facet, norm(motion.v))
     return State(
         motion=motion,
@@ -140,7 +144,7 @@ def lie(state: State, facet: int, motion: Motion) -> State:
 def wedged(physics: Physics, motion: Motion) -> int:
     """Return the outcome of a sphere that makes no progress: STOPPED if it is too slow to rise by smallest_bounce.
 
-    Otherwise the contact is unresolved.
+    Otherwise the outcome is `unresolved contact`.
     """
     slow = dot(motion.v, motion.v) <= 2.0 * physics.settings.gravity * physics.settings.smallest_bounce
     return STOPPED if slow else UNRESOLVED

@@ -1,4 +1,4 @@
-"""Path segments of a sphere on the ground: the duration of a segment, and the sphere's place and motion at its end."""
+"""Path segments of a sphere on the ground: their duration, and position, velocity and spin of the sphere at the end."""
 
 import math
 from typing import NamedTuple
@@ -16,11 +16,14 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 CURVE = 1.0 / 32.0
-"""Largest length of a ground segment on an edge or a corner, divided by R (-): the normal turns by 1.8 degrees."""
+"""Largest length of a ground segment on an edge or a corner, divided by the radius (-).
+
+The normal of the ground turns by at most 1.8 degrees in such a segment.
+"""
 
 
 class Span(NamedTuple):
-    """Duration of a ground segment of a sphere (s), and whether the sphere moves around an edge or a corner."""
+    """The duration t (s) of a ground segment of a sphere; curved : True if it leads around an edge or a corner."""
 
     t: float
     curved: bool
@@ -31,7 +34,7 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
     """Return the duration of a sphere's next ground segment: until it leaves its facet, but at most t (s).
 
     The sphere leaves the facet when the contact point passes the facet's border. Around an edge or a corner the segment
-    also ends at the largest length of one segment, CURVE.
+    also ends at its largest length, CURVE times the radius. held : contacts that carry the sphere; course : its motion
     """
     faces = held.first.face and (held.contacts == 1 or held.second.face)
     if held.first.face:
@@ -45,9 +48,9 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
 
 @kernel
 def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
-    """Return the time (s) until a sphere leaves its facet: the contact point passes the facet's border.
+    """Return the time (s) until the contact point of a sphere passes the border of the facet that it touches.
 
-    The result is inf if it never leaves.
+    The result is inf if it never does. touch : the contact; course : motion of the sphere
     """
     f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
     foot = add(course.x, scale(-course.radius, touch.n))
@@ -89,8 +92,11 @@ def length_between(v: Vec, v_end: Vec, t: float) -> float:
 def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turns: bool) -> tuple[Vec, Vec]:
     """Return the sphere's centre, moved back to its distance R from the ground, and the ground's normal there.
 
-    Around an edge or a corner, a segment leaves the ground by at most length^2 / 2R. On a facet it leaves the ground
-    only by rounding errors.
+    x, n : (3,) centre (m) and normal before; length : of the segment (m)
+    turns : True if the normal may have changed; otherwise the result is n itself
+
+    Around an edge or a corner, the centre departs from its distance R by at most length^2 / 2R in one segment, on a
+    facet only by rounding errors. If no ground is so near, x and n are returned unchanged.
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius)
@@ -105,7 +111,7 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
 
 @kernel
 def turned_to(v: Vec, n: Vec) -> Vec:
-    """Return the velocity v after a curved segment: turned into the plane with normal n, with the same speed."""
+    """Return the velocity v (3,) of a curved segment's end, turned into the plane of normal n at the same speed."""
     flat = without(v, n)
     speed = norm(flat)
     return scale(norm(v) / speed, flat) if speed > 0.0 else flat

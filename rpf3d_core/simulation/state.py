@@ -13,13 +13,14 @@ NONE_PASSED = -1
 
 
 class RockTally(NamedTuple):
-    """The running totals of a rock's path so far: the final results of the rock come from them.
+    """The running totals of a rock's path so far, which become results of the rock at its end.
 
     path : length, m; impacts : number of impacts on the ground; meetings : number of meetings with obstacles
-    pieces : number of path segments: flights, settlings, slides; contacts : number of impacts, meetings and slides
+    pieces : number of path segments: flights, sums of small bounces, slides
+    contacts : number of impacts, meetings and slides; a slide that only bends counts once
     speed2 : largest squared speed (m^2/s^2)
-    ground_speed : speed at the first sustained contact (m/s), NaN before it; facet : of the last contact, -1 before it
-    idle : path segments in a row without progress
+    ground_speed : speed at the beginning of the first sustained contact (m/s), NaN before it
+    facet : of the last contact, -1 before the first contact; idle : number of last path segments without progress
     """
 
     path: float
@@ -36,7 +37,9 @@ class RockTally(NamedTuple):
 class State(NamedTuple):
     """The state of a rock between two events: its motion, its contact with the ground, its totals and its outcome.
 
+    left : the facet of the last contact, or both facets of a gully; tally : running totals
     stands : True if the rock is in sustained contact with the facets in `left`, False if it flies
+    outcome : number of an `Outcome`, MOVING while the rock moves
     passed : number of the obstacle that the rock met last and has passed; NONE_PASSED after an impact elsewhere
     """
 
@@ -67,7 +70,7 @@ def released(motion: Motion) -> State:
 
 @kernel
 def ended(state: State, outcome: int) -> State:
-    """Return the state of a rock whose flight ends where it is, with the given outcome."""
+    """Return the state of a rock whose path ends at its present position, with the given outcome."""
     return State(
         motion=state.motion,
         left=state.left,
@@ -82,9 +85,9 @@ def ended(state: State, outcome: int) -> State:
 def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float) -> RockTally:
     """Return the rock's running totals after a path segment of the given length (m).
 
-    motion : the motion at the end of the segment
+    motion : at the end of the segment
 
-    A segment no longer than the tolerance (m) counts as no progress.
+    A segment that is not longer than the tolerance (m) counts as a segment without progress.
     """
     idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
@@ -173,10 +176,9 @@ def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
 def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float, bends: bool) -> RockTally:
     """Return the rock's running totals after a segment of sliding of the given length (m).
 
-    motion : the motion at the end of the segment
-
-    A segment that ends only because the path bends (`bends`) continues the same slide. It counts neither as a contact
-    nor as a segment without progress.
+    motion : at the end of the segment; tolerance : m, as in `with_piece`
+    bends : True if the segment ends only because the path bends, and the same slide continues. The segment then counts
+        neither as a contact nor as a segment without progress
     """
     after = with_piece(tally, length, motion, tolerance)
     contacts, idle = tally.contacts + 1, after.idle

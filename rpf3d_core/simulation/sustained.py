@@ -25,26 +25,30 @@ SLIDING = int(Mode.SLIDING)
 STOPPED, MAX_TIME, UNRESOLVED = int(Outcome.STOPPED), int(Outcome.MAX_TIME), int(Outcome.UNRESOLVED_CONTACT)
 
 WEDGED = 64
-"""Number of path segments in a row without progress after which a rock counts as wedged between facets.
+"""Number of consecutive path segments without progress after which a rock counts as wedged between facets.
 
-Around a vertex of six facets this is enough to try each facet five times, with a flight of zero length in between.
+Around a vertex of six facets, this is enough to try each facet five times, with a flight of zero length in between.
 """
 
 
 STUCK = 16
-"""Number of path segments in a row without progress after which a rock is treated as stuck.
+"""Number of consecutive path segments without progress after which a rock is treated as stuck.
 
-Two facets may pass a rock to each other endlessly. A stuck rock may therefore slide along an edge up to a crack's width
-outside a facet. A stuck rock slower than STILL has stopped.
+A rock may change endlessly from one facet to another and back. A stuck rock may therefore slide along an edge up to a
+crack's width outside a facet. A stuck rock slower than STILL has stopped.
 """
 STILL = 1e-12
-"""Speed (m/s) below which a stuck rock has stopped; without friction, a rock in a gully moves in ever smaller steps."""
+"""Speed (m/s) below which a stuck rock has stopped.
+
+Without friction, a rock in a gully moves in smaller and smaller segments.
+"""
 
 
 @model_function
 def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the next state of a rock that slides, rolls or lies on the ground; one rule per ground model.
+    """Return the next state of a rock in sustained contact with the ground; one rule per ground model.
 
+    ground : parameters of the ground model
     locator : contact search, for models that look for further contacts along the path
     """
 
@@ -53,9 +57,9 @@ def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 def stop_or_give_up(
     ground: NoGround, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the end of a rock if there is no ground model: STOPPED below stop_speed, else unresolved.
+    """Return the end state of a rock without a ground model: STOPPED up to stop_speed, else unresolved contact.
 
-    This is the rule of the thesis (section 3.5). Above stop_speed the thesis has no rule for the following motion.
+    This is the rule of the thesis (section 3.5). Above stop_speed, the thesis has no rule for the motion that follows.
     """
     surface = ground_of(physics, state.left.facet, rock, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
@@ -75,9 +79,12 @@ def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 def along_piece(
     pieces: object, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock at the end of a ground segment, or where something on the segment changes its motion.
+    """Return the state of a rock at the end of a ground segment, or where it meets an obstacle or other ground.
 
-    pieces : `TerrainPieces`, or None if no separate parts of the terrain overlap; piece : the ground segment
+    Other ground is a separate part of the terrain, to which the facet under the rock does not belong.
+
+    pieces : `TerrainPieces`, the separate parts of the terrain; None if these cannot pass through each other
+    piece : the ground segment
     """
 
 
@@ -110,9 +117,10 @@ def along_own_piece(
 def up_to_other_piece(
     pieces: TerrainPieces, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock at the end of a ground segment, or at the first obstacle or other piece of terrain.
+    """Return the state of a rock at the end of a ground segment, or where it meets an obstacle or other ground.
 
-    The segment bends by 7 degrees at most. Its chord decides where the rock meets another piece, as for obstacles.
+    Other ground is a separate part of the terrain, to which the facet under the rock does not belong. The segment bends
+    by 7 degrees at most, so its chord decides where the rock meets other ground, as for obstacles.
     """
     way = subtract(piece.motion.x, state.motion.x)
     contact = contact_on_way(pieces, physics.facets, state.motion.x, way, state.left)
@@ -125,12 +133,13 @@ def up_to_other_piece(
 def _onto_other_piece(
     physics: Physics, state: State, piece: SlideSegment, contact: Contact, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock that meets a facet of another piece of terrain on a ground segment.
+    """Return the state of a rock that meets a facet of a separate part of the terrain on a ground segment.
 
-    The rock comes to this facet as from its own facet over an edge: the rock slides on, in the gully between both
-    facets or onto the other facet, or it rebounds. In a gully, the rock comes from the first facet of the gully.
+    The contact is treated as if the rock had slid over an edge onto this facet: the rock slides on, over this facet or
+    in the gully between it and its last facet, or it rebounds. If the rock slides in a gully now, the last facet is the
+    first facet of this gully.
 
-    contact : the contact with this facet; `contact.t` is the share of the segment's chord
+    piece : the ground segment; contact : the contact with the facet, with t as the share of the segment's chord
     """
     before = _towards(on_piece(state.motion, piece.motion, contact.t), subtract(piece.motion.x, state.motion.x))
     length, tolerance = contact.t * piece.length, physics.facets.tolerance
@@ -147,14 +156,15 @@ def _onto_other_piece(
 def _towards(motion: Motion, way: Vec) -> Motion:
     """Return the motion with its velocity turned into the direction `way` (3,), at the same speed.
 
-    On a curved segment the rock then moves into a facet that the chord of the segment passes through.
+    `way` is the chord of a curved segment. A rock that moves along the chord moves into every facet that the chord
+    passes through.
     """
     return Motion(t=motion.t, x=motion.x, v=scale(norm(motion.v) / norm(way), way), w=motion.w)
 
 
 @kernel
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
-    """Return the first obstacle on a ground segment; `Meeting.t` is the share of the segment's chord up to it (-)."""
+    """Return the first obstacle on a ground segment; its t is the share (-) of the segment's chord up to there."""
     way = subtract(piece.motion.x, state.motion.x)
     return first_obstacle(effects, Arc(x=state.motion.x, v=way, gravity=0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
 
@@ -163,9 +173,12 @@ def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockConte
 def at_obstacle_on(
     physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock that meets an obstacle on the ground: it moves on, stops there, or is caught.
+    """Return the state of a rock that meets an obstacle on a ground segment: it moves on, stops there, or is caught.
 
-    The rock keeps only the component of its new velocity along the ground with normal n (3,), or along its gully.
+    The rock keeps only the component of its new velocity along the ground, or along its gully.
+
+    piece : the ground segment; meeting : the obstacle, with t as the share of the segment's chord
+    n : (3,) normal of the ground, turned towards the rock
     """
     before = on_piece(state.motion, piece.motion, meeting.t)
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
@@ -186,10 +199,13 @@ def at_obstacle_on(
 
 @kernel
 def on_piece(start: Motion, end: Motion, share: float) -> Motion:
-    """Return the motion of a rock at a share (0 to 1) of the chord of a ground segment, as where it meets an obstacle.
+    """Return the motion of a rock at a share (0 to 1) of the chord of a ground segment, for example at an obstacle.
 
-    The squared speed changes linearly along the chord, so the energy lies between the energies at both ends. At share 0
-    and 1 the result equals the start and end motion, except for rounding errors.
+    start, end : motion at both ends of the segment
+
+    The squared speed changes linearly along the chord, so the energy lies between the energies at both ends. At shares
+    0 and 1 the result equals the motion at these ends, except for the spin, which is always that of `end`, and for
+    rounding errors.
     """
     begin2, end2 = dot(start.v, start.v), dot(end.v, end.v)
     speed = math.sqrt(max(begin2 + share * (end2 - begin2), 0.0))
@@ -206,17 +222,17 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
 
 @kernel
 def along_line(v: Vec, line: Vec) -> Vec:
-    """Return the component of vector v along the vector `line`, as a rock in a gully keeps it.
-
-    The result is zero if `line` is zero.
-    """
+    """Return the component (3,) of vector v along the vector `line`; zero if `line` is zero."""
     square = dot(line, line)
     return scale(dot(v, line) / square, line) if square > 0.0 else ZERO
 
 
 @kernel
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
-    """Return the outcome of a rock after a ground segment, or MOVING if the rock continues."""
+    """Return the outcome of a rock after a ground segment `piece`, or MOVING if the rock continues.
+
+    idle : number of last segments without progress
+    """
     if piece.late:
         return MAX_TIME
     if piece.stopped:
@@ -228,8 +244,8 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
     """Return the outcome of a rock with velocity v after `idle` segments without progress, or MOVING if it continues.
 
-    A rock without progress for WEDGED segments has stopped if it is too slow to rise by smallest_bounce; otherwise its
-    contact is unresolved.
+    After STUCK segments without progress, a rock that moves slower than STILL has stopped. After WEDGED segments, a
+    rock has stopped if it is too slow to rise by smallest_bounce; otherwise its contact is unresolved.
     """
     speed2 = dot(v, v)
     if idle >= STUCK and 0.0 < speed2 <= STILL * STILL:
@@ -262,9 +278,10 @@ def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
 
 @kernel
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
-    """Return the facet that the rock has just slid off, as the `PreviousContact` of the next search for contacts.
+    """Return the `PreviousContact` of a rock that has just slid off a facet: this facet, for the next contact search.
 
-    If the segment has no length, the result also keeps the facet before that facet.
+    left : the facets of the segment; piece : the ground segment, which says which facet the rock has slid off. If the
+    segment is not longer than the tolerance (m), the result keeps `left.before`.
     """
     facet = left.facet if piece.left_first else left.other
     return PreviousContact(

@@ -1,9 +1,9 @@
-"""Follow a path from facet to facet across shared sides, where no facet lies above another (a sheet): the fast way.
+"""Follow a path from facet to facet across shared sides, where no facet lies above another (a sheet).
 
-A track is a part of a path that is straight in plan. Each corner of a facet lies to the left or right of the track's
-line in plan; a corner on the line counts as left. So the line enters each facet through exactly one side and leaves it
-through exactly one other side. Neighbouring facets find the same crossing of their shared side, however thin the facets
-are.
+This is faster than `buckets`, which works on any terrain. A track is a part of a path that is straight in plan. Each
+corner of a facet lies to the left or right of the track's line in plan; a corner on the line counts as left. So the
+line enters each facet through exactly one side and leaves it through exactly one other side. Neighbouring facets find
+the same crossing of their shared side, however thin the facets are.
 """
 
 from typing import Any, NamedTuple
@@ -28,10 +28,10 @@ NOWHERE = -1
 
 
 class FacetCrossing(NamedTuple):
-    """How the line of a track crosses facet number f: it leaves the facet through side k.
+    """How the line of a track crosses facet number f: it leaves the facet through side k, the exit.
 
-    al, cl : place along and across the line (`over_facet.along_across`) of the corner to the left of the exit, m^2/s
-    ar, cr : place along and across the line of the corner to the right of the exit, m^2/s
+    al, cl : position along and across the line (`over_facet.along_across`) of the exit's left corner, m^2/s
+    ar, cr : the same of the exit's right corner
     """
 
     f: int
@@ -47,9 +47,10 @@ NO_CROSSING = FacetCrossing(f=NOWHERE, k=0, al=0.0, cl=0.0, ar=0.0, cr=0.0)
 
 
 class Cursor(NamedTuple):
-    """The map cell below the track, with the times (s) at which the track leaves its column and row.
+    """The map cell below a track at a time.
 
-    visit : index of the rock's visit to this cell
+    i, j : column and row of the cell; leave_i, leave_j : times (s) at which the track leaves this column and this row
+    visit : index of the rock's visit to the cell, -1 for none
     """
 
     i: int
@@ -64,8 +65,8 @@ def walk_sheet(walk: Walk, at: int) -> tuple[int, float]:
     """Record a visit to every facet, and its zone, that a track passes over; record the rock's height in map cells.
 
     at : the facet over which the track may begin, NOWHERE if unknown
-    Returns the facet over which the track ends and the track's duration (s). If the terrain is no sheet somewhere,
-    returns NOWHERE and the time (s) until which the track was followed.
+    Returns the facet over which the track ends, and the time (s) until which the track was followed. If the track
+    reaches a place where the terrain is not a sheet, or leaves the terrain, the facet is NOWHERE.
     """
     ground, track = walk.ground, walk.track
     arc = track.arc
@@ -90,7 +91,10 @@ def walk_sheet(walk: Walk, at: int) -> tuple[int, float]:
 
 @kernel
 def _crossing_from(ground: WalkedTerrain, arc: Arc, at: int) -> FacetCrossing:
-    """Return how an arc crosses the facet over which it begins: facet `at`, or else a facet found by search."""
+    """Return how an arc crosses the facet over which it begins; NO_CROSSING if no such facet is found.
+
+    at : the facet that is tested first, NOWHERE for none; then the facets of the bucket are tested
+    """
     passed = _crossing_over(ground, arc, at) if at != NOWHERE else NO_CROSSING
     locator = ground.locator
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
@@ -105,10 +109,10 @@ def _crossing_from(ground: WalkedTerrain, arc: Arc, at: int) -> FacetCrossing:
 
 @kernel
 def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
-    """Return how the line of an arc crosses facet f, if the arc begins over this facet or has passed it.
+    """Return how the line of an arc crosses facet f, if the line enters the facet at or before the start of the arc.
 
-    Returns NO_CROSSING if the line has not entered facet f when the arc starts, and if other facets lie above or below
-    facet f. If the line has already left facet f when the arc starts, the track is followed over the facets beyond.
+    Returns NO_CROSSING if the line enters facet f later or never, or if other facets lie above or below facet f.
+    The line may also leave facet f before the start of the arc: `walk_sheet` then follows it over the next facets.
     """
     facets = ground.facets
     a0, c0 = along_across(facets, f, 0, arc)
@@ -130,10 +134,10 @@ def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
 
 @kernel
 def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> FacetCrossing:
-    """Return how the track crosses the next facet, beyond the side where it left the last facet.
+    """Return how the line of a track crosses the next facet, which shares the exit of the last facet (`passed`).
 
-    Returns NO_CROSSING if the track cannot be followed there. Side m of the next facet runs from the corner to the left
-    of the exit to the corner to the right.
+    Returns NO_CROSSING if no single next facet exists, or if other facets lie above or below it. Side m of the next
+    facet runs from the left corner of the exit to the right corner.
     """
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, passed.f, passed.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
@@ -147,10 +151,9 @@ def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> 
 
 @kernel
 def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> Cursor:
-    """Record that the rock passes over facet f, and its zone, from `low` to `high` (s).
+    """Record a visit to facet f, and its zone, from `low` to `high` (s), and return the cursor at the last map cell.
 
-    In each map cell on the way, note the rock's largest height above f. A rock below f does not visit f.
-    Returns the cursor at the last cell.
+    The rock's largest height above f is recorded in each map cell on the way. A rock below f does not visit f.
     """
     ground, squares, track = walk.ground, walk.scratch.squares, walk.track
     c, b = above_plane(ground.facets, f, track.arc)
@@ -172,7 +175,7 @@ def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> C
 
 @kernel
 def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
-    """Return the map cell over which a track begins."""
+    """Return the cursor at the map cell over which a track begins."""
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)
@@ -181,7 +184,7 @@ def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
 
 @kernel
 def _next_cursor(raster: Raster, squares: Visits, track: Track, cursor: Cursor) -> Cursor:
-    """Return the map cell that a track reaches next."""
+    """Return the cursor at the map cell that a track reaches next."""
     v = track.arc.v
     i, j = next_square(cursor.i, cursor.j, cursor.leave_i, cursor.leave_j, v)
     return _cursor(raster, squares, track, i, j, pace_of(v[0]), pace_of(v[1]))

@@ -1,8 +1,8 @@
-"""Follow a path over facets by searching square by square, on any terrain: the slow way, for overhangs and holes.
+"""Follow a path over facets by searching square by square, on any terrain, also with overhangs and holes.
 
-A bucket is a square of the search structure, with the list of facets in it. The facet under a rock is the facet
-straight below it in plan. On a bench face as steep as 70 degrees a raster shows little; the facets show where the rock
-flew. A vertical facet has no area in plan: only an impact is a visit to it.
+This is slower than `along_sheet`. A bucket is a square of the search structure, with the list of facets in it. A rock
+visits the facet straight below it. A vertical facet has no area in plan, so it is visited only by impacts. Maps of
+facets show where rocks pass a steep bench face; on a raster in plan, such a face is very narrow.
 """
 
 from typing import Any
@@ -23,12 +23,15 @@ from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 
 OVERLAP = 1e-9
-"""Share of a part's duration (-) by which two facets may seem to overlap because of rounding."""
+"""Share (-) of the time over a bucket for which two facets may seem to overlap because of rounding."""
 
 
 @kernel
 def walk_buckets(walk: Walk, begin: float) -> None:
-    """Record a visit to every facet, and its zone, that a track passes over from `begin` (s) on, and the heights."""
+    """Record a visit to every facet, and its zone, that a track passes over from `begin` (s) on.
+
+    The rock's largest heights above the facets are recorded in the map cells, too.
+    """
     ground, track = walk.ground, walk.track
     locator, x, v = ground.locator, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * begin, locator.x, locator.cell, locator.nx)
@@ -48,7 +51,10 @@ def walk_buckets(walk: Walk, begin: float) -> None:
 
 @kernel
 def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> None:
-    """Record visits to the facets under the part of the track over the bucket in column i and row j."""
+    """Record visits to the facets below a track while it is over the bucket in column i and row j.
+
+    begin, leave : times (s) at which the track enters and leaves the bucket
+    """
     spans = walk.scratch.spans
     used = _spans_over(walk.ground, spans, walk.track, i, j, begin, leave)
     if _overlapping(spans, used, OVERLAP * (leave - begin)):
@@ -61,10 +67,12 @@ def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> Non
 
 @kernel
 def _visit_what_is_below(walk: Walk, used: int) -> None:
-    """Record visits where facets lie above each other: only to the facet straight below the track at each time.
+    """Record visits over a bucket whose facets overlap in plan: only to the facet straight below the rock at each time.
 
     Facets overlap at an overhang, if one terrain lies above another, or if the track runs along an edge. The facet
-    straight below changes only where a facet begins or ends: between two such times, one query is enough.
+    straight below changes only where the track enters or leaves a facet: between two such times, one query is enough.
+
+    used : number of facets in `Walk.scratch.spans`
     """
     ground, track, spans = walk.ground, walk.track, walk.scratch.spans
     cuts = _sorted_cuts(spans, used)
@@ -79,7 +87,10 @@ def _visit_what_is_below(walk: Walk, used: int) -> None:
 
 @kernel
 def _sorted_cuts(spans: Spans, used: int) -> int:
-    """Sort the times at which the track enters and leaves facets into `spans.cuts`; return their number."""
+    """Write the times at which the track enters and leaves facets to `spans.cuts`, ascending; return their number.
+
+    used : number of facets in `spans`
+    """
     for s in range(2 * used):
         time, k = spans.times[s // 2, s % 2], s
         while k > 0 and spans.cuts[k - 1] > time:
@@ -91,7 +102,7 @@ def _sorted_cuts(spans: Spans, used: int) -> int:
 
 @kernel
 def _overlapping(spans: Spans, used: int, slack: float) -> bool:
-    """True if the track is over two facets at once for more than `slack` (s)."""
+    """True if the track is over two facets at once for more than `slack` (s); used : number of facets in `spans`."""
     for s in range(used):
         for r in range(s):
             if min(spans.times[s, 1], spans.times[r, 1]) - max(spans.times[s, 0], spans.times[r, 0]) > slack:
@@ -111,7 +122,10 @@ def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> N
 
 @kernel
 def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
-    """Find the facets of a bucket that lie below a part of a track; return their number."""
+    """Write the facets below a track over one bucket to `spans`; return their number.
+
+    i, j : column and row of the bucket; begin, leave : times (s) at which the track enters and leaves the bucket
+    """
     locator, facets, arc = ground.locator, ground.facets, track.arc
     bucket = j * locator.nx + i
     probe = probe_of(grid_of(locator), i, j, position(arc, begin), position(arc, leave))
@@ -135,9 +149,9 @@ def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: in
 def _note_heights(
     ground: WalkedTerrain, squares: Visits, track: Track, f: int, low: float, high: float, most: float
 ) -> None:
-    """Record in each map cell that a track crosses between two times (s) its largest height above facet f there.
+    """Record the rock's largest height above facet f in each map cell that its track crosses from `low` to `high` (s).
 
-    most : the largest of these heights (m), which applies to a track that stays in one square
+    most : the largest of these heights (m); if the track crosses only one cell, this is the height in it
     """
     raster, x, v = ground.raster, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * low, raster.x, raster.cell, raster.nx)

@@ -1,7 +1,7 @@
 """Store the counts of a cell, except bins, in one cache line of 64 bytes, because memory access limits the speed.
 
-Sums, and counts that may exceed 2^32, have 64 bits. Distinct rocks and deposits, which never exceed the rocks, have 32
-bits. Largest values have single precision. So three arrays view the same memory.
+Sums, and counts that may exceed 2^32, have 64 bits. The numbers of distinct rocks and of deposits have 32 bits. Largest
+values have single precision. So three arrays of different types share the same memory.
 """
 
 from typing import Any, NamedTuple
@@ -31,9 +31,10 @@ class CacheLines(NamedTuple):
 class Found(NamedTuple):
     """The counts of S cells without bins, as separate arrays.
 
-    cell : (S,); rocks, passages, impacts, deposits : (S,) counts
-    sums : (S, 3) of energy, speed and height, in the tally's units; most : (S, 3) float32, the largest of each, J, m/s
-    and m; first : (S,) float32, earliest arrival, s
+    cell : (S,) number of each cell; rocks, passages, impacts, deposits : (S,) counts
+    sums : (S, 3) of energy, speed and height, in units of `Scales.top` / `slots.SUM_UNITS`
+    most : (S, 3) float32, the largest energy (J), speed (m/s) and height (m)
+    first : (S,) float32, earliest arrival (s)
     ways : (S, 2) as in `hazard.walks.ways`; None if not counted
     """
 

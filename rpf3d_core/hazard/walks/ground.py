@@ -10,7 +10,10 @@ from rpf3d_core.terrain.facets import Facets, plain
 
 
 class WalkedTerrain(NamedTuple):
-    """Everything below the paths: facets with their search structure, neighbours of facets, and raster of the maps."""
+    """Everything below the paths of rocks.
+
+    facets, locator : the terrain and its search structure; sheet : known neighbours of facets; raster : of the maps
+    """
 
     facets: Facets
     locator: BucketLocator
@@ -19,7 +22,7 @@ class WalkedTerrain(NamedTuple):
 
 
 def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> WalkedTerrain:
-    """Return the terrain below the paths, before any neighbours of facets are known; they are found when needed."""
+    """Return the terrain below the paths, without known neighbours of facets: these are found when they are needed."""
     return WalkedTerrain(facets=facets, locator=locator, sheet=unknown_sheet(facets, locator), raster=raster)
 
 
@@ -34,5 +37,5 @@ def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, 
 
 
 def plain_ground(ground: WalkedTerrain) -> WalkedTerrain:
-    """Return the terrain in a form that is faster in plain Python: single numbers are read from memoryviews."""
+    """Return the terrain as memoryviews, from which plain Python reads single numbers faster than from arrays."""
     return ground._replace(facets=plain(ground.facets), sheet=plain(ground.sheet))

@@ -1,4 +1,4 @@
-"""Find when an arc is over a facet in plan, and how high above it: exact times, no samples."""
+"""Find when an arc is over a facet in plan, and how high above it; times and heights are exact, not sampled."""
 
 import math
 
@@ -19,10 +19,12 @@ A wall 20 m high would be 2 um wide in plan, and the height above its plane woul
 
 @kernel
 def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
-    """Return when an arc is over facet f in plan: begin and end (s), within two times; end <= begin if never.
+    """Return when an arc is over facet f in plan: begin and end (s); end <= begin if never.
 
-    The arc is a straight line in plan. The line enters and leaves a triangle through the two edges whose ends
-    lie on different sides of the line. The places of these ends along and across the line give the crossings.
+    begin, end : only this part of the arc counts (s)
+
+    The arc is a straight line in plan. The line enters and leaves a triangle through the two edges whose ends lie on
+    different sides of the line. The positions of these ends along and across the line give the crossings.
     """
     if abs(stored_normal(facets, f)[2]) <= VERTICAL:
         return math.inf, -math.inf
@@ -42,9 +44,9 @@ def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[f
 
 @kernel
 def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float]:
-    """Return where corner k of facet f lies in plan: along an arc's line from the arc's start, and left of the line.
+    """Return the position in plan of corner k of facet f: along the line of an arc, and to the left of the line.
 
-    Both values are distances (m) times the arc's speed in plan (m/s), in m^2/s.
+    Both values are distances (m), from the arc's start and from the line, times the arc's speed in plan (m/s): m^2/s.
     """
     p = corner(facets, f, k)
     x, y = p[0] - arc.x[0], p[1] - arc.x[1]
@@ -53,9 +55,9 @@ def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float
 
 @kernel
 def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
-    """Return where a line crosses an edge, as the distance along the line.
+    """Return where a line crosses an edge: the position along the line, in the unit of `a` and `b`.
 
-    a, across_a and b, across_b : places of the two ends of the edge along and across the line
+    a, across_a and b, across_b : positions of the two ends of the edge along and across the line
     The result is the same if the two ends are exchanged, so neighbouring facets find the same crossing.
     """
     if across_a < across_b:
@@ -96,7 +98,7 @@ def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
 
 @kernel
 def largest_above(c: float, b: float, g: float, low: float, high: float) -> float:
-    """Return the largest value of the height c + b t - g t^2 / 2 (m) between two times (s), ends included."""
+    """Return the largest value of the height c + b t - g t^2 / 2 (m) from t = `low` to t = `high` (s)."""
     height = max(c + (b - 0.5 * g * low) * low, c + (b - 0.5 * g * high) * high)
     if g > 0.0 and low * g < b < high * g:
         height = max(height, c + 0.5 * b * b / g)

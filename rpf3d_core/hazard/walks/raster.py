@@ -1,4 +1,4 @@
-"""Follow a path over the cells of a map: exact times, no samples."""
+"""Follow a path over the cells of a map; the times at the borders of cells are exact."""
 
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
@@ -9,7 +9,10 @@ from rpf3d_core.jit.dispatch import kernel
 
 @kernel
 def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> None:
-    """Record a visit to every map cell that a track crosses, but not to a cell that it only touches at a corner."""
+    """Record a visit to every map cell that a track crosses, but not to a cell that it only touches at a corner.
+
+    mass : of the rock (kg)
+    """
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)

@@ -1,8 +1,8 @@
 """Find the neighbours of facets where no facet lies above another (a sheet), so that paths need no search there.
 
-Over such a sheet a track goes from facet to facet without searching buckets. Each answer is computed once and kept,
-because rocks reach few of a mine's millions of facets. Threads may compute the same answer at the same time: they
-write the same numbers.
+Over a sheet, a track is followed from facet to facet without searching buckets. Rocks reach few of a mine's millions of
+facets, so the neighbours of a facet are computed when they are first needed, and then kept. Several threads may compute
+the same neighbours at the same time: they write the same numbers.
 
 A bucket is clear if no border or fold of the terrain runs through it and exactly one facet lies over its middle. In
 plan the number of facets over a place changes only at borders and folds, so every place of the bucket has one facet.
@@ -25,16 +25,17 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 
 UNKNOWN, YES, NO = 0, 1, 2
-"""Values of an answer that is stored in a `Sheet`."""
+"""Values in the arrays `alone` and `clear` of a `Sheet`; UNKNOWN also in `beyond`."""
 NOTHING = -1
-"""Value for a side without a single neighbour: at a border, several facets, or a facet wound the other way."""
+"""Value for a side that has no neighbour, several neighbours, or a neighbour with opposite winding."""
 CROWDED = 64
-"""Largest number of facets in a bucket (search square) that is tested; one with more counts as not clear.
+"""Largest number of facets in a bucket (search square) that is tested; a bucket with more facets counts as not clear.
 
-The test compares all facets in pairs: millions of pairs where a fine mesh lies in buckets made for a coarse mesh.
+The test compares the facets of a bucket in pairs: millions of pairs if buckets made for a coarse mesh contain a fine
+mesh.
 """
 MIDDLE = (0.5137, 0.5071)
-"""Place of a bucket that is tested (-), in shares of its side: not the exact middle, where edges often lie."""
+"""Place in a bucket that is tested, in shares of its sides (-): not the exact middle, where edges often lie."""
 
 
 class Sheet(NamedTuple):
@@ -51,7 +52,7 @@ class Sheet(NamedTuple):
 
 
 def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
-    """Return a `Sheet` of facets and buckets in which every answer is still UNKNOWN."""
+    """Return a `Sheet` of facets and buckets in which every value is still UNKNOWN."""
     count = len(facets.zone)
     return Sheet(
         beyond=np.zeros(3 * count, dtype=np.int32),
@@ -61,11 +62,11 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
 
 
 def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: Block) -> Sheet:
-    """Return the sheet after some facets have changed: every answer that may differ becomes unknown.
+    """Return the sheet after some facets have changed: every value that may differ becomes UNKNOWN.
 
-    The result reuses the memory of `sheet`. All changed facets lie, or lay, in the buckets `changed`. A facet with a
-    new neighbour shares a changed bucket with this neighbour. So the answers become unknown for all facets in the
-    changed buckets, for every bucket that these facets reach, and for all facets in the reached buckets.
+    The result reuses the memory of `sheet`. All old and new places of changed facets are in the buckets `changed`. A
+    facet with a new neighbour shares a changed bucket with this neighbour. So values become UNKNOWN for all facets in
+    the changed buckets, for every bucket that these facets reach, and for all facets in the reached buckets.
     """
     reached = block_of(facets.corners[facets_in(locator, changed)], locator, 0.0)
     near, count = facets_in(locator, reached), len(facets.zone)
@@ -79,9 +80,9 @@ def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: B
 
 @kernel
 def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
-    """Return the facet beyond side k of facet f, and which of its sides is shared.
+    """Return the neighbour of facet f at side k, and the number (0 to 2) of the neighbour's side that both share.
 
-    NOTHING unless exactly one is there.
+    Returns (NOTHING, 0) unless exactly one facet shares the side, with the same winding.
     """
     known = sheet.beyond[3 * f + k]
     if known == UNKNOWN:
@@ -96,7 +97,7 @@ def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k
 def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
     """True if no other facet lies above or below any part of facet f, so that a path can be followed without search.
 
-    False if this is uncertain.
+    False if this is not certain.
     """
     if sheet.alone[f] == UNKNOWN:
         sheet.alone[f] = YES if _lies_in_clear_buckets(sheet, locator, facets, f) else NO
@@ -157,7 +158,7 @@ def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
 def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int:
     """Return the neighbour at side k of facet f, as an entry of `Sheet.beyond`.
 
-    The bucket of the side's first corner holds all facets that share the side.
+    All facets that share the side are in the bucket of the side's first corner.
     """
     a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
     i = cell_index(a[0], locator.x, locator.cell, locator.nx)

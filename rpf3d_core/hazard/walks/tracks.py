@@ -1,7 +1,7 @@
 """Tracks: the parts of a rock's path that are straight in plan, and the times at which they cross map cells.
 
 In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A straight slide
-has a constant acceleration; a slide that turns is a curve within one facet, and is walked as chords.
+has a constant acceleration. A slide that turns is a curve within one facet; chords replace the curve.
 """
 
 import math
@@ -21,11 +21,17 @@ The slide turns by 7 degrees at most (`kinetics.slide_path.BEND`), so 8 chords d
 length.
 """
 STRAIGHT = 1e-6
-"""Largest sine of the angle between a slide's first direction and the direction to its end if it counts as straight."""
+"""Largest sine of the angle between the first direction of a straight slide and the direction to its end.
+
+At a larger angle, the slide counts as bent.
+"""
 
 
 class TrackSpin(NamedTuple):
-    """What a rock's spin adds to its squared speed at both ends of a track (m^2/s^2), for energies with rotation."""
+    """Twice the rotational energy of a rock per unit of mass (m^2/s^2) at both ends of a track.
+
+    Added to the squared speed, it gives twice the kinetic energy.
+    """
 
     begin2: float
     end2: float
@@ -38,12 +44,11 @@ class Track(NamedTuple):
     begin, until : s since the release; duration : s, which may differ from until - begin by rounding
     start, end : speeds (m/s) at the ends of a chord, with a constant acceleration between; for a flight, both are
         its speed at the start
-    spin : what the rock's spin adds to its squared speed at both ends, for energies (m^2/s^2); linear along the track;
-        None if rocks do not spin
+    spin : a `TrackSpin`, linear along the track; None if rocks do not spin
 
-    Times along a track are exact for a flight. Along a chord, the time counts as if the speed were constant: it is the
-    share of the chord's length that has been covered, times the duration. `time_at` and `speed2_at` convert such times
-    to times since the release and to speeds.
+    A time along a track is exact for a flight. On a chord, it is the covered share of the chord's length times the
+    duration, as if the speed were constant. `time_at` and `speed2_at` convert such times to times since the release and
+    to speeds.
     """
 
     arc: Arc
@@ -57,7 +62,10 @@ class Track(NamedTuple):
 
 @kernel
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
-    """Return the number of tracks into which path segment p is divided; 0 for a segment that takes no time."""
+    """Return the number of tracks into which the path segment in row p is divided; 0 for a segment that takes no time.
+
+    pieces : (S, 10) and modes : (S,), as in `simulation.record.Record`
+    """
     if not pieces[p + 1, 0] > pieces[p, 0]:
         return 0
     if modes[p] == FLIGHT:
@@ -70,10 +78,11 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 
 @kernel
 def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
-    """Return track number k of the `count` tracks into which path segment p is divided.
+    """Return track number k of the `count` tracks into which the path segment in row p is divided.
 
-    pieces : (S, 10), as in `simulation.record.Record`; row p + 1 is the end of the segment
-    spins : (S, 2) what spin adds to squared speeds at the ends of segments; None if rocks do not spin
+    pieces : (S, 10) and modes : (S,), as in `simulation.record.Record`; row p + 1 is the end of the segment
+    spins : (S, 2) twice the rotational energy per mass (m^2/s^2) at the start and the end of each segment; None if
+        rocks do not spin
     """
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
     v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
@@ -108,9 +117,10 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
 
 @kernel
 def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
-    """Return what spin adds to the squared speeds (m^2/s^2) at two times of path segment p; None without spin.
+    """Return the `TrackSpin` of a track within path segment p; None without spin.
 
-    begin, end : the two times, as shares of the segment's duration (-)
+    spins : as in `track_of`; the spin changes linearly along the segment
+    begin, end : times at the ends of the track, as shares of the segment's duration (-)
     """
     if spins is None:
         return None
@@ -121,9 +131,9 @@ def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
 
 @kernel
 def slide_point(pieces: Any, p: int, share: float) -> Vec:
-    """Return the position (m) of a slide after a share of its time (-).
+    """Return the position (3,) m of a rock on slide p after a share of the slide's time (-).
 
-    The position lies on the cubic through the ends of the slide with the velocities there.
+    It lies on the cubic curve with the positions and velocities at both ends of the slide.
     """
     if share >= 1.0:
         return pieces[p + 1, 1], pieces[p + 1, 2], pieces[p + 1, 3]
@@ -139,7 +149,7 @@ def slide_point(pieces: Any, p: int, share: float) -> Vec:
 
 @kernel
 def speed2_at(track: Track, t: float) -> float:
-    """Return the squared speed (m^2/s^2) at the time t (s) of a track; it changes linearly along a chord."""
+    """Return the squared speed (m^2/s^2) at the time t (s) along a track; on a chord it changes linearly."""
     v, g = track.arc.v, track.arc.gravity
     if g == 0.0:
         start2, end2 = track.start * track.start, track.end * track.end
@@ -150,7 +160,7 @@ def speed2_at(track: Track, t: float) -> float:
 
 @kernel
 def time_at(track: Track, t: float) -> float:
-    """Return the time since the release (s) at the time t (s) of a track; at the track's end, exactly `until`.
+    """Return the time since the release (s) for the time t (s) along a track; at the track's end, exactly `until`.
 
     A share f of a chord takes f (u + w) / (u + v) of the duration, with the speeds u at the start of the chord, v after
     the share f, and w at the end of the chord.
@@ -166,22 +176,22 @@ def time_at(track: Track, t: float) -> float:
 
 @kernel
 def top_speed2(track: Track, begin: float, end: float) -> float:
-    """Return the largest squared speed (m^2/s^2) between two times of a track (s).
+    """Return the largest squared speed (m^2/s^2) between two times along a track (s).
 
-    It occurs at one of the two times, because the squared speed is convex.
+    It occurs at one of the two times, because the squared speed is a convex function of time.
     """
     return max(speed2_at(track, begin), speed2_at(track, end))
 
 
 @kernel
 def top_energy2(track: Track, begin: float, end: float) -> float:
-    """Return twice the largest kinetic energy (J/kg) between two times of a track (s), with rotation if known."""
+    """Return twice the largest kinetic energy (J/kg) between two times along a track (s), with that of rotation."""
     return max(_energy2_at(track.spin, track, begin), _energy2_at(track.spin, track, end))
 
 
 @kernel
 def _energy2_at(spin: Any, track: Track, t: float) -> float:
-    """Return twice the kinetic energy (J/kg) at the time t (s) of a track."""
+    """Return twice the kinetic energy (J/kg) at the time t (s) along a track; spin : `Track.spin`."""
     if spin is None:
         return speed2_at(track, t)
     share = t / track.duration if track.duration > 0.0 else 0.0
@@ -190,20 +200,24 @@ def _energy2_at(spin: Any, track: Track, t: float) -> float:
 
 @kernel
 def pace_of(v: float) -> float:
-    """Return the time per metre (s/m) of a speed along an axis (m/s); inf for a speed too low to cross a cell."""
+    """Return the time per metre (s/m) for a speed v along an axis (m/s); inf for a speed too low to cross a cell."""
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 
 @kernel
 def square_at(value: float, origin: float, side: float, count: int) -> int:
-    """Return the row or column of the grid cell that contains a coordinate; the nearest one outside the grid."""
+    """Return the row or column of the grid cell that contains a coordinate (m); outside the grid, of the nearest cell.
+
+    origin : coordinate of the grid's border (m); side : of a cell (m); count : number of rows or columns
+    """
     return min(max(math.floor((value - origin) / side), 0), count - 1)
 
 
 @kernel
 def leaving_time(index: int, count: int, origin: float, side: float, x: float, pace: float) -> float:
-    """Return the time (s) at which a moving coordinate leaves a row or column of a grid; inf if never.
+    """Return the time (s) at which a moving coordinate leaves row or column `index` of a grid; inf if never.
 
+    The outermost rows and columns extend without end. origin, side, count : as in `square_at`
     x : coordinate at time 0, m; pace : s/m, from `pace_of`
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):

@@ -1,4 +1,4 @@
-"""Collect the visits of rock after rock to all cells: map cells, facets, zones and areas of interest."""
+"""Collect the visits of flown rocks, one rock after another, to map cells, facets, zones and areas of interest."""
 
 import math
 from typing import Any
@@ -37,10 +37,10 @@ STOPPED, CAUGHT, FAILED = int(Outcome.STOPPED), int(Outcome.CAUGHT), int(Outcome
 def visit_all(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, begin: int, heights: Any
 ) -> int:
-    """Collect the visits of flown rocks, from number `begin` on; return the number of the first rock without room.
+    """Collect the visits of flown rocks, from number `begin` on.
 
-    The impacts of rock r begin at row first[r, 0] of the record, its path segments at row first[r, 1].
-    heights : (N,) m, filled with the largest height of each rock above the terrain
+    Return the number of the first rock whose visits did not fit into `scratch`, or N if all fitted.
+    heights : (N,) m, receives the largest height of each rock above the terrain; NaN for a failed rock
     """
     counts, impacts, first = flown.counts, flown.impacts, flown.first
     for r in range(begin, len(heights)):
@@ -64,7 +64,7 @@ def visit_all(
 
 @kernel
 def _next_rock(scratch: Scratch) -> None:
-    """Begin a new rock in the visits of all kinds of cells."""
+    """Begin the visits of a new rock to all kinds of cells."""
     next_rock(scratch.squares)
     next_rock(scratch.facets)
     next_rock(scratch.zones)
@@ -86,7 +86,7 @@ def _fits(scratch: Scratch) -> bool:
 
 @kernel
 def _of_pieces(spins: Any) -> Any:
-    """Return what spin adds to the squared speeds at the ends of path segments; None if rocks do not spin."""
+    """Return the rotational energies at the ends of path segments for `tracks.track_of`; None if rocks do not spin."""
     if spins is None:
         return None
     return spins.pieces
@@ -94,7 +94,10 @@ def _of_pieces(spins: Any) -> Any:
 
 @kernel
 def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: float) -> None:
-    """Record the energy with rotation just before impact number q in visit k; do nothing if rocks do not spin."""
+    """Record the energy with rotation just before impact number q in visit k; do nothing if rocks do not spin.
+
+    speed2 : squared speed before the impact (m^2/s^2)
+    """
     if spins is None:
         return
     note_energy2(visits.energy2, k, speed2 + spins.impacts[q])
@@ -104,9 +107,10 @@ def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: floa
 def _walk_piece(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, p: int, at: int
 ) -> int:
-    """Record visits to all cells that segment p of the path of rock r passes over; return the facet below its end.
+    """Record visits to all cells that segment p of the path of rock r passes over.
 
-    at : the facet over which the segment may begin, NOWHERE if unknown; the result may be NOWHERE, too
+    at : the facet over which the segment may begin, NOWHERE if unknown
+    Returns the facet below the end of the segment, NOWHERE if unknown.
     """
     pieces, modes, spins, mass = flown.pieces, flown.modes, _of_pieces(flown.spins), flown.mass[r]
     count = tracks_of(pieces, modes, p)
@@ -122,6 +126,7 @@ def _walk_piece(
 def _walk_facets(walk: Walk, at: int) -> int:
     """Record visits to all facets that a track passes over: without search where possible, else with search.
 
+    at : the facet over which the track may begin, NOWHERE if unknown
     Returns the facet below the end of the track, NOWHERE if unknown.
     """
     at, walked = walk_sheet(walk, at)
@@ -170,7 +175,7 @@ def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: F
 def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int) -> None:
     """Record a visit to the map cell in which the path of rock r ends, and a deposit if the rock stopped there.
 
-    A rock that a barrier or tree caught is a deposit, too.
+    A rock that a barrier caught is a deposit, too.
     """
     outcome, facet, final, mass = flown.counts[r, 0], flown.counts[r, 1], flown.finals[r], flown.mass[r]
     t, x = final[0], (final[1], final[2], final[3])

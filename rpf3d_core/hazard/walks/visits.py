@@ -1,7 +1,7 @@
 """Visits: one record for each rock in each cell that it reaches, collected while its path is followed.
 
-A cell is given by its number: of a square of the raster, of a facet, of a zone or of an area. Each thread has its own
-visits: a batch of rocks fills them, and they are then added to a `CellTally` under its lock.
+A cell is given by the number of a square of the raster, of a facet, of a zone or of an area. Each thread has its own
+visits: it collects the visits of a batch of rocks, and then adds them to a `CellTally` under the tally's lock.
 """
 
 import math
@@ -22,18 +22,18 @@ PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
 USED, OF_ROCK, FULL = 0, 1, 2
 """Entries of `Visits.state`: number of visits, first visit of the current rock, and a flag for no more room."""
 JOINED = 1e-9
-"""Time (s) between two stays in a cell below which they count as one stay.
+"""Largest time (s) between two stays in a cell that count as one stay.
 
-So a rock that bounces on the border of a cell stays in the cell.
+So a rock that bounces on the border of a cell counts as staying in the cell.
 """
 
 
 class Visits(NamedTuple):
     """Memory for N visits to C cells; the visits of one rock are consecutive.
 
-    mark : (C,) index of a visit to each cell; valid only if this visit belongs to the current rock and to this cell, so
-        that nothing needs to be cleared between rocks
-    cell : (N,); times : (N, 2) s, first arrival and the end of the last stay
+    mark : (C,) index of the last visit to each cell. It is valid only if this visit belongs to the current rock and to
+        this cell, so nothing needs to be cleared between rocks.
+    cell : (N,) number of the cell; times : (N, 2) s, first arrival and end of the last stay
     most : (N, 2) the rock's largest squared speed (m^2/s^2) and height (m) in the cell
     counts : (N, 3) passages, impacts, deposits
     mass : (N,) kg, of the rock
@@ -74,7 +74,7 @@ def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False)
 
 @kernel
 def next_rock(visits: Visits) -> None:
-    """Begin the visits of a new rock: all later visits belong to it."""
+    """Begin the visits of a new rock: all visits that are added from now on belong to this rock."""
     visits.state[OF_ROCK] = visits.state[USED]
 
 
@@ -120,8 +120,10 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
 def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -> None:
     """Record that the rock is in the cell of visit k from `begin` to `end` (s).
 
-    speed2 : largest squared speed of the rock then (m^2/s^2). A stay that begins when the last stay ended belongs to
-    the same passage, even after a bounce.
+    speed2 : largest squared speed of the rock in this time (m^2/s^2)
+
+    A stay that begins when the last stay ended belongs to the same passage, even after a bounce. Does nothing if k is
+    -1, which means that there was no room for the visit.
     """
     if k < 0:
         return
@@ -134,7 +136,7 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
 
 @kernel
 def _begin_energy(energy2: Any, k: int) -> None:
-    """Set the energy of a new visit k to 0; do nothing if squared speeds are enough (None)."""
+    """Set the energy of a new visit k to 0; do nothing if energies are not recorded (`energy2` is None)."""
     if energy2 is None:
         return
     energy2[k] = 0.0
@@ -144,7 +146,7 @@ def _begin_energy(energy2: Any, k: int) -> None:
 def note_energy2(energy2: Any, k: int, value: float) -> None:
     """Record a kinetic energy of the rock in the cell of visit k, if it is the largest there so far.
 
-    value : twice the energy over the mass, J/kg
+    energy2 : as in `Visits`, None to do nothing; value : twice the kinetic energy per unit of mass (J/kg)
     """
     if energy2 is None:
         return
@@ -169,9 +171,9 @@ def note_height(visits: Visits, k: int, height: float) -> None:
 
 @kernel
 def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, height: float, mass: float) -> int:
-    """Record that the rock is in a cell between two times (s), with its largest speed and height; return the visit.
+    """Record that the rock is in a cell from `t` to `until` (s); return the index of the visit, -1 without room.
 
-    speed2 : largest squared speed, m^2/s^2; height : m
+    speed2 : largest squared speed in this time (m^2/s^2); height : largest height (m); mass : of the rock (kg)
     """
     k = visit(visits, cell, t, mass)
     note_stay(visits, k, t, until, speed2)
@@ -181,7 +183,10 @@ def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, 
 
 @kernel
 def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: float) -> None:
-    """Record the largest energy with rotation between two times of a track (s); do nothing without spin (None)."""
+    """Record the largest kinetic energy, with rotation, between two times along a track (s) in visit k.
+
+    energy2 : as in `Visits`; None, if rocks do not spin, to do nothing
+    """
     if energy2 is None:
         return
     note_energy2(energy2, k, top_energy2(track, low, high))
@@ -189,6 +194,6 @@ def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: floa
 
 @kernel
 def note_count(visits: Visits, k: int, which: int) -> None:
-    """Count one more impact or deposit in the cell of visit k."""
+    """Count one more impact or deposit in the cell of visit k; which : IMPACTS or DEPOSITS."""
     if k >= 0:
         visits.counts[k, which] += 1

@@ -1,4 +1,4 @@
-"""The inputs and outputs of following one track: the terrain below it, and the memory for the rock's visits."""
+"""The data with which a track is followed: the terrain below the track, and the memory for the rock's visits."""
 
 from typing import Any, NamedTuple
 
@@ -10,14 +10,16 @@ from rpf3d_core.hazard.walks.visits import Visits, empty_visits, note_track_ener
 from rpf3d_core.jit.dispatch import kernel
 
 ROOM = 4096
-"""Largest number of facets under a part of a track over one search square; survey terrain has about a dozen."""
+"""Largest number of facets below the part of a track over one bucket; a usual terrain has about a dozen."""
 
 
 class Spans(NamedTuple):
-    """Working memory: the facets under a part of a track.
+    """Working memory for up to M facets below the part of a track over one bucket.
 
-    facet : (M,); times : (M, 3) begin and end over each facet (s into the track), and largest height above it (m)
-    cuts : (2 M,) begins and ends in order
+    facet : (M,) numbers of the facets
+    times : (M, 3) for each facet, the times (s) at which the track enters and leaves it, and the largest height (m) of
+        the rock above it
+    cuts : (2 M,) all times at which the track enters or leaves a facet, ascending (s)
     """
 
     facet: Any
@@ -48,12 +50,12 @@ class Walk(NamedTuple):
 
 
 def empty_spans() -> Spans:
-    """Return empty working memory for the facets under a part of a track."""
+    """Return empty working memory for the facets below the part of a track over one bucket."""
     return Spans(facet=np.empty(ROOM, dtype=np.int64), times=np.empty((ROOM, 3)), cuts=np.empty(2 * ROOM))
 
 
 def with_more_room(scratch: Scratch) -> Scratch:
-    """Return working memory of twice the size, for a rock that reaches more cells than the memory has room for."""
+    """Return empty working memory for twice as many visits, for a rock that visits more cells than have room."""
     squares, facets, zones, areas = (
         empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)

@@ -20,14 +20,14 @@ from rpf3d_core.hazard.walks.tracks import Track, pace_of
 from rpf3d_core.jit.dispatch import kernel
 
 WAY_UNITS = 2.0**20
-"""Unit in which path lengths are summed: the cell's width over 2^20, and for squares the cell's area over 2^20.
+"""Number of units of a sum in one cell width, for path lengths, and in one square of a cell width, for their squares.
 
-The sums over 2^29 rocks that each cover 128 widths in one cell fit in 64 bits.
+Sums are whole numbers of units. Sums over 2^29 rocks with paths of 128 cell widths in one cell fit in 64 bits.
 """
 WAY, SQUARE = 0, 1
 """Columns of the path lengths of a cell: their sum over all rocks, and the sum of their squares."""
 WAY_BYTES = 16
-"""Memory (bytes) of both sums for a cell that rocks reached."""
+"""Memory (bytes) of both sums for each cell that rocks reached."""
 
 
 class Square(NamedTuple):
@@ -54,9 +54,10 @@ def begin_length(way: Any, k: int) -> None:
 
 @kernel
 def note_length(way: Any, k: int, square: Square, track: Track, begin: float, leave: float) -> None:
-    """Add the length of a track inside a map cell, between two times (s), to visit k, in widths of the cell.
+    """Add the length of a track inside a map cell from `begin` to `leave` (s) to visit k, in cell widths.
 
-    `walk_raster` extends the outermost squares without end; the part of a track outside the raster is not counted.
+    way : as in `Visits`, None to do nothing. `walk_raster` extends the outermost cells without end, but the part of a
+    track outside the raster is not counted here.
     """
     if way is None:
         return

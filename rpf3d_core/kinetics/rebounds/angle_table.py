@@ -35,7 +35,7 @@ class AngleTable(NamedTuple):
 def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact with R_n and R_t of the table.
 
-    Those of the material are not used.
+    R_n and R_t of the material are not used.
     """
     R_n, R_t = restitution_at(model, impact_angle(motion, n))
     return no_faster(R_n, R_t, motion, n)
@@ -63,9 +63,9 @@ def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
 
 @kernel
 def _between(column: Any, i: int, share: float) -> float:
-    """Return a value of a table between row i and the next row, at a share of the way between them.
+    """Return the value in a column of a table between row i and the next row, linear in `share` (0 to 1).
 
-    Equal rows give exactly their value.
+    If both rows are equal, the result is exactly their value.
     """
     low = float(column[i])
     return low + share * (float(column[i + 1]) - low)
@@ -88,5 +88,8 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def by_angle_rest(
     model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Report that the bounces have no known sum: each one changes the next impact angle, and flat ones may grow."""
+    """Return the `Rest` of bounces without a known sum: each bounce changes the next impact angle.
+
+    After impacts at a small angle, bounces may even grow.
+    """
     return endless(motion)

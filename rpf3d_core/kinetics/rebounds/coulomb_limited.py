@@ -38,7 +38,7 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 STEADY = 1e-6
-"""Remaining change of the speed along the ground, over this speed (-), below which a closed form sums the bounces.
+"""Remaining change of the speed along the ground, divided by this speed (-), up to which a closed form is used.
 
 The closed form leaves out the square of this share: 1e-12 of the speed.
 """
@@ -46,7 +46,7 @@ The closed form leaves out the square of this share: 1e-12 of the speed.
 SPENT = 1e-12
 """Share (-) of the first bounce's time below which later bounces are left out, because their length is negligible.
 
-Their length is the square of this share.
+Divided by the length of the first bounce, their length is the square of this share.
 """
 
 MOST_BOUNCES = 2000
@@ -71,7 +71,7 @@ class SummedBounces(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """The numbers that are the same for all bounces of a rock on one plane.
+    """The quantities that are the same for all bounces of a rock on one plane.
 
     r, q : R_n and R_t (-); u : (3,) m/s along the plane at the start; g_t : (3,) m/s^2, gravity along the plane
     pull : |g_t| (m/s^2); c : m/s^2, after a bounce of T seconds friction reduces the speed along the plane by c T
@@ -89,7 +89,7 @@ class Plane(NamedTuple):
 def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact, with a loss along the ground limited by Coulomb friction.
 
-    The loss along the ground is the smaller of two: by R_t and by friction.
+    The speed along the ground falls by the loss due to R_t, but not by more than friction allows.
     """
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
@@ -108,11 +108,10 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 def coulomb_limited_rest(
     model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces on a plane summed up, by the formulas at the top of this file.
+    """Return the sum of all remaining bounces on a plane, by the formulas at the top of this file.
 
-    The error is below 1e-10 of the largest speed.
-
-    If R_n is above 0.986 and neither regime begins within MOST_BOUNCES, each bounce is computed as a flight.
+    The error is below 1e-10 of the largest speed. If R_n is above 0.986 and neither regime begins within MOST_BOUNCES,
+    each bounce is computed as a flight.
     """
     r, q = surface.R_n, surface.R_t
     if r >= 1.0:
@@ -132,7 +131,10 @@ def coulomb_limited_rest(
 
 @kernel
 def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
-    """Return the sum of bounces, added one by one until a closed form can sum the rest, or up to MOST_BOUNCES."""
+    """Return the sum `first` with further bounces added one by one, until a closed form can sum all that remain.
+
+    At most MOST_BOUNCES are added. It also ends when bounces are negligibly short (SPENT).
+    """
     state = first
     for _ in range(MOST_BOUNCES):
         if _settled(plane, state) or state.T <= SPENT * first.T:
@@ -167,11 +169,11 @@ def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Return True if from now on friction alone brakes the rock, so that a closed form sums the bounces.
+    """Return True if from now on friction alone brakes the rock, or nothing (c = 0), so that a closed form is valid.
 
-    Friction then takes c T_k at every further impact, and the speed (m/s) hardly changes any more.
+    Friction then reduces the speed by c T_k at every further impact, and the total of these losses is small.
 
-    T : s, time of the next bounce
+    speed : along the plane (m/s); T : time of the next bounce (s)
     """
     change = (plane.pull + plane.c) * T / (1.0 - plane.r)
     steady = change <= STEADY * speed and plane.c * T <= (1.0 - plane.q) * (speed - change)
@@ -180,11 +182,13 @@ def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Return True if from now on only R_t brakes the rock, at every further impact: the closed form for R_t holds.
+    """Return True if from now on only R_t brakes the rock, at every further impact, so that its closed form is valid.
 
-    Then the loss by R_t is smaller than the loss by friction. x_k = |u_k + g_t T_k| / T_k must be at most c / (1 -
-    R_t). The first x_k is at most |u| / T + |g_t|, and x_{k+1} <= (R_t / R_n) x_k + |g_t|. So x_k exceeds neither its
-    first value nor |g_t| R_n / (R_n - R_t).
+    This is so if the loss due to R_t is smaller than friction allows: x_k = |u_k + g_t T_k| / T_k must be at most
+    c / (1 - R_t). The first x_k is at most |u| / T + |g_t|, and x_{k+1} <= (R_t / R_n) x_k + |g_t|. So x_k is at most
+    the larger one of its first value and |g_t| R_n / (R_n - R_t).
+
+    speed : along the plane (m/s); T : time of the next bounce (s)
     """
     lost = 1.0 - plane.q
     first = lost * (speed + plane.pull * T) <= plane.c * T
@@ -193,9 +197,9 @@ def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """Return the sum of all bounces: those added so far and the remaining ones, by a closed form.
+    """Return the sum of all bounces: the bounces in `state`, and all remaining bounces by a closed form.
 
-    If neither regime applies, the remaining bounces are left out. They take the time t = T / (1 - R_n).
+    If neither regime applies, the remaining bounces are left out. The remaining bounces take t = T / (1 - R_n).
     Friction only, to first order of c t / |u|: a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k) with
     sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)), B = t^2 / 2. R_t only: as in `sum_of_bounces`.
     """

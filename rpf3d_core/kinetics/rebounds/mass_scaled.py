@@ -38,7 +38,7 @@ def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, roc
 def mass_scaled_rest(
     model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces summed up, with R_n scaled by mass.
+    """Return the sum of all remaining bounces, with R_n scaled by mass but not by speed.
 
     The error is the same as in `velocity_scaled_rest`.
     """

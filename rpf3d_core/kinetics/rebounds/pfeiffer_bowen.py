@@ -10,7 +10,7 @@ which the rock's lowest point slips:
     along      v_t' = sqrt(R^2 (I w^2 + m v_t^2) f F / (I + m R^2)),    I = 2/5 m R^2
     spin       w' = v_t' / R
 
-R_n and R_t hold for slow impacts, and R_t multiplies energy: values for a lumped mass are different. In three
+R_n and R_t are values for slow impacts, and R_t multiplies energy: values for a lumped mass are different. In three
 dimensions s = |v_t + w x (-R n)|, and w is the spin about axes along the ground. v_t' points along v_t or, if v_t is
 zero, in the direction in which the spin rolls. w' = n x v_t' / R, and the spin about n is kept. Positions are those of
 a lumped mass. Kinetic energy, of translation and rotation together, never rises.
@@ -67,13 +67,16 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def friction(R_t: float, x: float) -> float:
-    """Return CRSP's friction function f of x = slip / A (-), for the speed along the ground."""
+    """Return CRSP's friction function f = R_t + (1 - R_t) / (x^2 + 1.2) (-); x : slip / reference speed A (-)."""
     return R_t + (1.0 - R_t) / (x * x + AT_REST)
 
 
 @kernel
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
-    """Return CRSP's scaling factor F, R_t / ((v_n / (B R_n))^2 + 1), without dividing by R_n: 0 at R_n = 0."""
+    """Return CRSP's scaling factor F = R_t / ((v_n / (B R_n))^2 + 1) (-), computed without dividing by R_n.
+
+    F is 0 at R_n = 0. v_n : speed into the ground (m/s); B : reference speed (m/s)
+    """
     reach = B * R_n
     below = v_n * v_n + reach * reach
     return R_t * (reach * reach / below) if below > 0.0 else R_t
@@ -83,7 +86,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces summed up, with the limits of R_n and R_t for slow bounces of a rolling rock.
+    """Return the sum of all remaining bounces, with the limits of R_n and R_t for slow bounces of a rolling rock.
 
     The limit of R_n is the material's R_n. The limit of R_t is sqrt(R_t f(0)), the share of the speed along the ground
     that remains after an impact. For a bounce that rises by h, the relative errors of both limits are about 2 g h / K^2

@@ -7,10 +7,10 @@ from rpf3d_core.vectors import dot, norm, scale
 
 @kernel
 def heading(v_t: Vec, rolling: Vec) -> Vec:
-    """Return the unit direction (3,) in which a spinning rock leaves an impact along the ground; zero if it has none.
+    """Return the unit direction (3,) along the ground in which a spinning rock leaves an impact; zero if it has none.
 
-    v_t : (3,) m/s, velocity along the ground; gives the direction unless it is zero
-    rolling : (3,) vector along w x n, the direction in which the spin rolls the rock
+    v_t : (3,) m/s, velocity along the ground before the impact, which sets the direction
+    rolling : (3,) vector along w x n, in which the spin rolls the rock; it sets the direction if v_t is zero
     """
     there = v_t if dot(v_t, v_t) > 0.0 else rolling
     speed = norm(there)

@@ -2,7 +2,7 @@
 
 Bourrier et al. 2009, Geomorphology 110:68-79 (form: thesis, equation 2-11; physics reference 1.10):
 (v_t', v_n', R w') = A (v_t, v_n, R w), the nine coefficients of A jointly normal. Means and covariances belong to one
-site and one roughness, calibrated on detailed simulations; no published values can stand for other sites.
+site and one roughness, calibrated on detailed simulations; published values are not valid for other sites.
 
 Signs, which a user's values must follow: v_t is the speed along the ground, in its direction t before the impact. v_n
 is the speed into the ground before the impact, and away from the ground after it. w is the spin about n x t, positive
@@ -65,7 +65,10 @@ def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: 
 
 @kernel
 def _nine_normals(key: RockKey, number: int) -> Nine:
-    """Return the nine independent standard normal numbers from which the matrix of an impact is made."""
+    """Return the nine independent standard normal numbers from which the matrix of an impact is computed.
+
+    number : the rock's impacts so far, plus 1
+    """
     return (
         _normal(key, 0, number), _normal(key, 1, number), _normal(key, 2, number), _normal(key, 3, number),
         _normal(key, 4, number), _normal(key, 5, number), _normal(key, 6, number), _normal(key, 7, number),
@@ -75,13 +78,16 @@ def _nine_normals(key: RockKey, number: int) -> Nine:
 
 @kernel
 def _normal(key: RockKey, k: int, number: int) -> float:
-    """Return the k-th of nine random numbers; k takes the place that the zone has in other random numbers."""
+    """Return the k-th (0 to 8) of the nine normal numbers of impact `number`; each k has its own random stream."""
     return standard_normal(uniform_at(key.seed, key.source, key.rock, STREAM + k * ZONES, number))
 
 
 @kernel
 def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
-    """Return one component of the state after an impact: row i of the drawn matrix times the state before."""
+    """Return component i of the state (v_t, v_n, R w) after an impact: row i of the drawn matrix times `before`.
+
+    z : the nine normal numbers of the impact; before : the state before the impact (m/s)
+    """
     total = 0.0
     for j in range(3):
         coefficient = float(model.mean[i, j])
@@ -93,7 +99,7 @@ def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
 
 @kernel
 def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
-    """Return one component of the mean state after an impact: row i of the mean matrix times the state before."""
+    """Return component i of the mean state (v_t, v_n, R w) after an impact: row i of the mean matrix times `before`."""
     total = 0.0
     for j in range(3):
         total += float(model.mean[i, j]) * before[j]
@@ -102,14 +108,14 @@ def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
 
 @kernel
 def _no_faster(before: Vec, after: Vec) -> Vec:
-    """Return the state after an impact, scaled down so that it has no more kinetic energy than the state before."""
+    """Return the state (v_t, v_n, R w) after an impact, scaled down to at most the kinetic energy before the impact."""
     had, has = _energy(before), _energy(after)
     return scale(math.sqrt(had / has), after) if has > had else after
 
 
 @kernel
 def _energy(state: Vec) -> float:
-    """Return twice the kinetic energy of a rock per unit of mass (m^2/s^2): translation, and rotation of a sphere."""
+    """Return twice the kinetic energy per unit of mass (m^2/s^2) of a sphere in the state (v_t, v_n, R w), in m/s."""
     return state[0] * state[0] + state[1] * state[1] + SPHERE_INERTIA_RATIO * state[2] * state[2]
 
 
@@ -117,5 +123,5 @@ def _energy(state: Vec) -> float:
 def drawn_rest(
     model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Report that the bounces have no known sum, because a new matrix is drawn for every bounce."""
+    """Return the `Rest` of bounces without a known sum, because a new matrix is drawn for every bounce."""
     return endless(motion)

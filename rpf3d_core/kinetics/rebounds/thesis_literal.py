@@ -38,5 +38,5 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 def thesis_rest(
     model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Report no further bounces below `smallest_bounce`: the printed transform has no closed form for their sum."""
+    """Return a `Rest` without further bounces: their sum has no closed form, so small bounces are left out."""
     return at_once(motion, n)

@@ -34,7 +34,7 @@ def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock:
 
 @rest_of_bounces.rule(VHalf)
 def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Report no further bounces: with this model they would never end, because R_n tends to 1 for small bounces.
+    """Return a `Rest` without further bounces: they would never end, because R_n tends to 1 for small bounces.
 
     1 / v_k = 1 / v_0 + k / v_half, so the times of all bounces have no finite sum. A rise of 1 mm is reached after
     about v_half / (0.14 m/s) bounces. The bounces that are left out have a finite length. Let T_0, v_0 and u_0 be the

@@ -1,6 +1,6 @@
 """Rebound with a normal restitution that falls with the speed into the ground.
 
-A hard impact breaks, dents and heats more than a soft impact. R_n of the material holds for slow impacts:
+A hard impact breaks, dents and heats more than a soft impact. R_n of the material is the value for slow impacts:
 v_n' = -R_n v_n / (1 + (v_n / K)^2), K = 9.144 m/s (Pfeiffer & Bowen 1989, Bull. AEG 26:135-146, as in public
 implementations; RocFall offers this rule for the lumped mass; physics reference 1.2 and 1.4, CC).
 """
@@ -43,7 +43,7 @@ def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: 
 def velocity_scaled_rest(
     model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return all remaining bounces summed up with the material's R_n, which is the limit for slow bounces.
+    """Return the sum of all remaining bounces with the material's R_n, which is the limit for slow bounces.
 
     For a bounce that rises by at most h, v_n^2 = 2 g h. R_n is therefore too high by the share 2 g h / K^2 (2.3e-4 at
     1 mm). The relative error of the stop's time and place is at most 1 / (1 - R_n) times this share.

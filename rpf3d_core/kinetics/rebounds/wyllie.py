@@ -40,5 +40,5 @@ def wyllie_R_n(angle: float) -> float:
 
 @rest_of_bounces.rule(Wyllie)
 def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Report that the bounces have no known sum, for the reason given in `angle_table.by_angle_rest`."""
+    """Return the `Rest` of bounces without a known sum, for the reason in `angle_table.by_angle_rest`."""
     return endless(motion)

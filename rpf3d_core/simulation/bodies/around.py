@@ -1,13 +1,14 @@
-"""The effects of a scene on bodies with a shape: obstacles, air and soft ground, as the flight loop asks them.
+"""The effects of a scene on bodies with a shape: obstacles, air and soft ground, for the flight loop of bodies.
 
-The rules of the effects are those of points. A body differs in three ways:
+Bodies use the same rules of effects as points, with three differences:
 
-- The path that meets an obstacle is that of the centre of mass.
-- The energy that an obstacle compares and takes is that of translation and rotation. A rule sees the velocity of a rock
-  that has the same energy without spin, and the change of this velocity applies to velocity and spin alike.
-- Soft ground and air act on the centre of mass; they change no spin.
+- Obstacles are met on the path of the centre of mass.
+- At an obstacle, the energy of a body is that of translation and rotation. The rule receives the velocity of a rock
+  that has the same energy without spin. The factor by which the rule changes the speed then applies to the speed and
+  the spin of the body.
+- Soft ground and air act on the centre of mass only; they do not change the spin.
 
-A scene without effects has None in place of a chain, so nothing of this file is compiled.
+A scene without effects has None in place of a chain, so the rules of effects are not compiled for it.
 """
 
 import math
@@ -29,7 +30,11 @@ from rpf3d_core.vectors import dot, norm, scale
 
 
 class Met(NamedTuple):
-    """The result of a meeting with an obstacle: the body's motion, its totals, its outcome, and `Ride.passed`."""
+    """The result of a body's meeting with an obstacle.
+
+    motion, tally : motion and running totals after the meeting; outcome : MOVING if the body continues
+    passed : number of the obstacle, as in `Ride`
+    """
 
     motion: BodyMotion
     tally: RockTally
@@ -39,15 +44,15 @@ class Met(NamedTuple):
 
 @kernel
 def with_velocity_of(motion: BodyMotion, v: Vec, share: float) -> BodyMotion:
-    """Return a motion with the velocity v (m/s) and a share (-) of its spin."""
+    """Return the motion with the velocity v (3,) m/s in place of its own, and with its spin times `share` (-)."""
     return BodyMotion(t=motion.t, x=motion.x, v=v, q=motion.q, w=scale(share, motion.w))
 
 
 @kernel
 def as_fast(body: Body, motion: BodyMotion) -> float:
-    """Return the speed (-) of a rock with the body's energy and no spin, over the speed of the body's centre.
+    """Return the speed of a rock with the body's kinetic energy but no spin, divided by the speed of the body's centre.
 
-    1 for a body whose centre does not move.
+    The result (-) is 1 if the centre does not move.
     """
     v2 = dot(motion.v, motion.v)
     return math.sqrt(1.0 + 2.0 * rotational_energy(body, motion) / v2) if v2 > 0.0 else 1.0
@@ -57,7 +62,10 @@ def as_fast(body: Body, motion: BodyMotion) -> float:
 def meet_obstacle(
     effects: Any, body: Body, motion: BodyMotion, tally: RockTally, meeting: Meeting, rock: RockContext, record: Record
 ) -> Met:
-    """Return the result for a body that meets an obstacle, and write the meeting into the record."""
+    """Return the result for a body that meets an obstacle at its present position; write the meeting into the record.
+
+    motion, tally : motion and running totals of the body before the meeting
+    """
     whole, seen = as_fast(body, motion), motion_of(motion)
     given = Motion(t=seen.t, x=seen.x, v=scale(whole, seen.v), w=seen.w)
     met = at_obstacle(effects, given, meeting.number, tally.meetings, rock)
@@ -87,15 +95,15 @@ def entering_ground(physics: Physics, motion: BodyMotion, facet: int, n: Vec, ro
 
 @kernel
 def height_of(physics: Physics, locator: Any, motion: BodyMotion) -> float:
-    """Return the height (m) of the body's centre above the ground, if an effect asks for it; else 0.0."""
+    """Return the height (m) of the body's centre above the ground, inf over a hole; 0.0 if no effect needs it."""
     return height_for_effects(physics.effects, plain_locator(locator), physics.facets, motion.x)
 
 
 @kernel
 def braked(effects: Any, motion: BodyMotion, height: float, t: float, rock: RockContext) -> BodyMotion:
-    """Return the motion of a body after the air alone has acted on its centre for t seconds; height : as `in_air`.
+    """Return the motion of a body after the air alone, without gravity, has acted on its centre for t seconds.
 
-    An infinite t means that no effect acts in the air.
+    height : of the centre above the ground, as in `in_air` (m); t : inf if no effect acts in the air
     """
     if effects is None or t == math.inf:
         return motion

@@ -1,10 +1,11 @@
-"""What happens in contact: impacts, and short steps for as long as contact lasts.
+"""Bodies in contact with the ground: impacts, and short time steps while contact lasts.
 
-A step is a free flight, like all motion of a body, so positions and orientations stay exact. At its start the body gets
-the impulses with which each contact returns to its place at the end of the step: the velocity of a contact is then
--a h / 2 at the start and a h / 2 at the end, for an acceleration a of the free body and a step of h. So the mean
-velocity of a contact at rest is zero, the error of a step is of third order, and the contact keeps its distance from
-the ground. The length of a step follows from the error of that distance.
+A step is a free flight, like all motion of a body, so positions and orientations stay exact. At the start of a step the
+body receives an impulse at each contact, such that the contact is at the same place again at the end of the step. In
+the step, gravity and spin accelerate the contact by a. So its velocity must be -a h / 2 at the start of a step of h
+seconds, and is a h / 2 at the end. The mean velocity of a contact at rest is then zero, the error of a step is of third
+order, and the contact keeps its gap, the distance from the ground. The length of the next step follows from the error
+of the gap.
 """
 
 import math
@@ -38,32 +39,33 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 
 OFF = 0.25
-"""Largest error of a gap in a step, as a share of the skin (-)."""
+"""Largest error of a gap that a step may have, as a share of the skin (-)."""
 NEAR, PUSH = 0.75, 0.3
-"""Share of the skin (-) below which the distance from the ground is restored, and the share of it in a step (-)."""
+"""Share of the skin (-) below which a step enlarges a gap, and share (-) of the missing gap that it then adds."""
 LIFT = 0.05
-"""Largest speed (m/s) at which a step restores a missing distance from the ground."""
+"""Largest speed (m/s) with which a step enlarges a gap that is too small."""
 SLOW = 0.1
-"""Speed of approach (m/s) below which contact is sustained and an impact has no restitution."""
+"""Speed towards the ground (m/s) below which a contact is sustained, and has no restitution in an impact."""
 LONGEST, SHORTEST = 0.02, 1e-5
 """Longest and shortest step (s)."""
 TURN = 0.15
 """Largest turn of the body in a step (rad)."""
 SOLVED, FINISHED = 1e-3, 1e-4
-"""Error of a contact's velocity, times the step, as a share of the skin (-), to which a step is solved.
+"""Errors to which the velocities of contacts are solved: error of the velocity times the step, over the skin (-).
 
-The second is for the step that an impact ends: its error changes the impact.
+SOLVED is for usual steps. FINISHED is for the last step before an impact, because its error changes the impact.
 """
 GROWTH, SHRINKAGE, SAFETY = 3.0, 0.3, 0.9
-"""Largest and least factor of the next step's length, and the share of the estimated length that is used (-)."""
+"""Largest and smallest ratio of the next step to this step, and share of the estimated length that is used (-)."""
 
 
 class Carried(NamedTuple):
     """The result of a step in contact.
 
-    motion : at the end; contacts : number of contacts there, in `room.points`; moved : path bound of the body (m)
-    begin : motion at the start, after the impulses; h : length of the step, and next : of the next one (s)
-    pressed : True if any contact carried an impulse
+    motion : at the end; contacts : number of contacts there, in `room.points`; moved : path bound at the end, as in
+        `Ride` (m)
+    begin : motion at the start, after the impulses; h : length of the step (s); next : length of the next step (s)
+    pressed : True if any contact received an impulse
     """
 
     motion: BodyMotion
@@ -77,13 +79,13 @@ class Carried(NamedTuple):
 
 @kernel
 def body_velocity(motion: BodyMotion) -> Velocity:
-    """Return the velocity and the spin of a body in its own axes."""
+    """Return the velocity (m/s) and the spin (rad/s) of a body, both in the body's axes."""
     return Velocity(turned_back(motion.q, motion.v), motion.w)
 
 
 @kernel
 def with_velocity(motion: BodyMotion, velocity: Velocity) -> BodyMotion:
-    """Return a motion with another velocity and spin, given in the body's axes."""
+    """Return the motion with another velocity and spin; `velocity` has both in the body's axes."""
     return BodyMotion(t=motion.t, x=motion.x, v=turned(motion.q, velocity.v), q=motion.q, w=velocity.w)
 
 
@@ -91,7 +93,10 @@ def with_velocity(motion: BodyMotion, velocity: Velocity) -> BodyMotion:
 def contacts_of(
     body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext, moved: float
 ) -> int:  # fmt: skip
-    """Look at the facets around a body, and write its contacts into `points`; return how many there are."""
+    """Write the contacts of a body at its present position into `points`; return their number.
+
+    points : (K, CONTACT_COLUMNS); moved : path bound of the body, as in `Ride` (m)
+    """
     touch(body, room, physics.facets, motion, moved)
     mark_covered(body, room, physics.facets, motion)
     return list_contacts(body, room, points, physics, motion, rock)
@@ -99,9 +104,11 @@ def contacts_of(
 
 @kernel
 def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> int:
-    """Return the contact that approaches fastest, if it approaches faster than sustained contact can; else -1.
+    """Return the index of the contact that approaches the ground fastest, if this is an impact; else -1.
 
-    h : length of the last step (s), in which gravity may accelerate a contact at rest
+    An impact is faster than SLOW plus the speed that gravity gives a contact at rest in a step.
+
+    count : number of contacts in `room.points`; h : length of the last step (s)
     """
     velocity = body_velocity(motion)
     worst, which = -SLOW - gravity * h, -1
@@ -114,12 +121,13 @@ def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -
 
 @routine
 def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> BodyMotion:
-    """Return the motion of a body just before an impact, with the rest of the impulses of the contacts that carry it.
+    """Return the motion of a body just before an impact, after the last impulses of the contacts that carry it.
 
-    h : length of the last step (s)
+    count : number of contacts in `room.points`; h : length of the last step (s)
 
-    At the end of a step such a contact moves towards the ground, by half of what its free acceleration adds in the
-    step. The impulse that stops it belongs to the step, not to the impact. Where the sweeps diverge, the motion stays.
+    At the end of a step, a contact that carries the body moves towards the ground, with half of the velocity that its
+    free acceleration adds in the step. The impulse that stops it belongs to the step, not to the impact. If the solver
+    diverges, so that kinetic energy would rise, the motion is returned unchanged.
     """
     velocity, carrying = body_velocity(motion), 0
     for i in range(count):
@@ -141,7 +149,7 @@ def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gr
 
 @kernel
 def struck(body: Body, room: Room, count: int, motion: BodyMotion) -> BodyMotion:
-    """Return the motion of a body after an impact at all its contacts."""
+    """Return the motion of a body after an impact at all its contacts; count : number of contacts in `room.points`."""
     after = impact(room.points, room.rows, count, body.moments, body_velocity(motion), SLOW)
     forget(room.points, count)
     return with_velocity(motion, after)
@@ -149,9 +157,10 @@ def struck(body: Body, room: Room, count: int, motion: BodyMotion) -> BodyMotion
 
 @kernel
 def _rate(skin: float, gap: float, h: float) -> float:
-    """Return the mean normal velocity (m/s) that a contact should have in a step, from its gap (m).
+    """Return the mean normal velocity (m/s) that a contact should have in a step of h seconds, from its gap (m).
 
-    A contact farther away than the skin may come as near as the skin. A contact that is too near moves away slowly.
+    It is positive away from the ground. A contact farther away than the skin (m) may approach to the skin. A contact
+    that is too near moves away slowly.
     """
     if gap > skin:
         return (skin - gap) / h
@@ -160,7 +169,10 @@ def _rate(skin: float, gap: float, h: float) -> float:
 
 @kernel
 def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: float, h: float) -> None:
-    """Write the velocity that each contact should have at the start of a step of h seconds."""
+    """Write the velocity that each contact should have at the start of a step of h seconds into `room.points`.
+
+    count : number of contacts there; gravity : m/s^2
+    """
     down = turned_back(motion.q, (0.0, 0.0, -gravity))
     for i in range(count):
         row = room.points[i]
@@ -171,7 +183,10 @@ def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: 
 
 @kernel
 def _keep_begin(room: Room) -> None:
-    """Write the gaps and the nearest points at the start of a step, which later looks replace."""
+    """Keep the gaps and the nearest points at the start of a step in the columns from BEGUN on.
+
+    The columns of the present values are overwritten during the step. For a facet without contact, BEGUN is UNKNOWN.
+    """
     for k in range(room.count[0]):
         plane = room.planes[k]
         plane[BEGUN] = UNKNOWN
@@ -182,7 +197,10 @@ def _keep_begin(room: Room) -> None:
 
 
 class Step(NamedTuple):
-    """A free flight of a step in the body's axes: velocity v (m/s), spin w (rad/s), gravity (m/s2), duration (s)."""
+    """A step: the free flight of a body for h seconds.
+
+    begin : motion at the start; v : velocity at the start (m/s), down : gravity (m/s2), both in the body's axes
+    """
 
     begin: BodyMotion
     v: Vec
@@ -192,14 +210,21 @@ class Step(NamedTuple):
 
 @kernel
 def _gap_after(body: Body, step: Step, gap: float, n: Vec, arm: Vec) -> float:
-    """Return the gap (m) of a point of the body after a step, to second order; n, arm : in the body's axes."""
+    """Return the gap (m) of a point of the body at the end of a step, to second order in its duration.
+
+    gap : at the start (m); n : normal of the ground; arm : position of the point (m); both (3,) in the body's axes
+    """
     speed = dot(n, add(step.v, cross(step.begin.w, arm)))
     return gap + step.h * (speed + 0.5 * step.h * dot(n, corner_acceleration(body, step.begin, arm, step.down)))
 
 
 @kernel
 def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: float, h: float) -> bool:
-    """Write the gap of each facet that the solution of a step leads to; return True if any contact presses."""
+    """Write the gap that each facet should have at the end of a step of h seconds into the column EXPECTED.
+
+    Return True if any contact received an impulse. count : number of contacts in `room.points`; begin : motion at the
+    start, after the impulses
+    """
     step = Step(begin=begin, v=turned_back(begin.q, begin.v), down=turned_back(begin.q, (0.0, 0.0, -gravity)), h=h)
     for k in range(room.count[0]):
         plane = room.planes[k]
@@ -219,7 +244,7 @@ def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: floa
 
 @kernel
 def _place_of(room: Room, f: int) -> int:
-    """Return the place of a facet in the room's ascending list."""
+    """Return the index of facet number f in the ascending list `room.facets`."""
     low, high = 0, room.count[0] - 1
     while low < high:
         middle = (low + high) // 2
@@ -232,7 +257,10 @@ def _place_of(room: Room, f: int) -> int:
 
 @kernel
 def _error(body: Body, room: Room, moved: float) -> float:
-    """Return the largest error of a gap at the end of a step, over the largest allowed one (-)."""
+    """Return the largest error of a gap at the end of a step, divided by the largest allowed error (-).
+
+    moved : path bound of the body at the end of the step, as in `Ride` (m)
+    """
     worst, band = 0.0, BAND * body.skin
     for k in range(room.count[0]):
         plane = room.planes[k]
@@ -245,7 +273,11 @@ def _error(body: Body, room: Room, moved: float) -> float:
 
 @kernel
 def _next_length(h: float, error: float) -> float:
-    """Return the length (s) of the next step, by the fourth root of the error, which is cautious for third order."""
+    """Return the length (s) of the next step, from the length h (s) and the error (-) of this step.
+
+    It follows the fourth root of the error. The error of a step is of third order, so the fourth root is on the safe
+    side.
+    """
     if error <= 0.0:
         return GROWTH * h
     return h * min(max(SAFETY / math.sqrt(math.sqrt(error)), SHRINKAGE), GROWTH)
@@ -253,7 +285,7 @@ def _next_length(h: float, error: float) -> float:
 
 @kernel
 def _shortened(body: Body, motion: BodyMotion, h: float) -> float:
-    """Return a length (s) of a step within its limits."""
+    """Return the length h (s) of a step, changed to lie within the limits of steps: SHORTEST, LONGEST and TURN."""
     spin = norm(motion.w)
     most = min(LONGEST, TURN / spin) if spin > 0.0 else LONGEST
     return max(min(h, most), SHORTEST)
@@ -263,12 +295,12 @@ def _shortened(body: Body, motion: BodyMotion, h: float) -> float:
 def carry(
     body: Body, room: Room, count: int, physics: Physics, motion: BodyMotion, h: float, at: tuple[float, RockContext]
 ) -> Carried:
-    """Return the motion of a body after a step in contact.
+    """Return the result of a step in contact.
 
-    count : number of contacts in `room.points`; h : length of the step to try first (s)
-    at : path bound of the body (m), and the rock's data
+    count : number of contacts in `room.points`; h : length of the step that is tried first (s)
+    at : path bound of the body at the start, as in `Ride` (m), and the rock's data
 
-    A step whose gaps are not as expected is repeated with a shorter length.
+    If the gaps at the end differ too much from the expected gaps, the step is repeated with a shorter length.
     """
     moved, rock = at
     gravity, before = physics.settings.gravity, body_velocity(motion)
@@ -298,7 +330,10 @@ def carry(
 
 @kernel
 def is_lifting(room: Room, count: int, motion: BodyMotion) -> bool:
-    """Return True if every contact of a body moves away from the ground, or there is none."""
+    """Return True if every contact of a body moves away from the ground, or if there is no contact.
+
+    count : number of contacts in `room.points`
+    """
     velocity = body_velocity(motion)
     for i in range(count):  # noqa: SIM110  (all() of a generator does not compile)
         if not approach(room.points[i], velocity.v, velocity.w) > 0.0:

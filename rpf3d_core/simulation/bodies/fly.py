@@ -1,4 +1,4 @@
-"""The flights of all bodies of an ensemble on either engine."""
+"""Fly all bodies with a shape of an ensemble, one after another; both engines use this module."""
 
 import math
 from typing import Any
@@ -19,7 +19,7 @@ from rpf3d_core.simulation.record import Logbook, close_rock, record_from
 from rpf3d_core.values import ZERO
 
 LARGEST_ROOM = 1 << 22
-"""Largest number of facets near a body for which room is made."""
+"""Largest number of facets near a body for which working memory is allocated."""
 
 
 def follow_in_room(
@@ -29,8 +29,8 @@ def follow_in_room(
 
     follow : the loop to call, `follow_each` or its plain Python form
 
-    Returns the number of the first body that did not fit into the record; R if all fitted. Bodies with more facets
-    nearby than there is room for fly again with more room.
+    Returns the number of the first body whose path did not fit into the record; R if all paths fitted. If the facets
+    near a body do not fit into the working memory, the body flies again with larger memory.
 
     Raises
     ------
@@ -51,7 +51,11 @@ def follow_in_room(
 def follow_each(
     physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int, room: Room
 ) -> tuple[int, bool]:  # fmt: skip
-    """Fly bodies one after another; return the number of the body that ended the loop, and whether all had room."""
+    """Fly bodies from number `begin` on; return the number of the body that ended the loop, and a flag.
+
+    The loop ends at the first body whose path does not fit into the record (flag True) or whose nearby facets do not
+    fit into the working memory `room` (flag False). If all bodies have flown, it returns their number and True.
+    """
     x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):
         rock = RockContext(rock=rock_of(launches.sizes, i), key=key_of(launches.keys, i), impacts=0)

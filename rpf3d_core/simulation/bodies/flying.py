@@ -32,12 +32,13 @@ LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX
 
 
 class Path(NamedTuple):
-    """A free flight of a body for t seconds, and what ends it.
+    """A free flight of a body for t seconds, and the events that may end it.
 
-    start : motion at its beginning, and longest : s for which one free flight may replace the flight through the air
-    k : the facet's place in the room where contact begins, else -1; left : s until max_time; end : s until the flight
-    has left the terrain
-    meeting, loss : first obstacle and first passage through a cap; none is earlier than t
+    start, flight : motion at the beginning, and the free flight from there
+    k : index in `Room.facets` of the facet with which contact begins at t; -1 if no contact begins
+    left : time until max_time (s); end : time until the body has left the terrain (s)
+    longest : planned duration, for which one free flight may replace the flight through the air (s)
+    meeting, loss : first obstacle and first passage through a cap; neither is earlier than t
     """
 
     start: BodyMotion
@@ -55,7 +56,10 @@ class Path(NamedTuple):
 def _free_flight(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, start: BodyMotion, longest: float
 ) -> Path:  # fmt: skip
-    """Return the free flight from a motion on, up to a contact, a cap or the end of the facets nearby."""
+    """Return the free flight that begins with the motion `start`, up to a contact or a cap.
+
+    It also ends where the facets nearby must be listed again, and at a time limit. longest : as in `Path` (s)
+    """
     facets, settings = physics.facets, physics.settings
     arc = Arc(x=start.x, v=start.v, gravity=settings.gravity)
     end, left = flight_end(facets, arc, body.reach), settings.max_time - start.t
@@ -81,7 +85,10 @@ def _free_flight(
 def _next_path(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext
 ) -> Path:  # fmt: skip
-    """Return the next free flight of a body, up to a contact, an obstacle or a cap, in air as `next_parabola` says."""
+    """Return the next free flight of a body, up to a contact, an obstacle or a cap.
+
+    The drag before and after the flight, and the repetition of short flights, are as in `parabola.next_parabola`.
+    """
     effects, motion = physics.effects, ride.motion
     longest = longest_flight(effects, motion_of(motion), rock)
     height = height_of(physics, locator, motion)
@@ -91,7 +98,7 @@ def _next_path(
         arc = Arc(x=start.x, v=start.v, gravity=physics.settings.gravity)
         meeting = first_obstacle(effects, arc, ride.passed, path.t, rock)
         t = min(path.t, meeting.t)
-        if longest == math.inf or not 0.0 < t < 0.5 * longest:  # a search again for no time would find nothing
+        if longest == math.inf or not 0.0 < t < 0.5 * longest:  # a repeated flight of no time would change nothing
             return Path(
                 start=start, flight=path.flight, t=t, k=path.k, left=path.left, end=path.end, longest=longest,
                 meeting=meeting, loss=path.loss,
@@ -103,9 +110,10 @@ def _next_path(
 def fly_on(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> tuple[Ride, bool]:  # fmt: skip
-    """Return the state after a part of a free flight, and whether it ends with contact.
+    """Return the state of a body after its next free flight, and True if the flight ends with contact.
 
-    Otherwise the facets nearby must be listed again, the air acts again, or the path ends.
+    Without contact, the path may have ended; if not, the next flight follows, for which the facets nearby may have to
+    be listed again.
     """
     effects, facets = physics.effects, physics.facets
     path = _next_path(body, room, locator, physics, ride, rock)
@@ -136,7 +144,7 @@ def fly_on(
 
 @kernel
 def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
-    """Return the state of a body with the slip that is left after t seconds of flight."""
+    """Return the state of a body with its slip after t seconds of flight, in which slip decreases."""
     if physics.rebound.slip is None:
         return ride
     zone = physics.facets.zone[max(ride.tally.facet, 0)]
@@ -146,7 +154,10 @@ def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
 
 @kernel
 def _with_flight(tally: RockTally, arc: Arc, t: float, after: BodyMotion, tolerance: float) -> RockTally:
-    """Return the totals after a flight of t seconds, which counts as a path segment if it takes time."""
+    """Return the running totals after a flight of t seconds; a flight of no time is not a path segment.
+
+    arc : path of the centre; after : motion at the end; tolerance : m, as in `with_piece`
+    """
     if not t > 0.0:
         return tally
     return with_slide(tally, arc_length(arc, t), motion_of(after), tolerance, True)

@@ -42,7 +42,7 @@ from rpf3d_core.values import MOVING, Mode, Outcome
 from rpf3d_core.vectors import norm, subtract
 
 MOVED_ON = 0.5
-"""Share (-) of the margin after which the facets around a body in contact are listed again."""
+"""Share (-) of the distance `ride.margin_of`: when a body has moved so far, the facets around it are listed again."""
 
 SLIDING, END = int(Mode.SLIDING), int(Mode.END)
 STOPPED, MAX_TIME = int(Outcome.STOPPED), int(Outcome.MAX_TIME)
@@ -51,7 +51,10 @@ MAX_IMPACTS, FAILED = int(Outcome.MAX_IMPACTS), int(Outcome.FAILED)
 
 @kernel
 def meet(body: Body, room: Room, physics: Physics, ride: Ride, rock: RockContext, record: Record) -> Ride:
-    """Return the state of a flying body that has come near the ground: in contact, after an impact if it was fast."""
+    """Return the state of a flying body that touches the ground: in contact, or in flight again after an impact.
+
+    The impact is simulated if the body approaches the ground fast enough.
+    """
     count = contacts_of(body, room, room.points, physics, ride.motion, rock, ride.moved)
     at_ground = in_contact(ride, ride.motion, count, ride.tally, ride.passed)
     return _after_impact(body, room, at_ground, physics, rock, record)
@@ -59,7 +62,10 @@ def meet(body: Body, room: Room, physics: Physics, ride: Ride, rock: RockContext
 
 @kernel
 def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: RockContext, record: Record) -> Ride:
-    """Return the state of a body in contact after an impact, if it approaches the ground faster than a step allows."""
+    """Return the state of a body after an impact at its contacts; unchanged if no contact is fast enough for an impact.
+
+    A body that leaves the ground at all its contacts flies.
+    """
     which = hits(room, ride.contacts, ride.motion, ride.h, physics.settings.gravity)
     if which < 0:
         return ride
@@ -78,7 +84,7 @@ def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: Ro
 
 @kernel
 def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext) -> Ride:
-    """Return the state with the facets around a body in contact listed again if the body has moved on."""
+    """List the facets around a body in contact again if the body has moved far enough; return the state after this."""
     if norm(subtract(ride.motion.x, ride.centre)) <= MOVED_ON * margin_of(body):
         return ride
     listed = listed_around(body, room, locator, physics, ride)
@@ -90,7 +96,7 @@ def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride,
 def step_on(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
-    """Return the state of a body in contact after its next step, or at the obstacle or cap that the step meets."""
+    """Return the state of a body in contact after its next time step, or where it meets an obstacle or a cap."""
     motion, effects = ride.motion, physics.effects
     speed = math.sqrt(2.0 * kinetic_energy(body, motion)) + 1.0
     h = min(ride.h, (1.0 - MOVED_ON) * margin_of(body) / speed, longest_flight(effects, motion_of(motion), rock))
@@ -127,7 +133,10 @@ def step_on(
 
 @kernel
 def _slip_after(physics: Physics, ride: Ride, done: Carried, facet: int) -> Any:
-    """Return the slip (m) of a body after a step in contact; None without slip friction."""
+    """Return the slip (m) of a body after a step in contact; None if no ground has slip friction.
+
+    done : result of the step; facet : number of the facet of the first contact
+    """
     model, zone = physics.rebound.slip, physics.facets.zone[facet]
     if not done.pressed:
         return slip_in_air(model, ride.slip, zone, done.h)
@@ -141,7 +150,9 @@ def _cut_short(
 ) -> Ride:  # fmt: skip
     """Return the state of a body that meets an obstacle or a cap during a step in contact.
 
-    A body in contact that loses all speed at an obstacle leans against it.
+    A body in contact that loses all speed at an obstacle stops, leaning against it.
+
+    done : result of the whole step; ends : first obstacle, and first passage through a cap, with times in the step
     """
     meeting, loss = ends
     flight = flight_of(body, done.begin, physics.settings.gravity)
@@ -159,7 +170,7 @@ def _cut_short(
 
 @kernel
 def _checked(before: Ride, after: Ride) -> Ride:
-    """Return the state after an event; the state before with the outcome FAILED if a number is not finite."""
+    """Return the state `after` an event if its numbers are finite; else the state `before` it, with outcome FAILED."""
     motion = after.motion
     total = motion.t + after.tally.path + after.tally.speed2
     for k in range(3):
@@ -171,7 +182,7 @@ def _checked(before: Ride, after: Ride) -> Ride:
 def next_event(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
-    """Return the state of a body after its next event."""
+    """Return the state of a body after its next event: the end of a free flight, an impact or a step in contact."""
     if ride.tally.contacts >= physics.settings.max_impacts:
         return ended(ride, MAX_IMPACTS)
     if ride.contacts == 0:
@@ -195,7 +206,10 @@ def next_event(
 def follow_body(
     body: Body, room: Room, locator: Any, physics: Physics, release: Release, rock: RockContext, record: Record
 ) -> Ride:
-    """Return the state at the end of a body's path, from its release."""
+    """Simulate one body from its release to its outcome; return its last state.
+
+    room : working memory; locator : contact search; rock : the rock's data; record : receives the path and impacts
+    """
     motion = release.motion
     tally = released(motion_of(motion)).tally
     ride = Ride(

@@ -1,4 +1,4 @@
-"""The motion of a body with an orientation, and its free flight in closed form."""
+"""The motion of a rigid body with its orientation and spin, and its free flight in closed form."""
 
 from typing import Any, NamedTuple
 
@@ -14,9 +14,11 @@ class Body(NamedTuple):
     """The constants of one rock with a shape.
 
     shapes : `ShapeTable`, the shapes of the ensemble; shape : number of the rock's shape
-    first, last : rows of its corners; size : radius (m) of the sphere of equal volume, the factor of the corners
-    moments : principal moments per unit of mass (m2), ascending; reach : largest distance of a corner (m)
-    skin : distance from the ground (m) at which contact begins
+    first, last : the rows `first` to `last` - 1 of `shapes.corners` are its corners, for a rock of size 1
+    size : radius (m) of the sphere of equal volume, by which corners are multiplied
+    moments : principal moments of inertia per unit of mass (m2), ascending
+    reach : largest distance of a corner from the centre of mass (m); skin : distance from the ground at which contact
+        begins (m)
     """
 
     shapes: Any
@@ -30,9 +32,10 @@ class Body(NamedTuple):
 
 
 class BodyMotion(NamedTuple):
-    """The motion of a body: t (s), centre of mass x (3,) m, its velocity v (3,) m/s, orientation q, spin w (3,) rad/s.
+    """The motion of a body at a time t (s).
 
-    q : from the body's axes to space; w : in the body's axes; x, v : in space
+    x, v : (3,) m and m/s, position and velocity of the centre of mass, in the axes of the terrain (space)
+    q : orientation, a quaternion from the body's axes to space; w : (3,) rad/s, spin in the body's axes
     """
 
     t: float
@@ -43,7 +46,11 @@ class BodyMotion(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """A free flight of a body: start, constants of the rotation, gravity (m/s2), bound of the spin (rad/s)."""
+    """A free flight of a body.
+
+    start : motion at the beginning; turning : constants of the rotation; gravity : m/s2
+    spin : speed of rotation (rad/s) that the body never exceeds
+    """
 
     start: BodyMotion
     turning: Turning
@@ -52,12 +59,12 @@ class Flight(NamedTuple):
 
 
 SKIN = 4e-3
-"""Largest distance at which contact begins, as a share (-) of the largest distance of a corner."""
+"""Largest distance from the ground at which contact may begin, divided by the body's reach (-)."""
 
 
 @kernel
 def body_of(model: Any, shape: int, radius: float) -> Body:
-    """Return the constants of a rock.
+    """Return the constants of one rock with a shape.
 
     model : `RigidBody`; shape : number of the rock's shape; radius : of the sphere of equal volume (m)
     """
@@ -82,7 +89,7 @@ def body_of(model: Any, shape: int, radius: float) -> Body:
 
 @kernel
 def flight_of(body: Body, motion: BodyMotion, gravity: float) -> Flight:
-    """Return the free flight that begins with a motion."""
+    """Return the free flight of a body that begins with a motion; gravity : m/s2."""
     turning = turning_of(body.moments, motion.q, motion.w)
     return Flight(start=motion, turning=turning, gravity=gravity, spin=spin_bound(turning))
 
@@ -104,7 +111,7 @@ def motion_after(flight: Flight, t: float) -> BodyMotion:
 
 @kernel
 def sweep_of(flight: Flight, motion: BodyMotion) -> Sweep:
-    """Return the rest of a free flight from a motion on, as the search for contacts reads it."""
+    """Return the rest of a free flight, from `motion` on, in the form that the search for contacts reads."""
     return Sweep(
         x=motion.x,
         v=motion.v,
@@ -117,9 +124,9 @@ def sweep_of(flight: Flight, motion: BodyMotion) -> Sweep:
 
 @kernel
 def corner_acceleration(body: Body, motion: BodyMotion, arm: Vec, down: Vec) -> Vec:
-    """Return the acceleration (m/s2) of a point of a body in free flight, in the body's axes.
+    """Return the acceleration (3,) m/s2 of a point of a body in free flight, in the body's axes.
 
-    arm : of the point (m); down : gravity (m/s2); both in the body's axes
+    arm : position of the point relative to the centre of mass (m); down : gravity (m/s2); both (3,) in the body's axes
     """
     w, m = motion.w, body.moments
     turning = (
@@ -150,12 +157,12 @@ def rotational_energy(body: Body, motion: BodyMotion) -> float:
 
 @kernel
 def place_of(motion: BodyMotion, arm: Vec) -> Vec:
-    """Return the place (m) of a point of a body in space from its arm in the body's axes."""
+    """Return the position (3,) m in space of a point of a body; arm : its position in the body's axes (m)."""
     return add(motion.x, turned(motion.q, arm))
 
 
 @kernel
 def in_body(motion: BodyMotion, p: Vec) -> Vec:
-    """Return a place in space (m) in the body's axes."""
+    """Return the position (3,) m in the body's axes of a point p (3,) m in space."""
     x = motion.x
     return turned_back(motion.q, (p[0] - x[0], p[1] - x[1], p[2] - x[2]))

@@ -1,4 +1,4 @@
-"""The facets near a body: listed once for a part of its path, then looked at one by one."""
+"""The facets near a body, listed once for a part of its path."""
 
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from rpf3d_core.vectors import norm, subtract
 class Gather(NamedTuple):
     """A search that lists all facets within a distance (m) of a point x (3,) m.
 
-    facets : receives their numbers, as far as there is room; count : (1,) receives how many there are
+    facets : (F,) receives the numbers of the first F facets; count : (1,) receives the number of all of them
     """
 
     x: Vec
@@ -27,7 +27,7 @@ class Gather(NamedTuple):
 
 @looked_at.rule(Gather)
 def gathered(quest: Gather, facets: Facets, f: int, best: Touch) -> Touch:
-    """Add facet f to the list if it is near enough and has an area."""
+    """Add facet f to the list of a search if it is near enough and has an area; return `best` unchanged."""
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
@@ -43,7 +43,7 @@ def gathered(quest: Gather, facets: Facets, f: int, best: Touch) -> Touch:
 
 @kernel
 def _is_beside(facets: Facets, f: int, x: Vec, distance: float) -> bool:
-    """Return True if facet f lies farther than a distance (m) from x (3,) m along an axis, as most facets do."""
+    """Return True if facet f is farther than a distance (m) from x (3,) m along one axis; a quick first test."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     beside = False
     for k in range(3):
@@ -64,9 +64,9 @@ def _sort(numbers: Any, count: int) -> None:
 
 @routine
 def gather(room: Room, locator: Any, facets: Facets, x: Vec, distance: float) -> bool:
-    """List the facets within a distance (m) of x (3,) m in the room; return False if they do not fit.
+    """List the facets within a distance (m) of x (3,) m in `room.facets`; return False if they do not fit.
 
-    The facets count as not looked at.
+    All values of the listed facets are reset: their gaps are UNKNOWN.
     """
     room.count[0] = 0
     low = (x[0] - distance, x[1] - distance, x[2] - distance)

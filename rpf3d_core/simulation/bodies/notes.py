@@ -1,4 +1,4 @@
-"""What a body's flight writes into the record: path segments with orientation, and impacts with energies."""
+"""Write the path segments of a body, with its orientation, and its impacts, with energies, into the record."""
 
 from rpf3d_core.body.quaternions import turned
 from rpf3d_core.jit.dispatch import kernel
@@ -10,7 +10,7 @@ from rpf3d_core.values import Motion, Vec
 
 @kernel
 def motion_of(motion: BodyMotion) -> Motion:
-    """Return the motion of a body without its orientation; the spin is in space."""
+    """Return the motion of a body as a `Motion`, without orientation and with the spin in the axes of space."""
     return Motion(t=motion.t, x=motion.x, v=motion.v, w=turned(motion.q, motion.w))
 
 
@@ -18,7 +18,10 @@ def motion_of(motion: BodyMotion) -> Motion:
 def note_segment(
     record: Record, tally: RockTally, body: Body, start: BodyMotion, end: BodyMotion, mode: int
 ) -> None:  # fmt: skip
-    """Write the body's next path segment into the record."""
+    """Write the body's next path segment into the record.
+
+    start, end : motion at both ends; mode : number of a `Mode`; tally : running totals, from which the row follows
+    """
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
         return
@@ -34,9 +37,11 @@ def note_segment(
 def note_blow(
     record: Record, tally: RockTally, body: Body, before: BodyMotion, after: BodyMotion, contact: tuple[int, int, Vec]
 ) -> None:  # fmt: skip
-    """Write the body's next impact into the record.
+    """Write the body's next impact, or its next meeting with an obstacle, into the record.
 
-    contact : the facet that the body approached fastest, the number of contacts, and the normal there, in space
+    before, after : motion just before and just after; tally : running totals, from which the row follows
+    contact : number of the facet that the body approached fastest, or `FIRST_OBSTACLE` minus the number of the
+        obstacle; number of contacts; normal (3,) there, in the axes of space
     """
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):

@@ -1,4 +1,4 @@
-"""The polygon in which a face of a body lies over a facet: its corners carry a contact of a face or of an edge."""
+"""The polygon in which a face of a body lies over a facet of the terrain; its corners are contacts of the body."""
 
 from typing import Any
 
@@ -10,14 +10,17 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, subtract
 
 FACING = 0.5
-"""Least cosine of the angle between a contact's normal and the normals of facet and face, for a polygon (-)."""
+"""Smallest cosine of the angles of a contact's normal with the normals of facet and face, for a polygon (-)."""
 MOST = 4
-"""Largest number of contacts of one facet: more corners of a polygon change nothing."""
+"""Largest number of corners of a polygon that become contacts; more contacts would not change the motion."""
 
 
 @kernel
 def facing_face(body: Body, n: Vec) -> int:
-    """Return the face of the body that faces the direction -n most; -1 if none does to FACING."""
+    """Return the face of the body whose normal is nearest to -n (3,); -1 if its angle to -n is too large (FACING).
+
+    n : unit, in the body's axes
+    """
     normals, shape = body.shapes.normals, body.shape
     face = lowest(normals, body.shapes.face_first[shape], body.shapes.face_first[shape + 1], n)
     return face if normals[face, 0] * n[0] + normals[face, 1] * n[1] + normals[face, 2] * n[2] < -FACING else -1
@@ -35,7 +38,7 @@ def _put(polygon: Any, i: int, p: Vec) -> None:
 
 @kernel
 def _lay_out(body: Body, polygon: Any, face: int) -> int:
-    """Write the corners (m) of a face into the polygon; return how many there are."""
+    """Write the corners (m) of a face of the body into `polygon`; return their number."""
     shapes = body.shapes
     first, count = shapes.faces[face, 0], int(min(shapes.faces[face, 1], POLYGON - 3))
     for i in range(count):
@@ -47,9 +50,10 @@ def _lay_out(body: Body, polygon: Any, face: int) -> int:
 
 @kernel
 def _clip(polygon: Any, count: int, clipped: Any, inward: Vec, a: Vec) -> int:
-    """Write the part of a polygon on one side of a plane into `clipped`; return its number of corners.
+    """Write the part of a polygon on one side of a plane into `clipped`; return the number of its corners.
 
-    inward, a : normal towards this side, and a point (m) of the plane
+    polygon : its first `count` rows are the corners; inward, a : (3,) normal towards this side, and a point (m) of the
+        plane
     Source: Sutherland & Hodgman 1974, Communications of the ACM 17:32.
     """
     kept = 0
@@ -68,12 +72,13 @@ def _clip(polygon: Any, count: int, clipped: Any, inward: Vec, a: Vec) -> int:
 
 @routine
 def contact_polygon(body: Body, room: Room, facet: tuple[Vec, Vec, Vec], m: Vec, n: Vec, band: float) -> int:
-    """Write the corners of the polygon that lie within the band of a facet into the room; return how many there are.
+    """Write the corners of the polygon in which a face of the body lies over a facet into `room.polygon`.
 
-    facet : its corners (m); m : its normal towards the body; n : normal of the contact; all in the body's axes
-    band : largest gap (m)
+    Returns the number of corners, at most MOST: the nearest corner, and the corners that span the largest area with it.
+    The result is 0 if no face of the body is nearly parallel to the facet.
 
-    At most MOST corners are kept: the nearest one, and those that span the largest area.
+    facet : the facet's corners (m); m : its normal towards the body; n : normal of the contact; all in the body's axes
+    band : largest gap between a corner and the facet (m); other corners are left out
     """
     face = facing_face(body, n)
     facing = dot(m, n)
@@ -110,7 +115,10 @@ def _swap(polygon: Any, i: int, j: int) -> None:
 
 @kernel
 def _spanning(polygon: Any, count: int, n: Vec) -> int:
-    """Move the corners that span the largest area to the front; return how many there are, at most MOST."""
+    """Move the corners of a polygon that span the largest area to its first rows; return their number, at most MOST.
+
+    polygon : (POLYGON, 4), of which `count` rows are used; n : (3,) normal of the contact
+    """
     if count <= MOST:
         return count
     best, at = polygon[0, 3], 0

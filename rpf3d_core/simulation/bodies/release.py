@@ -1,4 +1,4 @@
-"""The release of a body: lifted straight up until it is clear of the ground, or not released."""
+"""The release of a body: if it overlaps the ground, it is lifted straight up until it is clear, or not released."""
 
 from typing import Any, NamedTuple
 
@@ -12,15 +12,15 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Outcome
 
 LIFTS, HALVES = 60, 20
-"""Number of steps of the search for a clear place, and of halvings of the last step."""
+"""Number of upward steps in the search for a clear position, and of halvings of the last step."""
 STEP = 0.05
-"""Height of a step, over the body's reach (-)."""
+"""Height of an upward step, divided by the body's reach (-)."""
 CLEAR = 1.5
-"""Distance from the ground at the release, over the body's skin (-)."""
+"""Smallest distance of a released body from the ground, divided by the body's skin (-)."""
 NEAR = 1.1
-"""Distance from the centre within which facets are looked at, over the body's reach (-)."""
+"""Distance from the body's centre within which facets are examined, divided by the body's reach (-)."""
 NO, YES, CROWDED = 0, 1, 2
-"""Answers of the search: a facet is too near; the place is clear; the facets do not fit into the room."""
+"""Results of a test of a position: a facet is too near; it is clear; the facets nearby do not fit into the memory."""
 UNRESOLVED = int(Outcome.UNRESOLVED_CONTACT)
 
 
@@ -37,13 +37,17 @@ class Release(NamedTuple):
 
 @kernel
 def _at(motion: BodyMotion, z: float) -> BodyMotion:
-    """Return a motion at another height (m)."""
+    """Return the motion with its position moved to the height z (m)."""
     return BodyMotion(t=motion.t, x=(motion.x[0], motion.x[1], z), v=motion.v, q=motion.q, w=motion.w)
 
 
 @routine
 def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion, moved: float) -> int:
-    """Return YES if no facet is nearer to the body than a released body should be, else NO; CROWDED without room."""
+    """Return YES if a body may be released with this motion: no facet is nearer than CLEAR skins; else NO.
+
+    Returns CROWDED if the facets nearby do not fit into the working memory. moved : value for the column MARK of
+    `room.planes`
+    """
     if not gather(room, locator, facets, motion.x, NEAR * body.reach):
         return CROWDED
     for k in range(room.count[0]):
@@ -55,9 +59,9 @@ def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: Body
 
 @routine
 def lifted(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion) -> Release:
-    """Return the release of a body: where the source says, or above it, just clear of the ground.
+    """Return the release of a body: at the position that the source sets, or just clear of the ground above it.
 
-    Where no place up to LIFTS steps above is clear, the body stays where it is with the outcome UNRESOLVED_CONTACT.
+    If no position up to LIFTS steps above is clear, the body is not moved, and its outcome is UNRESOLVED_CONTACT.
     """
     low, z, found = motion.x[2], motion.x[2], NO
     for i in range(LIFTS):

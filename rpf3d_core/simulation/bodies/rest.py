@@ -1,5 +1,7 @@
-"""When a body has stopped: it stands, it has not moved for a while, it is slower than the ground's stop speed, or it
-leans against an obstacle.
+"""Decide when a body has stopped, and why.
+
+A body has stopped if it stands still, has stayed in one place for some time, has been slower than the ground's stop
+speed for some time, or leans against an obstacle.
 """
 
 import math
@@ -13,13 +15,17 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, subtract
 
 STANDS = 1e-3
-"""Speed (m/s) below which a body counts as standing."""
+"""Speed (m/s) up to which a body counts as standing."""
 STANDS_FOR, HELD_FOR, SLOW_FOR = 0.3, 2.0, 5.0
-"""Time (s) for which a body must stand, stay where it is to within the skin, or be slow, to count as stopped."""
+"""Times (s) after which a body counts as stopped: if it stands, if it has moved less than the skin, if it is slow."""
 
 
 class Stop(IntEnum):
-    """Why a body counts as stopped."""
+    """Why a body counts as stopped.
+
+    STANDS, HELD, SLOW : it stood still, stayed in one place, or was slower than the stop speed for some time
+    LEANS : it has lost all speed at an obstacle
+    """
 
     NOT_STOPPED = -1
     STANDS = 0
@@ -33,9 +39,10 @@ STANDING, HELD, CRAWLING, LEANING = int(Stop.STANDS), int(Stop.HELD), int(Stop.S
 
 
 class Rest(NamedTuple):
-    """The times (s) since when a body stands, is slow, and is where it is; inf if it does not stand or is not slow.
+    """The times (s) since which a body stands, is slow, and has stayed in one place.
 
-    x, q : place (m) and orientation at time `held`
+    stands : inf if the body does not stand; slow : inf if it is faster than the ground's stop speed
+    held : time since which it has moved less than the skin; x, q : position (m) and orientation at this time
     """
 
     stands: float
@@ -47,22 +54,27 @@ class Rest(NamedTuple):
 
 @kernel
 def no_rest(motion: BodyMotion) -> Rest:
-    """Return the record of a body that moves."""
+    """Return the `Rest` of a body that is not at rest now; motion : its present motion."""
     return Rest(stands=math.inf, slow=math.inf, held=motion.t, x=motion.x, q=motion.q)
 
 
 @kernel
 def mean_speed(body: Body, begin: BodyMotion, end: BodyMotion) -> float:
-    """Return the speed (m/s) of a body that moves as fast as the kinetic energy in the middle of a step says."""
+    """Return the speed (m/s) of a body in a step, from its kinetic energy in the middle of the step.
+
+    begin, end : motion at both ends of the step. The energy is that of the mean velocity, plus the smaller energy of
+    rotation of both ends.
+    """
     v = (0.5 * (begin.v[0] + end.v[0]), 0.5 * (begin.v[1] + end.v[1]), 0.5 * (begin.v[2] + end.v[2]))
     return math.sqrt(dot(v, v) + 2.0 * min(rotational_energy(body, begin), rotational_energy(body, end)))
 
 
 @kernel
 def after_step(body: Body, rest: Rest, end: BodyMotion, speed: float, stop_speed: float) -> Rest:
-    """Return the record of rest after a step in contact.
+    """Return the `Rest` of a body after a step in contact.
 
-    speed, stop_speed : m/s
+    rest : before the step; end : motion after it; speed : of the body in the step, from `mean_speed` (m/s)
+    stop_speed : of the ground (m/s)
     """
     stands = min(rest.stands, end.t) if speed <= STANDS else math.inf
     slow = min(rest.slow, end.t) if speed <= stop_speed else math.inf
@@ -75,7 +87,7 @@ def after_step(body: Body, rest: Rest, end: BodyMotion, speed: float, stop_speed
 
 @kernel
 def why_stopped(rest: Rest, t: float) -> int:
-    """Return why a body counts as stopped at time t (s), a `Stop`."""
+    """Return the number of the `Stop` reason for which a body counts as stopped at time t (s), or NOT_STOPPED."""
     if t - rest.stands >= STANDS_FOR:
         return STANDING
     if t - rest.held >= HELD_FOR:

@@ -18,23 +18,25 @@ from rpf3d_core.values import MOVING, Outcome, Vec
 from rpf3d_core.vectors import norm
 
 MARGIN = 1.0
-"""Distance beyond the body's sphere up to which facets are listed, over the body's reach (-)."""
+"""Distance from the sphere around the body up to which facets are listed, divided by the body's reach (-)."""
 FIRST_STEP = 4e-3
 """Length (s) of the first step after an impact."""
 BRISK = 0.5
-"""Speed (m/s) after a flight above which a body is not at rest, however slow it was before."""
+"""Speed (m/s) of a body after a flight above which its time at rest begins again (`after_flight`)."""
 NO_ROOM = -2
-"""Value in place of an outcome if the facets near the body do not fit into the room."""
+"""Value in place of an outcome if the facets near the body do not fit into the working memory."""
 STOPPED = int(Outcome.STOPPED)
 
 
 class Ride(NamedTuple):
     """The state of one body between two events.
 
-    centre : place (m) around which the facets in the room were listed; moved : path bound (m) since the release
+    centre : (3,) m, position around which the nearby facets (`Room.facets`) were listed
+    moved : path bound (m): no point of the body has moved farther than this since the release, along its path
     contacts : number of contacts, 0 in flight; h : length of the next step in contact (s)
-    rest : since when the body has been at rest; why : the `Stop` reason, or NOT_STOPPED
-    passed : as in `simulation.state.State`; slip : m, as in `kinetics.slippage`, None without slip friction
+    rest : since when the body has been at rest; tally : running totals; outcome : MOVING while the body moves
+    why : number of the `Stop` reason, or NOT_STOPPED
+    passed : as in `simulation.state.State`; slip : m, as in `kinetics.slippage`, None if no ground has slip friction
     """
 
     motion: BodyMotion
@@ -52,7 +54,10 @@ class Ride(NamedTuple):
 
 @kernel
 def after_flight(ride: Ride, motion: BodyMotion, moved: float, tally: RockTally, outcome: int, passed: int) -> Ride:
-    """Return the state after a flight; a body that has become fast is not at rest."""
+    """Return the state of a body in flight, after a flight or after a meeting with an obstacle.
+
+    A body faster than BRISK is no longer at rest. The other values replace those of the state `ride`.
+    """
     rest = ride.rest if norm(motion.v) <= BRISK else no_rest(motion)
     return Ride(
         motion=motion, centre=ride.centre, moved=moved, contacts=0, h=FIRST_STEP, rest=rest, tally=tally,
@@ -62,7 +67,7 @@ def after_flight(ride: Ride, motion: BodyMotion, moved: float, tally: RockTally,
 
 @kernel
 def in_contact(ride: Ride, motion: BodyMotion, count: int, tally: RockTally, passed: int) -> Ride:
-    """Return the state at the beginning of contact."""
+    """Return the state of a body that has `count` contacts with the ground after a flight or an impact; 0: it flies."""
     return Ride(
         motion=motion, centre=ride.centre, moved=ride.moved, contacts=count, h=FIRST_STEP, rest=ride.rest,
         tally=tally, outcome=MOVING, why=NOT_STOPPED, passed=passed, slip=ride.slip,
@@ -71,7 +76,7 @@ def in_contact(ride: Ride, motion: BodyMotion, count: int, tally: RockTally, pas
 
 @kernel
 def ended(ride: Ride, outcome: int) -> Ride:
-    """Return the state of a body whose path ends where it is."""
+    """Return the state of a body whose path ends at its present position, with the given outcome."""
     return Ride(
         motion=ride.motion, centre=ride.centre, moved=ride.moved, contacts=ride.contacts, h=ride.h, rest=ride.rest,
         tally=ride.tally, outcome=outcome, why=ride.why, passed=ride.passed, slip=ride.slip,
@@ -80,13 +85,13 @@ def ended(ride: Ride, outcome: int) -> Ride:
 
 @kernel
 def margin_of(body: Body) -> float:
-    """Return how far (m) the centre may move before the facets nearby must be listed again."""
+    """Return how far (m) the centre of a body may move before the facets nearby must be listed again."""
     return MARGIN * body.reach - BAND * body.skin
 
 
 @kernel
 def listed_around(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride) -> Ride:
-    """List the facets around the body, and return the state with the new centre; outcome NO_ROOM if they do not fit."""
+    """List the facets around a body in `room`; return the state after this, with outcome NO_ROOM if they do not fit."""
     fits = gather(room, locator, physics.facets, ride.motion.x, (1.0 + MARGIN) * body.reach)
     return Ride(
         motion=ride.motion, centre=ride.motion.x, moved=ride.moved, contacts=ride.contacts, h=ride.h, rest=ride.rest,
@@ -96,7 +101,7 @@ def listed_around(body: Body, room: Room, locator: Any, physics: Physics, ride: 
 
 @kernel
 def with_slip(ride: Ride, slip: Any) -> Ride:
-    """Return the state with another slip (m)."""
+    """Return the state with the slip (m) replaced."""
     return Ride(
         motion=ride.motion, centre=ride.centre, moved=ride.moved, contacts=ride.contacts, h=ride.h, rest=ride.rest,
         tally=ride.tally, outcome=ride.outcome, why=ride.why, passed=ride.passed, slip=slip,
@@ -116,6 +121,6 @@ def leaning(ride: Ride) -> Ride:
 def past_obstacle(
     body: Body, physics: Physics, ride: Ride, meeting: Meeting, rock: RockContext, record: Record
 ) -> Ride:  # fmt: skip
-    """Return the state of a body that meets an obstacle where it is."""
+    """Return the state of a body after it meets an obstacle at its present position; the meeting is recorded."""
     met = meet_obstacle(physics.effects, body, ride.motion, ride.tally, meeting, rock, record)
     return after_flight(ride, met.motion, ride.moved, met.tally, met.outcome, met.passed)

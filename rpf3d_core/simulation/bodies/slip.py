@@ -1,4 +1,4 @@
-"""The friction of a body's contacts where the ground has slip friction; nothing of it is compiled elsewhere."""
+"""The friction of a body's contacts on ground with slip friction."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from rpf3d_core.terrain.facets import Facets
 
 @kernel
 def set_slip_friction(model: Any, facets: Facets, points: Any, count: int, slipped: Any) -> None:
-    """Write the friction of all contacts on ground with slip friction.
+    """Write the present friction of all contacts on ground with slip friction into `points`.
 
     model : `SlipFriction`, or None if no ground has slip friction; slipped : m, distance that the body has slipped
     points : (K, CONTACT_COLUMNS) contacts, of which `count` are used

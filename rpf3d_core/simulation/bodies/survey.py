@@ -1,8 +1,8 @@
-"""Looks at single facets near a body: their distance, a plane that separates body and facet, and how long it holds.
+"""Examine single facets near a body: the gap, a plane that separates body and facet, and for how long it does so.
 
-A plane with the body on one side and the facet on the other bounds the time of contact whatever the facet's features
-are: corners on facets, edges on edges, and corners of the terrain under faces of the body. So no kind of contact needs
-a search of its own, walls and overhangs included.
+While the body stays on its side of such a plane, it does not touch the facet. This is true for every kind of contact:
+corners on facets, edges on edges, and corners of the terrain under faces of the body, on walls and overhangs, too. So
+no kind of contact needs a search of its own.
 """
 
 import math
@@ -34,19 +34,25 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract
 
 FAR = 0.1
-"""Distance of the sphere around a body from a facet, as a share of the body's reach (-), that needs no closer look."""
+"""Distance between a facet and the sphere around a body, divided by the body's reach (-), that is exact enough as gap.
+
+For a nearer facet, the gap is the exact distance between facet and body.
+"""
 EXACT = 0.05
-"""Error of the distance at which contact begins, as a share (-) of this distance."""
+"""Error of the gap at which contact begins, as a share (-) of the skin, the distance at which it should begin."""
 FLOOR = 0.2
-"""Least distance from the ground during contact, as a share (-) of the distance at which contact begins."""
+"""Smallest gap during a step in contact, as a share (-) of the skin; a smaller gap ends the step."""
 LEAST = 1e-7
-"""Least time (s) between two looks at a facet."""
+"""Shortest time (s) between two examinations of a facet."""
 LEAVING = 0.9
-"""Share (-) of its distance that a body which leaves a facet keeps until the next look."""
+"""Share (-) of the gap: a facet that a body leaves is examined again before the gap may fall below this share."""
 
 
 class Meeting(NamedTuple):
-    """The first contact of a flight: its time from the start (s), and the facet's place in the room; -1 if none."""
+    """The first contact of a flight: its time t from the start (s), and the index k of its facet in `Room.facets`.
+
+    k is -1 if there is no contact.
+    """
 
     t: float
     k: int
@@ -54,7 +60,7 @@ class Meeting(NamedTuple):
 
 @kernel
 def facet_in_body(facets: Facets, f: int, motion: BodyMotion) -> tuple[Vec, Vec, Vec]:
-    """Return the corners (m) of a facet in the body's axes."""
+    """Return the three corners (m) of facet number f in the body's axes."""
     return (
         in_body(motion, corner(facets, f, 0)),
         in_body(motion, corner(facets, f, 1)),
@@ -64,7 +70,10 @@ def facet_in_body(facets: Facets, f: int, motion: BodyMotion) -> tuple[Vec, Vec,
 
 @kernel
 def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
-    """Write the gap (m) and the separating plane of facet k in the room."""
+    """Write the gap (m) between a body and nearby facet k, and the plane that separates both, into `room.planes`.
+
+    k : index of the facet in `room.facets`; n, offset : values for the columns NORMAL (3,) and OFFSET (m)
+    """
     plane = room.planes[k]
     plane[GAP], plane[OFFSET] = gap, offset
     put(plane, NORMAL, n)
@@ -72,11 +81,12 @@ def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
 
 @kernel
 def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
-    """Look at facet k of the room: write its gap and a separating plane.
+    """Examine nearby facet k: write its gap, and a plane that separates it from the body, into `room.planes`.
 
-    moved : path bound of the body (m)
+    k : index of the facet in `room.facets`; motion : present motion of the body; moved : its path bound, as in `Ride`
+        (m)
 
-    Far away, the plane belongs to the sphere around the body.
+    For a distant facet (FAR), gap and plane are those of the sphere around the body.
     """
     f, plane = room.facets[k], room.planes[k]
     p = closest_point(facets, f, motion.x)
@@ -102,9 +112,10 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
 
 @kernel
 def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
-    """Return True if the plane of the last look at facet k shows that the body is more than a level (m) away.
+    """Return True if the stored separating plane of nearby facet k shows that the body is more than `level` (m) away.
 
-    The distance from the plane is then the new gap.
+    The distance from the plane, a lower bound, then becomes the gap of the facet. k : index of the facet in
+    `room.facets`; moved : path bound of the body, as in `Ride` (m)
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)
@@ -121,15 +132,18 @@ def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float
 
 @kernel
 def _outwards(facets: Facets, f: int, x: Vec) -> Vec:
-    """Return the point one facet normal away from x, on the free side of facet f."""
+    """Return the point at a distance of 1 m from x (3,) m in the direction of the normal of facet f."""
     return add(x, stored_normal(facets, f))
 
 
 @kernel
 def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: Vec) -> None:
-    """Write the gap of a facet that the body overlaps: how far the body lies behind the last separating plane (m).
+    """Write the gap of nearby facet k, which the body overlaps, into `room.planes`.
 
-    outwards : normal of the facet in the body's axes, used if there is no plane yet; the gap is then 0
+    The gap is minus the depth (m) of the body behind the last plane that separated it from the facet.
+
+    k : index of the facet in `room.facets`
+    outwards : (3,) normal of the facet in the body's axes, used if there is no plane yet; the gap is then 0
     """
     plane = room.planes[k]
     known = plane[GAP] != UNKNOWN
@@ -151,10 +165,11 @@ def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: V
 def clear_of(
     body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, bounds: tuple[float, float]
 ) -> float:  # fmt: skip
-    """Return a time (s) for which the body stays more than a level above the separating plane of facet k.
+    """Return a time (s) for which the body surely stays more than a level above the separating plane of nearby facet k.
 
-    motion : the motion of the flight at the last look
-    bounds : the level (m), and the time (s) beyond which the result is infinite
+    k : index of the facet in `room.facets`
+    motion : the motion of the flight when the facet was examined last, from which the time counts
+    bounds : the level (m), and the time (s) of interest: the result is inf if the body stays above the level for longer
     """
     level, most = bounds
     plane = room.planes[k]
@@ -164,7 +179,11 @@ def clear_of(
 
 @kernel
 def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int) -> float:
-    """Return a time (s) for which the sphere around the body stays above the separating plane of facet k."""
+    """Return a time (s) for which the sphere around the body stays clear of the separating plane of nearby facet k.
+
+    Clear means farther away than the skin; the result is 0 if it is not clear now. k : index of the facet in
+    `room.facets`; motion : the motion of the flight from which the time counts
+    """
     plane = room.planes[k]
     n = vector(plane, NORMAL)
     height = dot(n, motion.x) - plane[OFFSET] - body.reach - body.skin
@@ -173,13 +192,16 @@ def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: 
 
 @kernel
 def travelled(body: Body, flight: Flight, t: float) -> float:
-    """Return a bound (m) of the path of every point of the body in the first t seconds of a flight."""
+    """Return a length (m) that no point of the body exceeds on its path in the first t seconds of a flight."""
     return t * (norm(flight.start.v) + 0.5 * flight.gravity * t + flight.spin * body.reach)
 
 
 @kernel
 def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
-    """Return True if the nearest point of the body does not move away from facet k, or the body overlaps the facet."""
+    """Return True if the body's point nearest to nearby facet k does not move away from it, or if the body overlaps it.
+
+    k : index of the facet in `room.facets`; motion : present motion of the body
+    """
     plane = room.planes[k]
     turning = cross(motion.w, vector(plane, NEAREST))
     rate = dot(vector(plane, NORMAL), motion.v) + dot(vector(plane, GUESS), turning)
@@ -188,11 +210,13 @@ def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
 
 @routine
 def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizon: float, moved: float) -> Meeting:
-    """Return the first contact of a flight with the facets in the room, before the horizon (s).
+    """Return the first contact of a flight with the nearby facets (`room.facets`) before the time `horizon` (s).
 
-    Contact begins where the gap has fallen to the body's skin, but for EXACT. A body that is nearer and moves away is
-    not in contact. Each look gives a time for which the facet needs no further look, so the facet with the earliest
-    such time is next.
+    Contact begins where the gap has fallen to the body's skin, with an error of EXACT. A body that is nearer but moves
+    away is not in contact. Each examination of a facet gives a time up to which the facet need not be examined again.
+    The facet with the earliest of these times is examined next.
+
+    moved : path bound of the body at the start, as in `Ride` (m)
     """
     planes, motion, at = room.planes, flight.start, 0.0
     count = room.count[0]
@@ -220,10 +244,10 @@ def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizo
 
 @kernel
 def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float, moved: float) -> float:
-    """Return the time (s), at most h, for which no facet comes nearer than it may during a step.
+    """Return the time (s), at most h, for which no gap falls below its limit during a step in contact.
 
-    A facet in contact may come as near as FLOOR times the skin, others as near as the skin.
-    moved : path bound of the body at the start (m)
+    The limit is the skin, for a facet in contact FLOOR times the skin, or half of the gap if this is smaller.
+    moved : path bound of the body at the start, as in `Ride` (m)
     """
     end, path = h, travelled(body, flight, h)
     for k in range(room.count[0]):
@@ -235,7 +259,10 @@ def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float
 
 @kernel
 def _clear_of_facet(body: Body, room: Room, facets: Facets, flight: Flight, most: Meeting, moved: float) -> float:
-    """Return the time (s), at most `most.t`, for which facet `most.k` stays far enough away."""
+    """Return the time (s), at most `most.t`, for which the gap of nearby facet `most.k` stays above its limit.
+
+    The limit is as in `clear_until`. moved : path bound of the body at the start, as in `Ride` (m)
+    """
     k, t, motion = most.k, 0.0, flight.start
     plane = room.planes[k]
     if plane[MARK] != moved:

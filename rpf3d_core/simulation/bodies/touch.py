@@ -1,4 +1,4 @@
-"""The contacts of a body at one place: points on facets within the band of contact, with the ground's properties."""
+"""Find the contacts of a body at one position: points of the body in the band of contact of a facet."""
 
 from typing import Any
 
@@ -43,22 +43,25 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract
 
 BAND = 2.0
-"""Largest gap of a contact, as a multiple of the skin (-)."""
+"""Largest gap of a contact, divided by the skin (-): facets within this gap are within the band of contact."""
 SAME_PLANE = 1e-9
-"""Largest difference from 1 of the cosine between contact normal and facet normal, for a contact in the facet (-)."""
+"""Difference from 1 of the cosine between contact normal and facet normal (-): up to it, both normals count as equal.
+
+The contact is then in the interior of the facet, not on its border.
+"""
 NEARER = 1e-9
-"""Share (-) by which another facet must be nearer to the body's nearest point, so that it covers a facet's border."""
+"""Share (-) of the gap by which another facet must be nearer to the body's nearest point, to cover a facet's border."""
 SAME_POINT = 1e-6
-"""Distance of two contacts, as a share of the body's reach (-), and of their normals, below which they are one."""
+"""Limit (-) up to which two contacts are one: of their distance, divided by the body's reach, and of their normals."""
 KEPT = 0.05
-"""Distance of a contact from its contact of the step before, as a share of the reach (-), to begin with its impulse."""
+"""Largest distance (-), divided by the body's reach, between a contact and the same contact in the previous step."""
 
 
 @routine
 def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: float) -> None:
-    """Look at all facets that may lie within the band of contact, and mark those that do.
+    """Mark the nearby facets within the band of contact of a body as TOUCHED, and all other nearby facets as AWAY.
 
-    moved : path bound of the body (m)
+    Facets that may be within the band are examined again. moved : path bound of the body, as in `Ride` (m)
     """
     band = BAND * body.skin
     for k in range(room.count[0]):
@@ -74,11 +77,11 @@ def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: flo
 
 @kernel
 def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> None:
-    """Mark the touched facets whose nearest point to the body lies on a border that another facet covers.
+    """Mark a touched facet as COVERED if its point nearest to the body is on a border that another facet covers.
 
-    If another facet is nearer to the body's nearest point, this point touches a border that the other facet covers. The
-    contact with this facet then acts along the facet's own normal, so blocks slide over the borders of facets that lie
-    in one plane. The nearest of all facets always keeps its contact.
+    This is so if another facet is nearer to the body's nearest point. A contact with a covered facet acts along the
+    facet's own normal, so bodies slide smoothly over the borders of facets that lie in one plane. The facet with the
+    smallest gap is never marked.
     """
     nearest = _nearest(room)
     for k in range(room.count[0]):
@@ -92,9 +95,9 @@ def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> 
 
 @routine
 def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext) -> int:
-    """Write the contacts with all marked facets into `points`; return how many there are.
+    """Write the contacts with all touched and covered facets into `points`; return their number.
 
-    physics : the ground; rock : the rock's data for ground properties that are drawn
+    points : (K, CONTACT_COLUMNS); physics : the ground; rock : the rock's data, for varying ground properties
     """
     facets, count = physics.facets, 0
     for k in range(room.count[0]):
@@ -117,7 +120,7 @@ def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion:
 
 @kernel
 def _nearest(room: Room) -> int:
-    """Return the marked facet with the least gap; -1 if none is marked."""
+    """Return the index in `room.facets` of the touched facet with the smallest gap; -1 if no facet is touched."""
     best, gap = -1, 0.0
     for k in range(room.count[0]):
         plane = room.planes[k]
@@ -128,14 +131,17 @@ def _nearest(room: Room) -> int:
 
 @kernel
 def _facet_normal(facets: Facets, f: int, motion: BodyMotion, n: Vec) -> Vec:
-    """Return the normal of a facet in the body's axes, on the side of the contact normal n."""
+    """Return the unit normal (3,) of facet number f in the body's axes; its sign is that of the contact normal n."""
     m = turned_back(motion.q, stored_normal(facets, f))
     return m if dot(m, n) >= 0.0 else scale(-1.0, m)
 
 
 @kernel
 def _is_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int) -> bool:
-    """Return True if another marked facet is nearer to the body's nearest point to facet k than facet k itself."""
+    """Return True if another touched facet is nearer than nearby facet k to the body's point nearest to facet k.
+
+    k : index of the facet in `room.facets`; motion : present motion of the body
+    """
     plane = room.planes[k]
     p = place_of(motion, vector(plane, NEAREST))
     for i in range(room.count[0]):
@@ -147,7 +153,10 @@ def _is_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: i
 
 @kernel
 def _add(body: Body, points: Any, count: int, arm: Vec, n: Vec, gap: float) -> int:
-    """Write a contact into the next row if it is new and there is room; return the number of contacts."""
+    """Write a contact into row `count` of `points` if it is new and there is room; return the number of contacts then.
+
+    arm : (3,) m, position of the contact; n : (3,) its normal, both in the body's axes; gap : m
+    """
     if count >= CONTACTS:
         return count
     for i in range(count):
@@ -164,7 +173,7 @@ def _add(body: Body, points: Any, count: int, arm: Vec, n: Vec, gap: float) -> i
 
 @kernel
 def _set_ground(body: Body, points: Any, first: int, last: int, physics: Physics, f: int, rock: RockContext) -> None:
-    """Write facet f and its ground properties into some rows."""
+    """Write the number of facet f and its ground properties into the rows `first` to `last` - 1 of `points`."""
     if first == last:
         return
     surface = surface_of(physics.materials, physics.facets.zone[f], rock)
@@ -176,7 +185,11 @@ def _set_ground(body: Body, points: Any, first: int, last: int, physics: Physics
 
 @kernel
 def keep_impulses(body: Body, before: Any, count: int, points: Any, now: int) -> None:
-    """Give each contact the impulse of the contact before it on the same facet, as the first guess of the next step."""
+    """Copy the impulse of each contact of the previous step to the same contact now, as the first guess of the solver.
+
+    before : contacts of the previous step, of which `count` rows are used; points : contacts now, `now` rows. Contacts
+    are the same if they are on the same facet and near each other (KEPT).
+    """
     for i in range(now):
         row = points[i]
         for j in range(count):
@@ -190,7 +203,7 @@ def keep_impulses(body: Body, before: Any, count: int, points: Any, now: int) ->
 
 @kernel
 def copy_contacts(points: Any, count: int, into: Any) -> None:
-    """Copy the rows of contacts into another array."""
+    """Copy the first `count` rows of contacts from `points` into another array."""
     for i in range(count):
         for column in range(CONTACT_COLUMNS):
             into[i, column] = points[i, column]
