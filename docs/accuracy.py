@@ -116,6 +116,14 @@ what to improve next: more rocks, a finer survey, or a calibration.
   facets that the rocks hit. (`test/accuracy` shows the digits, and that exact arithmetic hits no other facet.) Each
   bounce off another facet may multiply a difference. So the map error in the row *events* comes from another test: all
   rocks are shifted by one contact tolerance to the east. This shift is thousands of times larger than rounding.
+
+## How do I read the lines of a scene?
+- *events against 50 digits*: rounding errors of the impacts of 50 rocks. A later impact has a larger error, because
+  each bounce may multiply it.
+- *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file.
+- *total up to 0.05*: the cheapest measured setting whose total error is at most 0.05, compared with the full terrain.
+- *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
+- *numerical*, *geometric*, *statistical*: a table for each of these errors.
 """
 READING = """## What follows from the tables?
 - **With steps, a ten times smaller error costs ten times more time.** If step and threshold shrink together, the error
