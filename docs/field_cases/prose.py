@@ -72,8 +72,12 @@ writes the page from the last measurement.
 - **Narrower by** compares a calibrated coefficient with its prior: 1 minus the ratio of their standard deviations.
   Below 15 % (in **bold**) the stops hardly determine the coefficient. Below 0 the calibrated coefficient is less
   certain than its prior.
-- **Angles** are in degrees. *Correlation over runs* is the correlation of simulated and observed runouts. *sd* is the
-  standard deviation.
+- **Scores** stand in four columns: the calibrated model for kept-out stops, the *prior*, published values (*books*) and
+  the *curve*. An empty cell means that no published values were compared. *Effective samples* is the number of
+  independent samples that would be as certain as the sample of the calibration.
+- **Other columns**: *sd* is the standard deviation; *p5*, *p50* and *p95* are percentiles; *rms* is the root mean
+  square; *not at rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
+  and observed runouts. Angles are in degrees.
 """
 
 COEFFICIENTS = "Calibrated coefficients:\n"
@@ -165,10 +169,11 @@ with the published values of STONE, and with values that are calibrated on the e
 
 CHANT_SURA = """## Chant Sura
 The data are single impacts on an alpine meadow, without trajectories. The models predict the speed after an impact from
-the velocity before it. Energy is translational.
+the velocity before it. The *energy ratio* is the translational energy after the impact divided by the translational
+energy before it.
 
-- **Six impacts** of a block of 780 kg, with speeds along and into the ground. These two speeds come from the height of
-  the jump, not from a survey.
+- **Six impacts** (2.1 to 4.3 in the tables) of a block of 780 kg, with speeds along and into the ground. These two
+  speeds come from the height of the jump, not from a survey.
 - **Eleven contacts** of five other runs with blocks of 210, 250 and 780 kg. The velocities before and after each
   contact are known, but the slope of the ground is not. After six contacts the block moves downwards, so the ground is
   not level. The tables assume slopes of 0, 15 and 30 degrees, falling in the direction of motion. In the calibration
