@@ -142,8 +142,8 @@ TSCHAMUT_FAILS = """**Where it fails.**
 """
 
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
-`coulomb_limited` is the default because of its mechanics: no impact takes more speed along the ground than friction
-can. `constant` takes a share of the speed at each of infinitely many impacts. So no speed is left when bouncing ends,
+`coulomb_limited` is the default because of its mechanics: no impact removes more speed along the ground than friction
+can. `constant` removes a share of the speed at each of infinitely many impacts. So no speed is left when bouncing ends,
 on any slope. Unless the ground is slippery, the runout is too short, which is the unsafe side
 ([the end of bouncing](physics.md#the-end-of-bouncing)). The field data alone do not decide between the two models.
 
