@@ -52,76 +52,91 @@ rpf3d cost SCENE --out DIR                  # a table on the screen; cost.json, 
 rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error under 0.05
 ```
 
-`rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR if it
-belongs to the same scene and version; otherwise it measures it first. It does not change the terrain. `make accuracy`
-(`docs/accuracy.py`) measures and writes this page; `python docs/accuracy.py --as-is` writes only the text again.
+`rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR. If
+there is none for this scene and version, `run --accuracy` measures the price list first. It always flies over the full
+terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page; `python docs/accuracy.py --as-is` writes
+only the text again.
 
 ## Which errors are measured?
+All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
+divided by the sum over all cells of p + q. Here p and q are the reach probabilities of a cell in the two maps. 0 means
+equal maps, 1 means maps without a common cell. The map error depends on `hazard.cell`: smaller cells need more rocks.
+
+There are four errors:
+
 - **numerical**: the error of the search for contacts. The same rocks fly with two methods: event by event, which is
   exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
-  scene). At each step VTK finds the closest facet. A rock that is nearer than the *threshold* and moves into the
-  facet has an impact. All other code is the same. Two variants: *squared* compares the squared distance with the
-  threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* replaces the mesh by heights in cells, with an
-  impact at the first step below the ground; scenes do not offer it.
+  scene). At each step VTK finds the closest facet. If the rock is nearer to the facet than the *threshold* and moves
+  into the facet, it has an impact. All other code is the same. There are two variants of the steps. *squared* compares
+  the squared distance with the threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* replaces the mesh
+  by heights in cells; the impact is at the first step below the ground. A scene cannot choose *raster*.
 - **geometric**: the error of a coarser terrain. The same rocks, from the same heights above the ground, fly over 1/2
   to 1/64 of the triangles (quadric decimation). Their map is compared with the map on the full terrain. The error of
-  the survey itself is unknown; the best estimate is the change from the first halving.
+  the survey itself is unknown; the best estimate is the error of half the triangles.
 - **statistical**: the error of a small number of rocks. The map of n rocks is compared with the map of all N rocks
-  flown, which include the n. The difference, divided by the square root of 1 - n/N, is the expected difference from
-  the map of all possible rocks. For numbers above the largest n, the error is proportional to one over the square
-  root of the number of rocks. (Two small ensembles cannot be compared directly: most of their cells have one rock or
-  none.)
-- **parametric**: the error of values of the ground that no one knows. Where a scene gives ranges (`prior`, `library`)
-  or a calibration's sample, up to 32 parameter sets fly two lots of rocks each. The error is the root of the mean
-  square distance between the maps of two sets, without the distance that chance causes between two lots of one set.
-  A scene that gives all values as known has no such line: the error is there, but its size is not known.
+  flown, which include the n rocks. The difference, divided by the square root of 1 - n/N, is the expected difference
+  from the map of infinitely many rocks. For numbers above the largest n, the error is proportional to one over the
+  square root of the number of rocks. (Two small ensembles cannot be compared directly, because most of their cells have
+  one rock or no rock.)
+- **parametric**: the error of unknown values of the ground. If a scene has ranges (`prior`, `library`) or the sample of
+  a calibration, up to 32 parameter sets fly two groups of rocks each. The error is the root mean square distance
+  between the maps of two sets. The distance that chance causes between two groups of one set is subtracted. If a scene
+  gives one value for each coefficient, the table has no parametric error. The error exists, but its size is unknown.
 
-All four are **map errors**: the sum over all cells of |p - q|, divided by the sum of p + q. Here p and q are the
-reach probabilities of a cell in the two maps. 0 means equal maps, 1 means maps without a common cell. The map error
-depends on `hazard.cell`: smaller cells need more rocks.
+The **total** is the sum of the first three errors, because a systematic and a random error do not cancel. The full
+terrain has the geometric error 0. For each scene, a line below names the cheapest setting among events and steps, over
+all measured terrains. If this setting has a coarser terrain, you must make that terrain yourself.
 
-The **total** is the sum of the first three, because a systematic and a random error do not cancel. The full terrain
-has the geometric error 0. For each scene, a line below names the cheapest setting among events and steps, over all
-measured terrains. To use a coarser terrain, you must make it. The parametric error is not in the total, because no
-setting reduces it: if it is above the target, `rpf3d cost` and `run --accuracy` say that rocks cannot buy the target.
-The largest of the four shows what to improve next: more rocks, a finer survey, or a calibration.
+The parametric error is not in the total, because no setting reduces it. If the parametric error is above the target,
+`rpf3d cost` and `run --accuracy` report that more rocks cannot reach the target. The largest of the four errors shows
+what to improve next: more rocks, a finer survey, or a calibration.
 
 ## What do the columns mean?
 | column | meaning |
 | --- | --- |
+| dt | length of a time step |
 | chance | map error between two ensembles of the same number of different rocks |
 | shares | largest difference of the share of rocks that reaches, or stops in, an area of interest or zone |
 | impact, stop, bounce | medians: shift of the first impact and of the end point, change of the first bounce's height |
 | tunnelled | share of rocks that fell through the ground |
-| half-width | half of the widest 95 % Wilson interval of a share; half of the 95 % interval of p95 energy over p95 |
-| s / 1,000 rocks | seconds of one core; ~ if the time of a step was measured at a coarser setting |
-| compiled | the same, with the closest facet found by rpf3d's own compiled search |
+| shares, half-width | half the width of the widest 95 % Wilson interval of a share |
+| p95 energy, half-width | half the width of the 95 % interval of the p95 energy, divided by the p95 energy |
+| s / 1,000 rocks | seconds of one core; with ~, the time of a step was measured at a coarser setting |
+| compiled | the same, but rpf3d's own compiled search finds the closest facet |
 
-- **Chance.** Numerical and geometric lines compare the same rocks, so errors far below chance are visible. But if a
-  setting moves most rocks elsewhere, the error also contains chance and is an upper limit. Settings too slow for
-  2,000 rocks fly a half, a quarter, ... of them (`rocks` in `cost.json`). If one of 500 rocks ends elsewhere, the map
-  error is some thousandths.
-- **Seconds of steps.** Every step is tested, as in the thesis, and no maps are made. *s / 1,000 rocks* uses VTK
-  called from Python, as the thesis' program does, so it compares programs. *compiled* (hollow in the picture)
-  compares methods. `method: {stepping: ...}` is faster than both, because it skips steps that cannot be a contact.
-  All other lines include maps.
-- **Events** have rounding errors only. To measure them, the impacts are calculated again with 50 digits on the facets
-  that the rocks hit (`test/accuracy` shows the digits, and that exact arithmetic hits no other facet). Every bounce
-  off another facet may multiply a difference. So the map error in the line *events* is that of a shift of all
-  rocks by one contact tolerance to the east, which is thousands of times more than rounding.
+- **Chance.** Numerical and geometric rows compare the same rocks, so they show errors far below chance. But if a
+  setting moves most rocks elsewhere, the error also contains chance and is an upper limit. If a setting is too slow for
+  2,000 rocks, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). If one of 500 rocks ends elsewhere, the
+  map error is some thousandths.
+- **Seconds of steps.** Every step is tested, as in the thesis, and no maps are made. For *s / 1,000 rocks*, Python
+  calls VTK as the thesis' program does, so this column compares programs. *compiled* (hollow in the picture) compares
+  methods. `method: {stepping: ...}` is faster than both, because it skips steps that cannot be a contact. All other
+  rows include maps.
+- **Events** have rounding errors only. To measure these errors, the impacts are calculated again with 50 digits on the
+  facets that the rocks hit. (`test/accuracy` shows the digits, and that exact arithmetic hits no other facet.) Each
+  bounce off another facet may multiply a difference. So the map error in the row *events* comes from another test: all
+  rocks are shifted by one contact tolerance to the east. This shift is thousands of times larger than rounding.
+
+## How do I read the lines of a scene?
+- *events against 50 digits*: rounding errors of the impacts of 50 rocks. A later impact has a larger error, because
+  each bounce may multiply it.
+- *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file.
+- *total up to 0.05*: the cheapest measured setting whose total error is at most 0.05, compared with the full terrain.
+- *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
+- *numerical*, *geometric*, *statistical*: a table for each of these errors.
 """
 READING = """## What follows from the tables?
-- **A ten times smaller error costs ten times more time with steps.** If step and threshold shrink together, the error
-  is proportional to the step, and the time to its inverse (`test/accuracy` checks this first order). With events no
-  such choice is needed: their error is only rounding.
-- **A threshold is a systematic error that no step removes.** Below a certain step, smaller steps cost more time
-  without a smaller error. An impact is found one threshold too early. If the rock hits the ground at a flat angle,
-  the shift along the ground is several times the threshold.
+- **With steps, a ten times smaller error costs ten times more time.** If step and threshold shrink together, the error
+  is proportional to the step, and the time is inversely proportional to the step (`test/accuracy` checks this first
+  order). Events need no such choice, because their error is only rounding.
+- **A threshold causes a systematic error that no step removes.** An impact is found one threshold too early. If the
+  rock hits the ground at a flat angle, the shift along the ground is several times the threshold. Below a certain step,
+  smaller steps cost more time but do not reduce the error.
 - **A long step loses rocks**: a rock that moves more than twice the threshold in one step can fall through the ground.
-- **Python causes a factor of four to ten** of the time difference between steps from Python and events. The steps
-  cause the rest.
-- **A raster converges to the result of another terrain** as its step shrinks. A smaller cell may even be worse,
-  because it turns a face of 70 degrees into stairs.
+- **Python makes steps four to twelve times slower**: compare the columns *s / 1,000 rocks* and *compiled*. The steps
+  themselves cause the rest of the difference to events.
+- **A raster converges to the result of another terrain** as its step shrinks. A smaller cell may even be worse, because
+  the cells turn a face of 70 degrees into stairs.
 """
 
 def main(arguments: list[str]) -> int:

@@ -28,8 +28,8 @@ def error_over_sets(line: Results) -> tuple[float, float]:
 
 
 def _predicted(lines: list[Results]) -> str:
-    """Return the table of predictions: their errors, and how many of the observed stops their 90 % intervals hold."""
-    head = ("site", "model", "ground", "error of the mean (m)", "held along the slope", "held across",
+    """Return the table of predictions: their errors, and how many observed stops their 90 % intervals contain."""
+    head = ("site", "model", "ground", "error of the mean (m)", "contained along", "contained across",
             "did not stop (%)", "far end")  # fmt: skip
     return table(head, (
         (line["site"], line["model"], line["ground"],

@@ -48,7 +48,7 @@ def _spreads(results: Results) -> dict[str, float]:
 
 
 def _kept_out(results: Results) -> dict[str, Any]:
-    """Return how many kept-out stops the calibrations hold, under the names that the text uses."""
+    """Return how many kept-out stops the calibrations contain, under the names that the text uses."""
     gain = results[AUTHUME]["calibrations"][SHAPES.name]["gain"]
     found: dict[str, Any] = {"gain": gain["over_curve"], "doubt": gain["standard_error"]}
     for site, short in ((AUTHUME, "quarry"), (TSCHAMUT, "meadow")):
@@ -75,7 +75,7 @@ def _errors(errors: Iterable[float]) -> str:
 
 
 def _of_library(lines: Iterable[Results]) -> dict[str, str]:
-    """Return how many stops the intervals of library ranges hold at each site, under the names that the text uses."""
+    """Return how many stops the intervals of library ranges contain at each site, by the names that the text uses."""
     of = [line for line in lines if line["ground"] == predictions.LIBRARY]
     across = min(of, key=lambda line: float(line["across"]))
     along = {site: sorted({predictions.held(line, "along") for line in of if line["site"] == site})

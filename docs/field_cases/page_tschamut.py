@@ -19,7 +19,7 @@ def section(results: Results) -> str:
 def _runouts(results: Results) -> str:
     """Return the table of runouts: another program, published values, calibrated values, the field."""
     head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
-            "sd of runout (m)", "lateral sd (m)", "held along", "held across", "not at rest (%)")  # fmt: skip
+            "sd of runout (m)", "lateral sd (m)", "contained along", "contained across", "not at rest (%)")  # fmt: skip
     field = results["field"]
     return table(head, [
         ("**field, 18 runs**", "", "", "", f"{field['runout_sd']:.1f}", f"{field['side_sd']:.1f}", "", "", ""),

@@ -1,42 +1,48 @@
 """The text of docs/explanation/validation.md on rocks with a shape; tables are inserted by `page_blocks`."""
 
 BLOCKS = """## Rocks with a shape
-Here a rock is a rigid convex body (`rock.shape` with `contact: rigid`), and the ground has three numbers for the whole
-site: restitution, friction and rolling resistance. Calibrations, scores and predictions are in the tables above; this
-section shows what the shape does. `python docs/validation.py --blocks` measures only this section.
+Here a rock is a rigid convex body (`rock.shape` with `contact: rigid`). The ground has three coefficients for the whole
+site: restitution, friction and rolling resistance. Calibrations, scores and predictions are in the tables above. This
+section shows the effect of the shape. `python docs/validation.py --blocks` measures only this section.
 """
 
 BARS = """### What does x alone determine?
-The shipped scene `config/scenes/authume_p1_blocks.yaml` has one set of numbers. Of a grid of 260 sets it is the nearest
-to the blocks in x; no lateral figure is in this search. All sets fly the same rocks, and each round keeps the best
-sets, which then fly more rocks (successive halving). So the lateral figures are a check of the model. The set lies
-within the 90 % intervals of the calibration. The figures are of 4,000 other rocks. In brackets after the set: the
-distance in x (m) and the number of sets tried.
+The shipped scene `config/scenes/authume_p1_blocks.yaml` has one set of coefficients. In a grid of 260 sets, this set is
+nearest to the blocks in x. The search uses no lateral figure, so the lateral figures in the table check the model. In
+the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive halving).
+
+The set lies within the 90 % intervals of the calibration. The figures in the table come from 4,000 other rocks. In
+brackets after the set: the distance in x (m) and the number of sets tried.
 """
 
 PER_SHAPE = """### Which shape goes how far?
-All rows have the set of the shipped scene:
+All rows have the coefficients of the shipped scene:
 """
 
-PER_BLOCK = """### Does a block's shape say where it stopped?
-Each of the 41 blocks is simulated with its own mass, and with its own mass and three lengths. The hulls are those of
-the four scanned blocks:
+PER_BLOCK = """### Does a block's shape decide where it stopped?
+Partly: with the proportions of each block, simulated and observed x correlate; with the mass alone they do not. Each of
+the 41 blocks is simulated with its own mass (first row), and with its own mass and three lengths (second row). The
+hulls are the hulls of the four scanned blocks. L1, L2 and L3 are the three lengths of a block, the longest first:
 """
 
 AT_IMPACTS = """### Chant Sura with norm blocks of 24 corners
 Each impact is simulated with 1,000 random orientations, because the field's orientation is unknown. A contact ends when
-the block has flown for 0.05 s. The block of the six impacts is flat (1 : 1 : 0.5).
+the block has flown for 0.05 s. The block of the six impacts is flat (1 : 1 : 0.5). *Inside* counts the impacts whose
+measured energy ratio lies within 5 to 95 % of the orientations. *Largest of all* is the largest energy ratio of any
+orientation in any of the six impacts. In the next line, the brackets have the error of the speeds after the eleven
+contacts (m/s) and the number of sets tried.
 """
 
 BLOCKS_FAIL = """**Where rocks with a shape fail.**
 - The lateral sd of the shipped set is at the upper edge of the field's interval, not in its middle. Restitution and
-  rolling resistance compensate each other in x, so x alone does not determine the spread: of the five sets that fit x
+  rolling resistance compensate each other in x, so x alone does not determine the spread. Of the five sets that fit x
   best, four spread wider than the goal.
-- The calibrated sphere has nearly enough spread in x and beyond 55 m; across the slope it has half of the field's.
-- Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The four scanned blocks, on
-  which the set is calibrated, are not a sample of the 41.
-- Authume's set at Chant Sura leaves five of the six fast, flat impacts too much energy, and the eleven slow, steep
-  contacts too little speed. No rock gains translational energy as one block did (1.11).
-- Three of the numbers that are calibrated on the eleven contacts are at the edge of the search, and points and sphere
+- The calibrated sphere has nearly enough spread in x and enough rocks beyond 55 m. Across the slope it has half of the
+  field's spread.
+- Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The set is calibrated with
+  the four scanned blocks, and these are not a random sample of the 41 blocks.
+- With Authume's set at Chant Sura, rocks keep too much energy in five of the six fast, flat impacts, and too little
+  speed after the eleven slow, steep contacts. No rock gains translational energy as one block did (ratio 1.11).
+- Three of the coefficients that are calibrated on the eleven contacts are at the edge of the search. Points and spheres
   fit these contacts better.
 """

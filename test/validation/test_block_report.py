@@ -68,6 +68,8 @@ def test_what_the_page_says_of_rocks_with_a_shape_is_what_its_figures_say() -> N
     assert sum(one["side_sd"] > quarry.BARS["side_sd"][1] for one in QUARRY["near"]) == 4
     alike = QUARRY["variants"]["proportions"]
     assert alike["mean"] > QUARRY["all"]["mean"] + 2.0 and alike["side_sd"] > QUARRY["all"]["side_sd"]
+    by_mass, by_block = QUARRY["variants"]["by_mass"], QUARRY["variants"]["by_block"]
+    assert by_mass["correlation"] < by_block["by_chance"] < by_block["correlation"], "the proportions, not the mass"
 
 
 def test_what_the_page_says_of_single_impacts_is_what_its_figures_say() -> None:
