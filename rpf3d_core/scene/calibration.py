@@ -84,24 +84,23 @@ class CalibrationSpec(StrictModel):
         "{mean, sd, min, max}",
     )  # fmt: skip
     book: Mapping[str, Number] = Field(
-        default_factory=dict, description="a mapping of key paths to values of a book, to score them next to the "
-        "calibration",
+        default_factory=dict, description="a mapping of key paths to values of a book, for a score to compare with",
     )  # fmt: skip
     measuring_error: Number = Field(
         0.5, ge=0, description="a number >= 0 (m), the standard deviation of an observed end point, along and across"
     )
     mass_column: Column | None = Field(
         None, description="a name or a whole number >= 1, the column of observed.points_file with the mass of each "
-        "block (kg): a name in the header, a property of GeoJSON points, or a number counted from 1",
+        "block (kg): a name in the header, a property of GeoJSON points, or the number of the column from 1",
     )  # fmt: skip
     shape_column: Column | None = Field(
-        None, description="a name or a whole number >= 1, the column with the number of each block's shape in "
-        "rock.shape.files, counted from 1",
+        None, description="a name or a whole number >= 1, the column with the number of each block's shape: its place "
+        "in rock.shape.files, from 1",
     )  # fmt: skip
     gates: Annotated[tuple[GateSpec, ...], AfterValidator(no_two_alike)] = Field(
-        (), description="a list of gates with passing speeds, heights, energies"
+        (), description="a list of gates, with speeds, heights and energies of the rocks that passed"
     )
     shares: tuple[ShareSpec, ...] = Field((), description="a list of {place, stopped or reached, of}")
     rocks: Count | None = Field(
-        None, ge=64, description="a whole number >= 64, the rocks of each parameter set, or left out"
+        None, ge=64, description="a whole number >= 64, the rocks of each parameter set; left out: rpf3d chooses it"
     )

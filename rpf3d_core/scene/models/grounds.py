@@ -15,7 +15,10 @@ class RollingSpec(ModelSpec):
 
 
 class RollingStoneSpec(ModelSpec):
-    """STONE's rule: gravity along the ground against g sin(atan(rolling friction)); a rock stops by its speed alone."""
+    """STONE's rule: gravity along the ground, minus a deceleration of g sin(atan(rolling friction)).
+
+    A rock slower than stop_speed stops on any slope.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling_stone:RollingStone"
     SOURCE: ClassVar[str] = "Guzzetti et al. 2002, Comput. Geosci. 28:1079, as implemented in r.stone"

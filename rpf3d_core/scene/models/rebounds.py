@@ -56,9 +56,10 @@ class ThesisLiteralSpec(ModelSpec):
 
 
 class PfeifferBowenSpec(ModelSpec):
-    """The sphere of CRSP: R_n falls with speed, friction with slip, and the rock leaves every impact rolling.
+    """The sphere of CRSP: the rock rolls after every impact.
 
-    R_n and R_t are those of slow impacts, and R_t multiplies energy, so values for a lumped mass are not valid here.
+    R_n decreases with the speed into the ground. The energy kept along the ground decreases with the slip. R_n and R_t
+    are those of slow impacts, and R_t multiplies energy, so values for a lumped mass are not valid here.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.pfeiffer_bowen:PfeifferBowen"
@@ -69,7 +70,7 @@ class PfeifferBowenSpec(ModelSpec):
         9.144, "a number above 0 (m/s), the speed into the ground at which R_n is halved", "m/s", PFEIFFER, "CC", gt=0
     )
     A: Number = parameter(
-        6.096, "a number above 0 (m/s), the slip at which friction gives way", "m/s", PFEIFFER, "CC", gt=0
+        6.096, "a number above 0 (m/s), the reference slip of CRSP's friction function", "m/s", PFEIFFER, "CC", gt=0
     )
     B: Number = parameter(
         76.2, "a number above 0 (m/s); an impact with the speed B R_n into the ground halves v_t^2 in addition",
@@ -188,10 +189,10 @@ def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
 class StochasticMatrixSpec(ModelSpec):
     """(v_t, v_n, R w) after an impact is a random matrix times the values before; the user gives all figures.
 
-    v_t is the speed along the ground in the direction of motion, v_n the speed into the ground before the impact and
-    away from the ground after it, and R w the radius times the spin, positive for a rolling rock: [[R_t, 0, 0], [0,
-    R_n, 0], [0, 0, 0]] is a lumped mass. If a drawn matrix leads into the ground, v_n comes from the mean. Energy never
-    rises.
+    v_t is the speed along the ground in the direction of motion. v_n is the speed into the ground before the impact,
+    and away from the ground after the impact. R w is the radius times the spin, positive for a rolling rock. The matrix
+    [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped mass. If a drawn matrix leads into the ground, v_n comes from the
+    mean. Energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"
