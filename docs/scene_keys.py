@@ -79,7 +79,7 @@ The steps of a design: [how-to](../howto/catch-bench-design.md).
 POINTS = """## Files of points
 | file | content |
 |---|---|
-| lines of numbers between blanks | x y z first on each line; a `#` begins a comment |
+| text with blanks between the numbers | x y z first on each line; a `#` begins a comment |
 | CSV: a comma, semicolon or tab in the first line | the columns that the header names, otherwise the first three \
 columns; a line that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
@@ -157,8 +157,10 @@ distribution off. They must be within the limits of the key.
 | `{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}` | normal; mean and sd are those before the cut |
 | `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
 | `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
-| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | number above x ~ x^-exponent; 0.4 to 0.6 for volumes of rocks |
-| `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: 1 - exp(-(x/scale)^shape) below x before the cut |
+| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | the number of values above x is proportional to x^-exponent; \
+for volumes of rocks the exponent is 0.4 to 0.6 |
+| `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: before the cut, the share of values below x is \
+1 - exp(-(x/scale)^shape) |
 | `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
 | `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}` | sizes of rocks only: a value of the list, each with the \
 same probability; a file has a number on each line, and may have a header |

@@ -50,8 +50,8 @@ class ShareSpec(StrictModel):
     """How many of the observed rocks stopped in, or reached, an area of interest or a section."""
 
     place: Name = Field(description="the name of an area of interest, or of a section of `observed`")
-    stopped: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that stopped there")
-    reached: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that reached it")
+    stopped: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that stopped in the place")
+    reached: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that reached the place")
     of: Count = Field(ge=1, description="a whole number >= 1, the observed rocks")
 
     @model_validator(mode="after")
@@ -100,7 +100,9 @@ class CalibrationSpec(StrictModel):
     gates: Annotated[tuple[GateSpec, ...], AfterValidator(no_two_alike)] = Field(
         (), description="a list of gates, with speeds, heights and energies of the rocks that passed"
     )
-    shares: tuple[ShareSpec, ...] = Field((), description="a list of {place, stopped or reached, of}")
+    shares: tuple[ShareSpec, ...] = Field(
+        (), description="a list of {place, stopped or reached, of}, counts of observed rocks in areas or sections"
+    )
     rocks: Count | None = Field(
         None, ge=64, description="a whole number >= 64, the rocks of each parameter set; left out: rpf3d chooses it"
     )

@@ -124,7 +124,7 @@ class ObservedSpec(StrictModel):
         (1.0, 0.0, 0.0), description="three numbers, the direction in which the sections are measured"
     )
     sections: Annotated[Mapping[str, tuple[Number | None, Number | None]], AfterValidator(_rising)] = Field(
-        default_factory=dict, description="[low, high] (m) for each name, null for no limit"
+        default_factory=dict, description="[low, high] (m) for the name of each section, along `along`; null: no limit"
     )
 
 
@@ -133,7 +133,9 @@ class Scene(StrictModel):
 
     path: Path = Field(description="the scene file")
     terrain: TerrainSpec = Field(description="a mapping with files, pit or benches")
-    zones: tuple[ZoneSpec, ...] = Field((), description="a list of {zone, polygons}, later entries win")
+    zones: tuple[ZoneSpec, ...] = Field(
+        (), description="a list of {zone, polygons}, later entries win where polygons overlap"
+    )
     materials: Mapping[str, Material] = Field(
         min_length=1, description="a mapping of zone name, pattern or `default` to a material"
     )

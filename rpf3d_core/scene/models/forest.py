@@ -92,7 +92,7 @@ class ForestSpec(ModelSpec):
     within: InputFile | None = Field(
         None, description="the path of a GeoJSON file with polygons, in which trees are placed at random; or left out "
         "for everywhere",
-    )
+    )  # fmt: skip
     dbh_mean_cm: Number = parameter(
         30.0, f"a number above 0 up to {THICKEST:g} (cm), mean stem diameter of randomly placed trees", "cm",
         "Rockyfor3D", "C", gt=0, le=THICKEST,
