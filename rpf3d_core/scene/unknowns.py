@@ -28,9 +28,7 @@ class PriorSpec(StrictModel):
 
     min: Number = Field(description="a number below max, the smallest value that is possible")
     max: Number = Field(description="a number above min, the largest value that is possible")
-    mean: Number | None = Field(
-        None, description="a number from min to max; left out: all values are equally probable"
-    )
+    mean: Number | None = Field(None, description="a number from min to max; left out: all values are equally probable")
     sd: Number | None = Field(None, gt=0, description="a number above 0, the standard deviation; goes with mean")
 
     @model_validator(mode="after")
