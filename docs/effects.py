@@ -35,6 +35,13 @@ PASSES = 7
 TITLES = {
     "rebound": "Rebound models", "ground": "Ground models", "contact": "Contact models", "effects": "Effects",
 }  # fmt: skip
+SYMBOLS = {
+    "rebound": (
+        "R_n and R_t are the normal and tangential restitution (-), v_n is the speed into the ground (m/s), m the mass of\n"
+        "the rock (kg). A *lumped mass* is a rock without size and spin.\n",
+    ),
+}
+"""Lines that explain the symbols in the section on models of a kind."""
 BASE = {"rebound": "coulomb_limited", "ground": "sliding"}
 """The models that all others are compared with: the defaults of a scene."""
 
@@ -160,7 +167,7 @@ def _costs(listed: list[CatalogueEntry]) -> str:
 
 def _section(kind: str, title: str, listed: list[CatalogueEntry]) -> list[str]:
     ours = [entry for entry in listed if entry.kind == kind]
-    return [f"## {title} (`{kind}:`)", *(_described(entry) for entry in ours)]
+    return [f"## {title} (`{kind}:`)", *SYMBOLS.get(kind, ()), *(_described(entry) for entry in ours)]
 
 
 def _described(entry: CatalogueEntry) -> str:

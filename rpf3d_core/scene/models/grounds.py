@@ -6,7 +6,10 @@ from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 
 
 class RollingSpec(ModelSpec):
-    """A sphere that rolls against the material's rolling friction; its rotation takes 2/7 of the work of gravity."""
+    """A sphere that rolls against the material's rolling friction.
+
+    2/7 of the work of gravity becomes rotational energy.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling:Rolling"
     SOURCE: ClassVar[str] = "Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709"
