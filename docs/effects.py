@@ -37,8 +37,8 @@ TITLES = {
 }  # fmt: skip
 SYMBOLS = {
     "rebound": (
-        "R_n and R_t are the normal and tangential restitution (-), v_n is the speed into the ground (m/s), m the mass of\n"
-        "the rock (kg). A *lumped mass* is a rock without size and spin.\n",
+        "R_n and R_t are the normal and tangential restitution (-), v_n is the speed into the ground (m/s), m the\n"
+        "mass of the rock (kg). A *lumped mass* is a rock without size and spin.\n",
     ),
 }
 """Lines that explain the symbols in the section on models of a kind."""
