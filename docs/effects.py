@@ -112,9 +112,9 @@ In `zones`, each zone or pattern may have all other keys of this table. A key th
 outside `zones`.
 """,
     "effects.forest": """\
-- A file of trees is a CSV. Its header names x, y, `dbh_cm` (stem diameter) and, where known, `height` (m), `kind`
-  (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. Without a header,
-  the columns are x, y, dbh_cm, height and kind.
+- A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). If known, it also names `height` (m),
+  `kind` (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. Without a
+  header, the columns are x, y, dbh_cm, height and kind.
 - Randomly placed trees have the same probability everywhere. Each tree depends only on the seed and its number.
 - A flying rock that loses all its energy at a tree drops to the foot of the tree. A sliding or rolling rock stops at
   the tree.
