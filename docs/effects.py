@@ -35,6 +35,13 @@ PASSES = 7
 TITLES = {
     "rebound": "Rebound models", "ground": "Ground models", "contact": "Contact models", "effects": "Effects",
 }  # fmt: skip
+SYMBOLS = {
+    "rebound": (
+        "R_n and R_t are the normal and tangential restitution (-), v_n is the speed into the ground (m/s), m the\n"
+        "mass of the rock (kg). A *lumped mass* is a rock without size and spin.\n",
+    ),
+}
+"""Lines that explain the symbols in the section on models of a kind."""
 BASE = {"rebound": "coulomb_limited", "ground": "sliding"}
 """The models that all others are compared with: the defaults of a scene."""
 
@@ -67,10 +74,10 @@ Look up here every model and effect that a scene may name, with its parameters, 
 
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
 
-A scene of points names one rebound model, one ground model and any number of effects. Spheres and rocks with a shape
-have a contact model in place of the rebound model; which rocks an effect acts on is in the
-[table of effects by shape](effects-by-shape.md). **An effect that the scene does not name
-is not simulated, not compiled, not imported and uses no random number.** You can add [your
+A scene of points names one rebound model, one ground model and any number of effects. Spheres have a contact model in
+place of the rebound model. Rocks with a shape have a contact model in place of both the rebound and the ground model.
+The [table of effects by shape](effects-by-shape.md) shows on which rocks each effect acts. **An effect that the scene
+does not name is not simulated, not compiled, not imported and uses no random number.** You can add [your
 own](../howto/own-models.md).
 
 ```yaml
@@ -88,28 +95,29 @@ effects: {roughness: {angle_sd_deg: 8}}
 | D | derived, or checked from first principles |
 | UNCONFIRMED | general knowledge: check it before you base a decision on it |
 
-If a parameter has only a mark, its source is that of the model. "Physics reference" is the project's collection of
-notes on the literature; it is not part of this repository.
+If a parameter has only a mark, its source is the source of the model. "Physics reference" is the project's collection
+of notes on the literature; it is not part of this repository.
 
 ## What does each cost?
 *Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`,
 `sliding`), without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean
-horizontal runout. Both are for {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
-`docs/effects_wall.yaml`). They show only the order of magnitude for other pits. `make effects` measures them. Models
-without a default were measured with invented figures: do not use these figures as advice.
+horizontal runout. Both were measured with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
+`docs/effects_wall.yaml`), by `make effects`. For other pits they show only the order of magnitude. Models without
+default parameters were measured with invented parameters: do not use these parameters as advice.
 
 """
 TEXTS = {
     "effects.scarring": """\
-In `zones`, each zone or pattern may have the other keys of this table. A key that is left out has the value given
+In `zones`, each zone or pattern may have all other keys of this table. A key that is left out there has the value given
 outside `zones`.
 """,
     "effects.forest": """\
-- A file of trees is a CSV with a header. It names x, y, `dbh_cm` and, where known, `height` (m), `kind` (`conifer`,
-  `broadleaved`, `silver_fir`) and the foot's z, which must lie within 2 m of the ground. Without a header, the columns
-  are x, y, dbh_cm, height and kind.
+- A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). If known, it also names `height` (m),
+  `kind` (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. Without a
+  header, the columns are x, y, dbh_cm, height and kind.
 - Randomly placed trees have the same probability everywhere. Each tree depends only on the seed and its number.
-- A rock that loses all its energy at a tree drops to the foot of the tree; a sliding or rolling rock lies against it.
+- A flying rock that loses all its energy at a tree drops to the foot of the tree. A sliding or rolling rock stops at
+  the tree.
 """,
     "effects.barriers": """\
 ```yaml
@@ -120,13 +128,14 @@ effects:
       - {name: counted, along: portal.geojson, height: 3, capacity_kj: 0}
 ```
 
-- A barrier stands vertically on the ground straight below its line. A rock meets the barrier if it crosses the plane of
-  the barrier at most `height` times `residual_height` above that ground. A higher rock flies over with its path
-  unchanged.
-- A rock with at most `capacity_kj` of translational energy is caught (outcome `caught`). A rock with more breaks
+- A barrier stands vertically on the ground straight below its line. A rock hits the barrier if it crosses the plane of
+  the barrier at most `height` times `residual_height` above this ground. A higher rock flies over, and its path does
+  not change.
+- A rock with at most `capacity_kj` of translational energy is caught (outcome `caught`). A rock with more energy breaks
   through in the same direction, and loses `taken_by_break` times the capacity.
-- Rocks that slide, roll or settle also meet barriers.
-- Rocks are independent of each other, so every rock meets an undamaged barrier. For a net that was hit before, give
+- For bodies, the sum of translational and rotational energy is compared.
+- Rocks that slide, roll or settle also hit barriers.
+- Rocks are independent of each other, so every rock hits an undamaged barrier. For a net that was hit before, give
   `residual_height`.
 - `capacity_kj: 0` counts the rocks that cross a line, and changes no bit of any path.
 - The engineer must decide whether a net is high and strong enough: [results](outputs.md#barriers) have p95 energies and
@@ -158,7 +167,7 @@ def _costs(listed: list[CatalogueEntry]) -> str:
 
 def _section(kind: str, title: str, listed: list[CatalogueEntry]) -> list[str]:
     ours = [entry for entry in listed if entry.kind == kind]
-    return [f"## {title} (`{kind}:`)", *(_described(entry) for entry in ours)]
+    return [f"## {title} (`{kind}:`)", *SYMBOLS.get(kind, ()), *(_described(entry) for entry in ours)]
 
 
 def _described(entry: CatalogueEntry) -> str:

@@ -17,17 +17,17 @@ SHAPES = ("point", "sphere", "body")
 HEAD = """# Effects by shape
 Look up here which effects act on which rocks.
 
-`rock.shape` decides the kind: `point`, `sphere`, or a body (`box`, `family` or `files`). A scene that names a refused
-effect stops with a message that names the effect. `docs/effects_by_shape.py` writes this page, and
-`test/scene/test_effects_by_shape.py` checks each cell of the table.
+`rock.shape` decides the kind of the rocks: `point`, `sphere`, or a body (`box`, `family` or `files`). If a scene names
+a refused effect, the scene is refused, and the message names the effect. `docs/effects_by_shape.py` writes this page,
+and `test/scene/test_effects_by_shape.py` checks each cell of the table.
 
 """
 ON_BODIES = """
 ## How do effects act on bodies?
-- Barriers and trees meet the path of the centre of mass. They compare and take the energy of translation and rotation,
-  and velocity and spin fall by the same factor.
+- A body hits a barrier or a tree if the path of its centre of mass does. Barriers and trees compare, and take, the sum
+  of translational and rotational energy. Velocity and spin decrease by the same factor.
 - A body that stops against an obstacle while it touches the ground has `leaning` in `stopped_because`.
-- Drag and drag layers act on the centre of mass. They do not change the spin. The area is that of the sphere of equal
+- Drag and drag layers act on the centre of mass. They do not change the spin. Drag uses the area of the sphere of equal
   volume.
 - Soft ground takes speed from the centre of mass before each impact. It does not change the spin.
 

@@ -44,23 +44,25 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - Positions are in the input's own axes and coordinates. Azimuths are clockwise from north: from y towards x or, with
   `up: y`, from -z towards x.
 - Paths are relative to the scene file.
-- An unknown key, or a value out of bounds, is refused. The message names the file, the line, the key and what would be
-  right.
-- YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has its
-  key, and the line of the original value. All aliases of a file together may repeat 100,000 values. An alias inside
-  its own anchor and merge keys (`<<`) are refused.
-- In the tables, a value without a stated type is a number; (-) means without a unit.
+- A key that does not exist, or a value out of bounds, is refused. The message has the file, the line, the key and what
+  would be right.
+- YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key
+  of the copy, and the line of the original value. All aliases of a file together may repeat 100,000 values. An alias
+  inside its own anchor and merge keys (`<<`) are refused.
+- In the tables, a value without a stated type is a number; (-) means without a unit. *Left out* describes a scene
+  without the key.
 """
 SOURCES = """\
-Without `rocks`, a source has one rock for each of its points; a line, polygon or zone has one rock. Rocks are
-assigned to points in turn. They start evenly along a line, and evenly over the true surface of a polygon or zone.
-`rpf3d check` prints how much of a polygon is on the terrain.
+Without `rocks`, a source of points has one rock for each point; every other source has one rock. Rocks are assigned to
+points in turn. They start evenly along a line, and evenly over the inclined surface of a polygon or zone (not over its
+area in plan). `rpf3d check` prints how much of a polygon is on the terrain.
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
 
 A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in `rock`. All
-sources use the density and shape in `rock`. The live node refuses such a file, because it receives sources in messages.
+sources use the density and shape in `rock`. The live node refuses a scene in which a source has a size, because it
+receives sources in messages.
 """
 PIT = "Lengths are in m, angles in degrees."
 BENCHES = """\
@@ -69,16 +71,17 @@ edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
-`above_ground`. On rough ground edges stay in place, and relief grows over 3 m from them; points of faces move normal to
-the face.
-[How to](../howto/catch-bench-design.md).
+`above_ground`. Roughness does not move the edges of faces and berms. The relief grows over the first 3 m from an edge;
+points of faces move normal to the face.
+
+The steps of a design: [how-to](../howto/catch-bench-design.md).
 """
 POINTS = """## Files of points
 | file | content |
 |---|---|
-| lines of numbers between blanks | x y z first on each line; a `#` begins a comment |
-| CSV: a comma, semicolon or tab in the first line | the columns that the header names, else the first three; a line \
-that begins with `#` is a comment |
+| text with blanks between the numbers | x y z first on each line; a `#` begins a comment |
+| CSV: a comma, semicolon or tab in the first line | the columns that the header names, otherwise the first three \
+columns; a line that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
 | `.gpkg`, `.shp`, `.dxf`, `.str` | points, as [file formats](formats.md) describes |
 
@@ -90,46 +93,52 @@ that begins with `#` is a comment |
 - With `above_ground`, the height may be missing: no column for it, or `[x, y]` (with `up: y`, x and z).
 """
 ROCKS = """## rocks
-The total number of rocks; `--rocks` of `rpf3d run` replaces it. Without it, each source flies its own `rocks`.
+The total number of rocks; `--rocks` of `rpf3d run` replaces it. Without this key, each source flies its own `rocks`.
 
 - With a number, sources share the total in proportion to their own `rocks`.
-- With `auto`, at least 1,000 rocks fly. Then their number doubles until `target` is met, or until another doubling
-  would exceed `most_rocks`. Each doubling keeps the proportions. The summary shows the intervals that were reached.
+- With `auto`, first at least 1,000 rocks fly. Then the number of rocks doubles until it is sufficient for `target`, or
+  until another doubling would exceed `most_rocks`. Each doubling keeps the proportions of the sources. The summary has
+  the intervals after each doubling.
 """
 TARGET = """\
+The places of the target are the areas of interest. In a scene without areas, they are all zones that rocks reached. A
+rock reaches a zone if it touches a facet of the zone or passes straight above a facet of the zone, at any height.
+
 The number of rocks is sufficient when three figures of each place are certain enough: the share of rocks that reached
-it, the share that stopped there, and its p95 energy if at least 20 rocks reached it. The places are the areas of
-interest. Without areas, they are all zones that rocks reached; a rock reaches a zone if it touches a facet of the
-zone or passes straight above one, at any height.
+the place, the share that stopped there, and the p95 energy there (if at least 20 rocks reached the place).
 """
 MATERIALS = """\
-A zone has the material with its exact name; otherwise the first pattern that fits (`bench_*`); otherwise `default`.
-A material other than `default` that fits no zone of the terrain is refused. `rpf3d materials` lists the entries of the
-`library`.
+A zone has the material with its exact name; otherwise that of the first pattern that fits (`bench_*`); otherwise
+`default`. A material is refused if its name fits no zone of the terrain; this does not apply to `default`.
+`rpf3d materials` lists the entries of the `library`.
 """
 ROCK = """\
 Without `rock`, rocks are spheres of 1 m diameter and 2,700 kg/m3: 1,414 kg. `rpf3d check` prints mass and size.
 """
 TERRAIN = """\
-Files are meshes (`.stl .ply .obj .vtp .vtk`) or grids (`.asc .asc.gz .tif .tiff`). Heights of a grid are at the centres
-of cells; NODATA is a hole. Maps have the reference system `crs`; if GeoTIFF files also have one, both must agree.
+Files are meshes, grids, files of mine planning programs, or clouds of points: [all formats](formats.md). Heights of a
+grid are at the centres of cells; NODATA is a hole. Maps have the reference system `crs`. If a terrain file states
+another reference system, the scene is refused.
 """
 SCENE = f"""\
-- `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` does not ask for
+- `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` ignores
   friction; `rolling_stone` has a separate `stop_speed`.
-- `smallest_bounce`: when a bounce would rise less than this height, the remaining bounces are summed in closed form,
-  or end, depending on the rebound model ([why](../explanation/physics.md#the-end-of-bouncing)).
-- `max_time` and `max_impacts` end a rock that still moves, with the outcome of the same name.
+- `smallest_bounce`: when the next bounce would be lower than this height, bouncing ends. The rebound model decides
+  whether the remaining bounces are summed in closed form or left out
+  ([why](../explanation/physics.md#the-end-of-bouncing)).
+- `max_time` and `max_impacts`: the flight of a rock that still moves at this time, or after this number of impacts,
+  ends with the outcome of the same name.
 - `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
   `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `rock.shape: sphere`) or without numba, else
   `compiled`.
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) serve for comparison.
 """
 BERMS = """\
-A berm is a part of the ground, made before all other changes of the terrain. Its crest has a constant height above
-the ground below it. It slopes down to its foot on both sides and beyond its ends. Where two berms cross, their
-heights are added. Its facets form the zone `berm_<name>`, even where `zones` draws another zone, so `materials` and
-the bench table can use this name. If a berm cuts a facet, the first part keeps the facet's number.
+A berm is a part of the ground. Berms are made before all other changes of the terrain. The crest of a berm has a
+constant height above the ground below. The berm slopes down to its foot on both sides and beyond its ends. Where two
+berms cross, their heights are added. The facets of a berm form the zone `berm_<name>`, even inside a polygon of
+`zones`, so `materials` and the bench table can use this name. If a berm cuts a facet into parts, the first part keeps
+the number of the facet.
 
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
@@ -140,25 +149,27 @@ HAZARD = """\
 [outputs.md](outputs.md#hazard) explains the maps and has an example.
 """
 DRAWS = """## Distributions
-Where a table says "or a distribution", one of these may replace the number. `min` and `max` cut the distribution off.
-They must be within the limits of the key.
+If a table of this page says "or a distribution", a distribution may replace the number. `min` and `max` cut the
+distribution off. They must be within the limits of the key.
 
 | written | drawn |
 |---|---|
 | `{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}` | normal; mean and sd are those before the cut |
 | `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
 | `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
-| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | number above x ~ x^-exponent; 0.4 to 0.6 for volumes of rocks |
-| `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: 1 - exp(-(x/scale)^shape) below x before the cut |
+| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | the number of values above x is proportional to x^-exponent; \
+for volumes of rocks the exponent is 0.4 to 0.6 |
+| `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: before the cut, the share of values below x is \
+1 - exp(-(x/scale)^shape) |
 | `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
-| `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}` | sizes of rocks only: one of the list, each with the same \
-probability; a file has one number on each line, and may have a header |
+| `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}` | sizes of rocks only: a value of the list, each with the \
+same probability; a file has a number on each line, and may have a header |
 | `{measured: blocks.csv, column: diameter_m}` | the same, from the column of a table with that name in its header |
 
-- A random number depends only on the seed, the source, the number of the rock and the purpose, so it is the same on
-  both engines.
+- A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
+  it is the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last
-  bounces, which are summed, and the slide after them share one draw.
+  bounces, which are summed, and the slide after these bounces have the same draw.
 
 ```yaml
 materials:
@@ -183,20 +194,22 @@ sources:
 ```
 """
 UNKNOWNS = f"""\
-A value is **unknown** if it has one value for the whole site, which no one knows. It **varies** if it differs from rock
-to rock or from impact to impact ([distributions](#distributions)).
+A coefficient is **unknown** if it has one value for the whole site, but this value is not known. It **varies** if it
+differs from rock to rock or from impact to impact ([distributions](#distributions)).
 [statistics.md](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying) explains the
 difference, and [a how-to](../howto/unknown-ground.md) the steps.
 
-- Unknown may be a number below {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}. There are three ways:
-  `{{prior: {{min, max}}}}` in place of the number; a key path in `unknowns.priors`; `library` in a material,
-  also for [what its source leaves out](../howto/unknown-ground.md#take-ground-from-the-library).
+- These keys, and keys below them, may have unknown numbers:
+  {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}.
+- There are three ways to make a number unknown: write `{{prior: {{min, max}}}}` in place of the number; write its key
+  path in `unknowns.priors`; or write `library` in a material. The library also gives ranges for
+  [coefficients that its source leaves out](../howto/unknown-ground.md#take-ground-from-the-library).
 - The number may be a part of a distribution: `{{mean: {{prior: {{min: 0.3, max: 0.5}}}}, sd: 0.1, min: 0.1, max: 0.8}}`
   varies, and its mean is unknown.
 - A key path has the keys with dots between them. `*` stands for all keys of a mapping: `materials.*.friction` is one
   value for all materials.
-- With unknowns, the rocks of a run are shared out among `sets` parameter sets. Without, `sets` has no effect.
-- A parameter that has a column in `sample` is drawn from the sample, whatever its prior.
+- With unknowns, the rocks of a run are shared among `sets` parameter sets. Without unknowns, `sets` has no effect.
+- If a parameter has a column in `sample`, it is drawn from the sample, even if it also has a prior.
 - `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. Runs in parts refuse a scene with
   unknowns.
 
@@ -213,22 +226,23 @@ distribution that is cut off at `min` and `max`.
 """
 CALIBRATION = """\
 `rpf3d calibrate` determines these unknowns from `observed` and from the data of this section
-([how-to](../howto/calibrate-a-ramp.md)). A run ignores the section. Ranges that the scene itself has, such as those of
-a library, are determined as well, unless `calibration.unknowns` names the same values.
+([how-to](../howto/calibrate-a-ramp.md)). A run ignores the section. The calibration also determines unknowns that the
+scene has outside this section, such as the ranges of a library. If both have a range for a value, the range in
+`calibration.unknowns` applies.
 
-`mass_column` and `shape_column` name columns of the file of end points. A simulated rock then stands for the blocks
-with about its mass, and with its shape. The columns may stand before x, y and z. The heights of stops are not compared,
-so x and y are enough.
+`mass_column` and `shape_column` name columns of the file of end points. A simulated rock is then compared only with
+blocks of about its mass, and of its shape. These columns may be to the left of x, y and z. The heights of stops are not
+compared, so x and y are enough.
 """
 SHAPE = """\
-`shape: point` is the default. `shape: sphere` gives spheres of the rocks' size, which roll and spin; their materials
-are those of points. All other shapes are convex bodies. Which effects act on which rocks:
+`shape: point` is the default. `shape: sphere` makes spheres of the rocks' size, which roll and spin; they need the same
+coefficients of materials as points. All other shapes are convex bodies. Which effects act on which rocks:
 [effects by shape](effects-by-shape.md).
 """
 MODELS = (
     ("rebound", "The rebound model, one of:", model_keys.ReboundSpec),
     ("ground", "The ground model, one of:", model_keys.GroundSpec),
-    ("contact", "The contact model: of spheres and of rocks with a shape, in this order:", scene_shapes.ContactSpec),
+    ("contact", "The contact model of spheres, and that of rocks with a shape:", scene_shapes.ContactSpec),
     ("effects", "Any number of:", model_keys.EffectsSpec),
 )
 """Keys of the scene that name models or effects; the page of effects has their parameters."""

@@ -1,6 +1,6 @@
 """Your own mesh and zones.
 
-The terrain is three mesh files, one for each zone, and a polygon that draws a fourth zone on them.
+The terrain consists of three mesh files, one for each zone. A polygon marks a fourth zone on them.
 The script prints the share of rocks that stop in each zone.
 """
 

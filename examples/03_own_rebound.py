@@ -1,7 +1,8 @@
 """Your own rebound model.
 
-The class `Sand` in `scenes/sand.py` gives back less of a faster impact, and `scenes/sand.yaml` names it as its rebound.
-The script flies the same rocks with the model `constant` and with `Sand`, and compares how far they go.
+The class `Sand` in `scenes/sand.py` is a rebound model: its normal restitution decreases with the speed of the impact.
+The scene `scenes/sand.yaml` uses this model. The script flies the same rocks with the model `constant` and with `Sand`,
+and compares the distances at which the rocks stop.
 """
 
 from pathlib import Path

@@ -1,7 +1,8 @@
 """The price of accuracy.
 
-rpf3d finds each impact exactly, event by event; other programs move rocks in fixed time steps. The script flies the
-same rocks both ways, and prints how far the places of their first impacts are off and how many steps that takes.
+rpf3d computes the exact place of each impact, event by event. Other programs move rocks in fixed time steps. The script
+flies the same rocks with both methods. For each time step it prints the error in the place of the first impact and the
+number of steps.
 """
 
 from pathlib import Path

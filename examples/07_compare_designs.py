@@ -1,7 +1,8 @@
 """Two designs of a slope.
 
-The same berm protects a road from a face: in design A it stands six metres from the toe, in design B at the toe.
-The script flies the same rocks over both, and `rpf3d compare` says which differences are more than chance.
+A berm protects a road below a face. In design A the berm is six metres from the toe of the face; in design B it is at
+the toe. The script flies the same rocks over both designs, and `rpf3d compare` shows which differences are more than
+chance.
 """
 
 import json

@@ -1,7 +1,8 @@
 """The live node in a script.
 
-The script starts the simulator node, publishes terrain and a source of rocks as survey and radar would, and prints the
-level of the site and a figure of the hazard map. It needs the extra `ros` and stays on this machine.
+The script starts the simulator node. It publishes a terrain and a source of rocks, in place of survey and radar. Then
+it prints the alert level of the site and the largest reach probability of the hazard map. The script needs the extra
+`ros`. Its messages stay on this machine.
 """
 
 import os

@@ -1,7 +1,8 @@
 """A replay in rerun.
 
-A run writes a recording of its rocks, `run.rrd`, which the rerun viewer plays over the terrain.
-The script prints how to open it; with `--open` it opens the viewer itself, which needs a display.
+A run writes a recording of its rocks, `run.rrd`. The rerun viewer plays the recording over the terrain.
+The script prints the command that opens the recording. With `--open` the script opens the viewer itself; the viewer
+needs a display.
 """
 
 import subprocess

@@ -50,8 +50,8 @@ class ShareSpec(StrictModel):
     """How many of the observed rocks stopped in, or reached, an area of interest or a section."""
 
     place: Name = Field(description="the name of an area of interest, or of a section of `observed`")
-    stopped: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that stopped there")
-    reached: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that reached it")
+    stopped: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that stopped in the place")
+    reached: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that reached the place")
     of: Count = Field(ge=1, description="a whole number >= 1, the observed rocks")
 
     @model_validator(mode="after")
@@ -84,24 +84,25 @@ class CalibrationSpec(StrictModel):
         "{mean, sd, min, max}",
     )  # fmt: skip
     book: Mapping[str, Number] = Field(
-        default_factory=dict, description="a mapping of key paths to values of a book, to score them next to the "
-        "calibration",
+        default_factory=dict, description="a mapping of key paths to values of a book, for a score to compare with",
     )  # fmt: skip
     measuring_error: Number = Field(
         0.5, ge=0, description="a number >= 0 (m), the standard deviation of an observed end point, along and across"
     )
     mass_column: Column | None = Field(
         None, description="a name or a whole number >= 1, the column of observed.points_file with the mass of each "
-        "block (kg): a name in the header, a property of GeoJSON points, or a number counted from 1",
+        "block (kg): a name in the header, a property of GeoJSON points, or the number of the column from 1",
     )  # fmt: skip
     shape_column: Column | None = Field(
-        None, description="a name or a whole number >= 1, the column with the number of each block's shape in "
-        "rock.shape.files, counted from 1",
+        None, description="a name or a whole number >= 1, the column with the number of each block's shape: its place "
+        "in rock.shape.files, from 1",
     )  # fmt: skip
     gates: Annotated[tuple[GateSpec, ...], AfterValidator(no_two_alike)] = Field(
-        (), description="a list of gates with passing speeds, heights, energies"
+        (), description="a list of gates, with speeds, heights and energies of the rocks that passed"
     )
-    shares: tuple[ShareSpec, ...] = Field((), description="a list of {place, stopped or reached, of}")
+    shares: tuple[ShareSpec, ...] = Field(
+        (), description="a list of {place, stopped or reached, of}, counts of observed rocks in areas or sections"
+    )
     rocks: Count | None = Field(
-        None, ge=64, description="a whole number >= 64, the rocks of each parameter set, or left out"
+        None, ge=64, description="a whole number >= 64, the rocks of each parameter set; left out: rpf3d chooses it"
     )

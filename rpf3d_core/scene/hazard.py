@@ -56,16 +56,15 @@ class MatrixSpec(StrictModel):
     probability_levels: Shares = Field(description="a list of shares above 0 and up to 1 (-), ascending")
     classes: Annotated[tuple[tuple[Name | None, ...], ...], BeforeValidator(_table)] = Field(
         description=(
-            "a list for each band of energy, from the lowest, of a name for each band of reach probability, from the "
-            "lowest; null for no zone"
+            "a list of rows, one for each band of energy from the lowest; a row has a name for each band of reach "
+            "probability from the lowest; null: no zone"
         )
     )
     object_width: Number | None = Field(
         None,
         gt=0,
-        description="a width above 0 (m) across the rocks' path: the width of an object plus the diameter of a rock. "
-        "Probabilities are then of hitting the object and do not depend on the cell; or left out for probabilities of "
-        "reaching a cell",
+        description="a width above 0 (m) across the rocks' path: the width of an object plus the diameter of a rock; "
+        "the probabilities are then those of hitting the object; left out: those of reaching a cell",
     )
 
     @model_validator(mode="after")
@@ -87,14 +86,14 @@ class HazardSpec(StrictModel):
     cell: Number | None = Field(
         None,
         ge=LEAST_CELL,
-        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for a cell that "
-        "enough rocks reach for percentiles",
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell; left out: a size with which enough "
+        "rocks reach a cell for percentiles",
     )
     reach_levels: Shares = Field(
         REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"
     )
     energy_percentile: Literal[50, 90, 95, 99] = Field(
-        95, description="50, 90, 95 or 99, the percentile of energy that the matrix reads"
+        95, description="50, 90, 95 or 99, the percentile of energy for the matrix"
     )
     matrix: MatrixSpec | None = Field(
         None, description="a mapping with energy_levels_kj, probability_levels and classes, or left out for no classes"
@@ -105,7 +104,7 @@ class HazardSpec(StrictModel):
         description="true or false, whether passages per metre are mapped, which do not depend on the cell",
     )
     memory_gb: Number = Field(
-        1.0, gt=0, description="a number above 0 (GB of 10^9 bytes), the memory that the maps may take"
+        1.0, gt=0, description="a number above 0 (GB of 10^9 bytes), the largest memory of the maps"
     )
 
 

@@ -22,26 +22,32 @@ class Material(StrictModel):
     friction_angle_deg: FrictionAngle = Field(
         30.0, description="a number from 0 to below 90 (degrees), or a distribution"
     )
-    stop_speed: Number | None = Field(None, ge=0, description="a number >= 0 (m/s), or left out for the scene's own")
+    stop_speed: Number | None = Field(
+        None, ge=0, description="a number >= 0 (m/s); left out: `stop_speed` of the scene"
+    )
     rolling_friction: Coefficient | None = Field(
         None, description="a number >= 0 (-), mu_r = tan(beta), or a distribution; for ground models that roll, and "
         "for impacts of spheres",
     )  # fmt: skip
     restitution: Share | None = Field(
-        None, description="a number from 0 to 1 (-), or a distribution; of rocks with a shape, as the next two"
+        None, description="a number from 0 to 1 (-), or a distribution; for rocks with a shape"
     )
-    friction: Coefficient | None = Field(None, description="a number >= 0 (-), mu, or a distribution")
-    rolling_resistance: Coefficient | None = Field(None, description="a number >= 0 (-), or a distribution")
+    friction: Coefficient | None = Field(
+        None, description="a number >= 0 (-), mu, or a distribution; for rocks with a shape"
+    )
+    rolling_resistance: Coefficient | None = Field(
+        None, description="a number >= 0 (-), or a distribution; for rocks with a shape"
+    )
     slip_friction: SlipFrictionSpec | None = Field(
         None, description="a mapping with mu_min, mu_max, kappa and beta, friction that grows as a rock with a shape "
         "slips, instead of `friction`",
     )  # fmt: skip
     draw: Literal["per_rock", "per_impact"] = Field(
-        "per_rock", description="per_rock or per_impact, when distributions are drawn again"
+        "per_rock", description="per_rock or per_impact, how often a distribution is drawn"
     )
     library: Name | None = Field(
-        None, description="the name of an entry that `rpf3d materials` lists; its ranges are unknowns, unless the "
-        "coefficient is given as well",
+        None, description="the name of an entry that `rpf3d materials` lists; its ranges are unknowns, except those of "
+        "coefficients that the material gives",
     )  # fmt: skip
 
     @model_validator(mode="before")

@@ -28,7 +28,7 @@ class SteppingSpec(StrictModel):
     )
     squared: bool = Field(
         False, strict=True,
-        description="true or false, whether the squared distance is compared with it, as in the thesis' code",
+        description="true or false, whether the squared distance is compared with `threshold`, as in the thesis' code",
     )  # fmt: skip
 
 

@@ -108,7 +108,9 @@ class TargetSpec(StrictModel):
     p95_energy: Number = Field(
         0.05, gt=0, description="a number above 0, the largest relative change of p95 energies over two doublings"
     )
-    most_rocks: Rocks = Field(10_000_000, description=f"a whole number from 1 to {MOST_ROCKS}, where to give up")
+    most_rocks: Rocks = Field(
+        10_000_000, description=f"a whole number from 1 to {MOST_ROCKS}, the largest number of rocks that fly"
+    )
 
 
 class ObservedSpec(StrictModel):
@@ -122,7 +124,7 @@ class ObservedSpec(StrictModel):
         (1.0, 0.0, 0.0), description="three numbers, the direction in which the sections are measured"
     )
     sections: Annotated[Mapping[str, tuple[Number | None, Number | None]], AfterValidator(_rising)] = Field(
-        default_factory=dict, description="[low, high] (m) for each name, null for no limit"
+        default_factory=dict, description="[low, high] (m) for the name of each section, along `along`; null: no limit"
     )
 
 
@@ -131,7 +133,9 @@ class Scene(StrictModel):
 
     path: Path = Field(description="the scene file")
     terrain: TerrainSpec = Field(description="a mapping with files, pit or benches")
-    zones: tuple[ZoneSpec, ...] = Field((), description="a list of {zone, polygons}, later entries win")
+    zones: tuple[ZoneSpec, ...] = Field(
+        (), description="a list of {zone, polygons}, later entries win where polygons overlap"
+    )
     materials: Mapping[str, Material] = Field(
         min_length=1, description="a mapping of zone name, pattern or `default` to a material"
     )
@@ -140,8 +144,8 @@ class Scene(StrictModel):
         min_length=1, description="a list of at least one source"
     )
     rocks: RocksOrAuto | None = Field(
-        None, description=f"a whole number from 1 to {MOST_ROCKS}, or auto; dealt to the sources in proportion, left "
-        "out for their own",
+        None, description=f"a whole number from 1 to {MOST_ROCKS}, or auto; shared among the sources in proportion to "
+        "their own `rocks`; left out: each source has its own number",
     )  # fmt: skip
     target: TargetSpec = Field(
         default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
@@ -152,12 +156,12 @@ class Scene(StrictModel):
     )
     ground: Annotated[GroundSpec, BeforeValidator(chosen_model(GroundSpec))] = Field(
         default_factory=lambda: GroundSpec(sliding=SlidingSpec()),
-        description="the name of a ground model, or a mapping of it to its parameters; left out, `sphere` goes with "
-        "`rock.shape: sphere`",
+        description="the name of a ground model, or a mapping of it to its parameters; left out with "
+        "`rock.shape: sphere`: `sphere`",
     )
     contact: Annotated[ContactSpec | None, BeforeValidator(chosen_contact)] = Field(
         None, description="the name of the contact model of spheres or of rocks with a shape, or a mapping of it to "
-        "its parameters; left out, the shape chooses it",
+        "its parameters; left out: the model that the shape needs",
     )  # fmt: skip
     stop_speed: Number = Field(0.5, ge=0, description="a number >= 0 (m/s)")
     gravity: Number = Field(STANDARD_GRAVITY, gt=0, description="a number above 0 (m/s2)")

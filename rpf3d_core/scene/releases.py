@@ -107,24 +107,25 @@ class SourceSpec(StrictModel):
         None, description="two or more points [x, y, z] (m), or the path of a file with lines and `above_ground`"
     )
     crest: Annotated[Count | None, BeforeValidator(_no_line)] = Field(
-        None, ge=1, description="the number of a face of `terrain.benches`, 1 the uppermost, from whose upper edge "
-        "rocks fall",
+        None, ge=1, description="the number of a face of `terrain.benches`, 1 for the uppermost; rocks fall from the "
+        "upper edge of this face",
     )  # fmt: skip
     polygon: Outline | None = Field(
         None, description="three or more corners [x, y] (m) in plan, or the path of a GeoJSON file with polygons"
     )
     zone: Name | None = Field(None, description="the name, or a pattern, of zones that rocks fall from")
     steeper_than_deg: Number | None = Field(
-        None, ge=0, lt=180, description="a number from 0 to below 180 (degrees), a facet's least slope; with `zone`"
-    )
+        None, ge=0, lt=180, description="a number from 0 to below 180 (degrees), the least slope of a facet from which "
+        "rocks fall; with `zone`",
+    )  # fmt: skip
     rocks: Rocks = Field(
         1, description=f"a whole number from 1 to {MOST_ROCKS}; left out, one for each point that is given, or one"
     )
     diameter: Size | None = Field(
-        None, description="as of `rock`, for the rocks of this source; also `mass` or `volume` instead"
+        None, description="as in `rock`, but only for this source; or give `mass` or `volume` instead"
     )
-    mass: Size | None = Field(None, description="as of `rock`, for the rocks of this source")
-    volume: Size | None = Field(None, description="as of `rock`, for the rocks of this source")
+    mass: Size | None = Field(None, description="as in `rock`, but only for this source")
+    volume: Size | None = Field(None, description="as in `rock`, but only for this source")
     velocity: Vector = Field((0.0, 0.0, 0.0), description="three numbers [vx, vy, vz] (m/s)")
     speed: Speed | None = Field(None, description="a number >= 0 (m/s), or a distribution; instead of velocity")
     azimuth_deg: Number | None = Field(

@@ -44,10 +44,10 @@ class ShapeSpec(StrictModel):
     )
     corners: Count = Field(
         40, ge=FEWEST_CORNERS, le=MOST_CORNERS, description=f"a whole number from {FEWEST_CORNERS} to {MOST_CORNERS}, "
-        "the directions in which the outermost points of a file are its corners",
+        "the number of directions; in each, the outermost point of a file becomes a corner",
     )  # fmt: skip
     weights: tuple[Annotated[Number, Field(ge=0)], ...] | None = Field(
-        None, description="a number >= 0 for each file, how often its block is drawn; left out, all alike"
+        None, description="a number >= 0 for each file, how often its block is drawn; left out: all equally often"
     )
 
     @model_validator(mode="after")
@@ -132,14 +132,15 @@ class SlipFrictionSpec(StrictModel):
         ..., "a number >= 0 (-), mu of a rock that has not slipped; 0.55 on hard ground", "-", BARTELT, "C", ge=0
     )
     mu_max: Number = parameter(
-        ..., "a number >= mu_min (-), mu of a rock that slips on and on; 2 on hard ground", "-", BARTELT, "C", ge=0
-    )
+        ..., "a number >= mu_min (-), mu that a rock approaches while it slips; 2 on hard ground", "-", BARTELT, "C",
+        ge=0,
+    )  # fmt: skip
     kappa: Number = parameter(
-        ..., "a number >= 0 (1/m), how soon friction grows; 3 on hard ground", "1/m", BARTELT, "C", ge=0
+        ..., "a number >= 0 (1/m), how fast friction grows with the slip; 3 on hard ground", "1/m", BARTELT, "C", ge=0
     )
     beta: Number = parameter(
-        ..., "a number >= 0 (1/s), how soon the slip is forgotten in the air; 185 on hard ground", "1/s", BARTELT, "C",
-        ge=0,
+        ..., "a number >= 0 (1/s), how fast the counted slip decays in the air; 185 on hard ground", "1/s", BARTELT,
+        "C", ge=0,
     )  # fmt: skip
 
     @model_validator(mode="after")

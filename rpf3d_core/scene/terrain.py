@@ -96,13 +96,12 @@ class TerrainSpec(StrictModel):
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
     benches: BenchesSpec | None = Field(None, description="a mapping of the parameters of a slope of benches")
     berms: Annotated[tuple[BermSpec, ...], AfterValidator(no_two_alike)] = Field(
-        (), description="a list of {name, along, height, width}, each raised on the ground as a zone of its own"
+        (), description="a list of {name, along, height, width}, each a part of the ground and a separate zone"
     )
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
     split: tuple[Name, ...] | None = Field(
-        None, min_length=1, description="a list of names of zones that consist of separate surfaces at different "
-        "heights, such as all berms of a wall in one layer: each surface becomes a zone, `NAME_1` the highest; or left "
-        "out for no split",
+        None, min_length=1, description="a list of names of zones with several surfaces at different heights, such as "
+        "all berms of a wall in one layer; each surface becomes a zone, `NAME_1` the highest; left out: no split",
     )  # fmt: skip
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
     crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "

@@ -28,7 +28,7 @@ class PriorSpec(StrictModel):
 
     min: Number = Field(description="a number below max, the smallest value that is possible")
     max: Number = Field(description="a number above min, the largest value that is possible")
-    mean: Number | None = Field(None, description="a number from min to max, or left out: all values alike")
+    mean: Number | None = Field(None, description="a number from min to max; left out: all values are equally probable")
     sd: Number | None = Field(None, gt=0, description="a number above 0, the standard deviation; goes with mean")
 
     @model_validator(mode="after")
@@ -66,12 +66,11 @@ class UnknownsSpec(StrictModel):
     )  # fmt: skip
     sample: InputFile | None = Field(
         None, description="the path of a Parquet file with parameter sets, such as posterior.parquet of a calibration: "
-        "a column for each key path, and `weight`",
+        "a column for each key path; `weight` is optional",
     )  # fmt: skip
     misfit: Number | None = Field(
-        None, ge=0, description="a length (m) >= 0, the error of the model that a calibration estimated: the "
-        "difference between observed and simulated stops that the simulated spread does not explain; predictive "
-        "intervals include it",
+        None, ge=0, description="a length (m) >= 0, the misfit of the model (see the glossary), which a calibration "
+        "estimates; predictive intervals include it",
     )  # fmt: skip
 
     @property

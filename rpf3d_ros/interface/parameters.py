@@ -71,8 +71,8 @@ class InputParameters(FrameParameters):
     )
     transforms_max_age_s: float = parameter(
         1.0,
-        "a message is refused if its transform is more than this older (s) than the message's stamp; static transforms "
-        "have no age limit",
+        "largest age (s) of a transform at the stamp of its message; with an older transform the message is refused; "
+        "static transforms have no age limit",
         0.0, 1e6,
     )  # fmt: skip
 
@@ -102,7 +102,7 @@ class SimulatorParameters(InputParameters):
     )  # fmt: skip
     highest_source: float = parameter(
         20.0,
-        "distance (m) from the ground beyond which a source is a fault; z pointing down is a common cause",
+        "distance (m) from the ground beyond which a source is a fault, often because its z axis points down",
         0.0, 1e5,
     )  # fmt: skip
     position_spread: float = parameter(
@@ -110,7 +110,7 @@ class SimulatorParameters(InputParameters):
     )
     velocity_spread: float = parameter(
         0.5,
-        "half-width (m/s) of the spread of release velocities around the source's velocity, in each direction",
+        "half-width (m/s) of the range of release velocities around the source's velocity, in each direction",
         0.0, FASTEST,
     )  # fmt: skip
     region_size: float = parameter(
@@ -126,19 +126,19 @@ class SimulatorParameters(InputParameters):
     )
     expected_topics: tuple[str, ...] = parameter(
         ("",),
-        "topics of sources that must publish: level fault until they do. Other topics can cause a fault only after "
+        "topics of sources that must publish; the level is fault until they do. Other topics cause no fault before "
         "they have had a publisher",
     )
     publisher_overlap: float = parameter(
         25.0, "time (s) for which a topic may have two publishers; a killed publisher stays visible for 20 s", 0.0, 1e6
     )
     clock_patience: float = parameter(
-        3.0, "wall-clock time (s) for which /clock may stand still with use_sim_time before that is a fault", 0.1, 1e6
+        3.0, "with use_sim_time: wall-clock time (s) without a change of /clock after which there is a fault", 0.1, 1e6
     )
     waiting_sources: int = parameter(
         10,
-        "number of source messages that may wait; beyond it, the oldest is answered last, or dropped without a site "
-        "file",
+        "number of source messages that may wait; if more wait, the oldest is answered last, or without a site file "
+        "deleted",
         1, 10_000,
     )  # fmt: skip
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
@@ -151,7 +151,7 @@ class SimulatorParameters(InputParameters):
     equipment_radius: float = parameter(
         15.0, "radius (m) of the circle around each machine of areas/equipment", 0.1, 1e3
     )
-    store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")
+    store: str = parameter("", "folder of the last good terrain, which a restarted node loads; empty: none")
     site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
     decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one next to the site file")
     acknowledged_by: str = parameter("", "NAME: REASON of an acknowledgement; to be set before ~/acknowledge is called")
@@ -224,7 +224,7 @@ class AlarmBridgeParameters:
         3.0, "time (s) without a message of alerts or alarm after which the contact opens", 0.1, 3600.0
     )
     contact_file: str = parameter(
-        "", "file of the dry contact, which is closed while the node holds the file's lock; empty: none"
+        "", "file that replaces a dry contact: closed while it has the word closed and the node locks it; empty: none"
     )
     contact_port: int = parameter(0, "port on loopback of the TCP contact; 0: none", 0, 65_535)
 

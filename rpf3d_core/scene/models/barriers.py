@@ -29,7 +29,7 @@ class BarrierSpec(StrictModel):
         "kJ", BALANCE, "C", ge=0, le=STRONGEST,
     )  # fmt: skip
     residual_height: Number = parameter(
-        1.0, "a number from 0 to 1 (-), share of its height that is left, such as after an earlier hit; unconfirmed",
+        1.0, "a number from 0 to 1 (-), share of `height` that still stands, such as after a hit; unconfirmed",
         "-", "ETAG 027 has categories of it", "UNCONFIRMED", ge=0, le=1,
     )  # fmt: skip
     taken_by_break: Number = parameter(

@@ -43,15 +43,18 @@ class EnergyFactors(StrictModel):
 
 
 class DeflectionSpec(StrictModel):
-    """The deflection of rocks: probabilities of 0-22.5, 22.5-67.5 and 67.5-76 degrees, by the offset of the blow."""
+    """The deflection of rocks: for each kind of blow, the probabilities of 0-22.5, 22.5-67.5 and 67.5-76 degrees.
+
+    The offset of a blow decides on its kind: frontal, lateral or scratching.
+    """
 
     frontal_within: Number = parameter(
         0.35, "a number from 0 to 1 (-), offset up to which a blow is frontal; unconfirmed", "-", "none", "UNCONFIRMED",
         ge=0, le=1,
     )  # fmt: skip
     lateral_within: Number = parameter(
-        0.75, "a number from 0 to 1 (-), offset up to which it is lateral, beyond that it scratches; unconfirmed", "-",
-        "none", "UNCONFIRMED", ge=0, le=1,
+        0.75, "a number from 0 to 1 (-), offset up to which a blow is lateral; a larger offset is a scratching blow; "
+        "unconfirmed", "-", "none", "UNCONFIRMED", ge=0, le=1,
     )  # fmt: skip
     frontal: Classes = parameter(
         CLASSES, "three chances [a, b, c] (-) that add up to 1; unconfirmed", "-", ASIDE, "UNCONFIRMED"
@@ -83,26 +86,27 @@ class ForestSpec(ModelSpec):
         None, description="the path of a file of trees: x, y, dbh_cm, height (m) and kind on each line"
     )
     stems_per_ha: Number | None = parameter(
-        None, f"a number from 0 to {DENSEST:g} (1/ha), of trees that are drawn; instead of file", "1/ha", "", "C",
+        None, f"a number from 0 to {DENSEST:g} (1/ha), of randomly placed trees; instead of file", "1/ha", "", "C",
         ge=0, le=DENSEST,
     )  # fmt: skip
     within: InputFile | None = Field(
-        None, description="the path of a GeoJSON file with polygons that trees are drawn in, or left out for everywhere"
-    )
+        None, description="the path of a GeoJSON file with polygons, in which trees are placed at random; or left out "
+        "for everywhere",
+    )  # fmt: skip
     dbh_mean_cm: Number = parameter(
-        30.0, f"a number above 0 up to {THICKEST:g} (cm), of trees that are drawn", "cm", "Rockyfor3D", "C", gt=0,
-        le=THICKEST,
+        30.0, f"a number above 0 up to {THICKEST:g} (cm), mean stem diameter of randomly placed trees", "cm",
+        "Rockyfor3D", "C", gt=0, le=THICKEST,
     )  # fmt: skip
     dbh_sd_cm: Number = parameter(
-        10.0, f"a number from 0 to {THICKEST:g} (cm), of trees that are drawn (gamma; unconfirmed)", "cm", "Rockyfor3D",
-        "UNCONFIRMED", ge=0, le=THICKEST,
+        10.0, f"a number from 0 to {THICKEST:g} (cm), standard deviation of this diameter (gamma distribution; "
+        "unconfirmed)", "cm", "Rockyfor3D", "UNCONFIRMED", ge=0, le=THICKEST,
     )  # fmt: skip
     height: Number = parameter(
-        25.0, "a number above 0 up to 150 (m), of trees that are drawn, or whose file has no height; unconfirmed", "m",
-        "none", "UNCONFIRMED", gt=0, le=150,
+        25.0, "a number above 0 up to 150 (m), of randomly placed trees, and of trees whose file has no height; "
+        "unconfirmed", "m", "none", "UNCONFIRMED", gt=0, le=150,
     )  # fmt: skip
     conifer_share: Number = parameter(
-        1.0, "a number from 0 to 1 (-), share of conifers among trees that are drawn, the others are broadleaved", "-",
+        1.0, "a number from 0 to 1 (-), share of conifers among randomly placed trees; the others are broadleaved", "-",
         "Rockyfor3D", "C", ge=0, le=1,
     )  # fmt: skip
     energy_factors: EnergyFactors = Field(

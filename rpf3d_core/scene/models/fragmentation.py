@@ -9,7 +9,7 @@ GIS = "RockGIS, defaults"
 
 
 class FragmentationSpec(ModelSpec):
-    """Rocks break at hard impacts, and fragments fly on as rocks of their own; unconfirmed by measured fragments."""
+    """Rocks break at hard impacts, and the fragments fly on as separate rocks; unconfirmed by measured fragments."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.fragmentation:Fragmentation"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.fragmentation:fragmentation"
@@ -24,25 +24,30 @@ class FragmentationSpec(ModelSpec):
     surface_exponent: Number = parameter(0.7562, "a number from 0 to 2, e in A = a E^e", "-", GIS, "CC", ge=0, le=2)
     least_ratio: Number = parameter(
         0.7, "a number >= 0, ratio of new surface to total surface above which a rock breaks; 0.25 to 0.7 are usual in "
-        "RockGIS, the default is the upper end and unconfirmed; from 2 on, no rock breaks", "-", "RockGIS",
-        "UNCONFIRMED", ge=0,
+        "RockGIS; the default is the upper end of this range and unconfirmed; from 2 on, no rock breaks", "-",
+        "RockGIS", "UNCONFIRMED", ge=0,
     )  # fmt: skip
     spread: Number = parameter(
-        0.06, "a number from 0 to 1, how least_ratio varies, as a share of it", "-", GIS, "CC", ge=0, le=1
-    )
+        0.06, "a number from 0 to 1, largest change of least_ratio from impact to impact, as a share of least_ratio",
+        "-", GIS, "CC", ge=0, le=1,
+    )  # fmt: skip
     least_volume: Number = parameter(
         1e-4, "a number of at least 1e-6 (m3), of the smallest fragment that is simulated; a rock smaller than 8 times "
         "this volume stays whole", "m3", GIS, "CC", ge=1e-6,
     )  # fmt: skip
     energy_lost: Number = parameter(
-        0.01, "a number from 0 to 1, share of the energy after the impact", "-", GIS, "CC", ge=0, le=1
-    )
+        0.01, "a number from 0 to 1, share of the energy after the impact that the fragments do not have", "-", GIS,
+        "CC", ge=0, le=1,
+    )  # fmt: skip
     cone_deg: Number = parameter(
-        50.0, "a number from 0 to 180 (degrees), the whole angle that pieces fly in", "deg", GIS, "CC", ge=0, le=180
-    )
+        50.0, "a number from 0 to 180 (degrees), the whole angle of the cone in which the fragments start", "deg", GIS,
+        "CC", ge=0, le=180,
+    )  # fmt: skip
     least_angle_deg: Number = parameter(
-        5.0, "a number from 0 to 45 (degrees), of a piece's way off the ground", "deg", GIS, "CC", ge=0, le=45
-    )
+        5.0, "a number from 0 to 45 (degrees), smallest angle between the ground and the start of a fragment", "deg",
+        GIS, "CC", ge=0, le=45,
+    )  # fmt: skip
     generations: Count = parameter(
-        3, "a whole number from 1 to 5, how often a rock and its pieces may break in turn", "-", "none", "D", ge=1, le=5
-    )
+        3, "a whole number from 1 to 5, how often breaking may repeat: first the rock, then its fragments, and so on",
+        "-", "none", "D", ge=1, le=5,
+    )  # fmt: skip

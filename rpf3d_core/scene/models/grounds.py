@@ -6,7 +6,10 @@ from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 
 
 class RollingSpec(ModelSpec):
-    """A sphere that rolls against the material's rolling friction; its rotation takes 2/7 of the work of gravity."""
+    """A sphere that rolls against the material's rolling friction.
+
+    2/7 of the work of gravity becomes rotational energy.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling:Rolling"
     SOURCE: ClassVar[str] = "Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709"
@@ -15,7 +18,10 @@ class RollingSpec(ModelSpec):
 
 
 class RollingStoneSpec(ModelSpec):
-    """STONE's rule: gravity along the ground against g sin(atan(rolling friction)); a rock stops by its speed alone."""
+    """STONE's rule: gravity along the ground, minus a deceleration of g sin(atan(rolling friction)).
+
+    A rock slower than stop_speed stops on any slope.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling_stone:RollingStone"
     SOURCE: ClassVar[str] = "Guzzetti et al. 2002, Comput. Geosci. 28:1079, as implemented in r.stone"

@@ -33,8 +33,9 @@ Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Num
 class CoulombLimitedSpec(ModelSpec):
     """R_n and R_t of the material, but Coulomb friction limits the loss of speed along the ground.
 
-    The loss of speed along the ground is at most the tangent of friction_angle_deg times the change of speed across the
-    ground: mu (1 + R_n) |v_n|. If R_t takes less, the rebound is that of `constant`.
+    The loss of speed along the ground is at most mu (1 + R_n) |v_n|: mu is the tangent of friction_angle_deg, and (1 +
+    R_n) |v_n| the change of speed normal to the ground. If the loss by R_t is smaller, the rebound is that of
+    `constant`.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.coulomb_limited:CoulombLimited"
@@ -56,9 +57,10 @@ class ThesisLiteralSpec(ModelSpec):
 
 
 class PfeifferBowenSpec(ModelSpec):
-    """The sphere of CRSP: R_n falls with speed, friction with slip, and the rock leaves every impact rolling.
+    """The sphere of CRSP: the rock rolls after every impact.
 
-    R_n and R_t are those of slow impacts, and R_t multiplies energy, so values for a lumped mass are not valid here.
+    R_n decreases with the speed into the ground. The energy kept along the ground decreases with the slip. R_n and R_t
+    are those of slow impacts, and R_t multiplies energy, so values for a lumped mass are not valid here.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.pfeiffer_bowen:PfeifferBowen"
@@ -69,7 +71,7 @@ class PfeifferBowenSpec(ModelSpec):
         9.144, "a number above 0 (m/s), the speed into the ground at which R_n is halved", "m/s", PFEIFFER, "CC", gt=0
     )
     A: Number = parameter(
-        6.096, "a number above 0 (m/s), the slip at which friction gives way", "m/s", PFEIFFER, "CC", gt=0
+        6.096, "a number above 0 (m/s), the reference slip of CRSP's friction function", "m/s", PFEIFFER, "CC", gt=0
     )
     B: Number = parameter(
         76.2, "a number above 0 (m/s); an impact with the speed B R_n into the ground halves v_t^2 in addition",
@@ -78,10 +80,10 @@ class PfeifferBowenSpec(ModelSpec):
 
 
 class VelocityScaledSpec(ModelSpec):
-    """R_n of the material over 1 + (v_n / K)^2, of a lumped mass."""
+    """A lumped mass whose R_n is that of the material divided by 1 + (v_n / K)^2."""
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.velocity_scaled:VelocityScaled"
-    SOURCE: ClassVar[str] = f"{PFEIFFER}; RocFall offers it"
+    SOURCE: ClassVar[str] = f"{PFEIFFER}; an option of RocFall"
     CONFIRMED: ClassVar[Confirmed] = "CC"
 
     K: Number = parameter(
@@ -90,11 +92,14 @@ class VelocityScaledSpec(ModelSpec):
 
 
 class MassScaledSpec(ModelSpec):
-    """R_n of the material over 1 + (m / C)^2; if K is given, R_n is also scaled by speed. The form is unconfirmed."""
+    """A lumped mass whose R_n is that of the material divided by 1 + (m / C)^2; the formula is unconfirmed.
+
+    If K is given, R_n is also divided by 1 + (v_n / K)^2.
+    """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.mass_scaled:MassScaled"
     BUILDER: ClassVar[str] = f"{BUILDERS}:mass_scaled"
-    SOURCE: ClassVar[str] = "RocFall offers it; this algebra as a public implementation has it"
+    SOURCE: ClassVar[str] = "an option of RocFall; the formula is that of a public implementation"
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
 
     C: Number = parameter(
@@ -102,15 +107,16 @@ class MassScaledSpec(ModelSpec):
         "a public implementation of RocFall's option", "CC", gt=0,
     )  # fmt: skip
     K: Number | None = parameter(
-        None, "a number above 0 (m/s), the speed into the ground at which R_n is halved, or left out for none", "m/s",
-        PFEIFFER, "CC", gt=0,
+        None, "a number above 0 (m/s), the speed into the ground at which R_n is halved; left out: speed has no effect",
+        "m/s", PFEIFFER, "CC", gt=0,
     )  # fmt: skip
 
 
 class VHalfSpec(ModelSpec):
-    """R_n = v_half / (v_n + v_half), of a lumped mass; the R_n of materials is not used.
+    """A lumped mass with R_n = v_half / (v_n + v_half); the R_n of materials is not used.
 
-    Bounces do not die out by themselves, so bouncing ends if a bounce would rise less than smallest_bounce.
+    v_half is the parameter speed. Bounces do not die out by themselves, so bouncing ends when the next bounce would be
+    lower than smallest_bounce.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.v_half:VHalf"
@@ -140,9 +146,9 @@ def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple
 
 
 class AngleTableSpec(ModelSpec):
-    """R_n and R_t from the angle between velocity and surface, of a lumped mass.
+    """A lumped mass whose R_n and R_t depend on the angle between velocity and surface.
 
-    R_n may be above 1 for flat impacts. The energy gained across the ground is limited to the energy lost along the
+    R_n may be above 1 for flat impacts. The energy gained normal to the ground is limited to the energy lost along the
     ground, so energy never rises.
     """
 
@@ -188,10 +194,10 @@ def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
 class StochasticMatrixSpec(ModelSpec):
     """(v_t, v_n, R w) after an impact is a random matrix times the values before; the user gives all figures.
 
-    v_t is the speed along the ground in the direction of motion, v_n the speed into the ground before the impact and
-    away from the ground after it, and R w the radius times the spin, positive for a rolling rock: [[R_t, 0, 0], [0,
-    R_n, 0], [0, 0, 0]] is a lumped mass. If a drawn matrix leads into the ground, v_n comes from the mean. Energy never
-    rises.
+    v_t is the speed along the ground in the direction of motion. v_n is the speed into the ground before the impact,
+    and away from the ground after the impact. R w is the radius times the spin, positive for a rolling rock. The matrix
+    [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped mass. If a drawn matrix leads into the ground, v_n comes from the
+    mean. Energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"

@@ -14,10 +14,12 @@ Flag = Annotated[bool, Field(strict=True)]
 
 
 class RoughnessSpec(ModelSpec):
-    """Each impact has a random normal: tilted against the motion (amplitude), or along it (angle_sd_deg).
+    """Each impact has a random normal; a scene uses one of two laws.
 
-    With angle_sd_deg alone, rocks on a plane do not spread to the sides; lateral_sd_deg adds this spread. With
-    amplitude, roughness has more effect on smaller rocks. A tilt that would send the rock into the ground is dropped.
+    With amplitude, the normal is tilted against the motion, and roughness has more effect on smaller rocks. With
+    angle_sd_deg, the normal is tilted along or against the motion, independent of the size of the rock. Rocks on a
+    plane then do not spread to the sides; lateral_sd_deg adds this spread. A tilt that would send the rock into the
+    ground is ignored.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.roughness:CrspRoughness"

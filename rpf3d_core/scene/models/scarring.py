@@ -41,12 +41,12 @@ class ScarringSpec(ModelSpec):
     density: Number = parameter(1700.0, "a number >= 0 (kg/m3), of the soil", "kg/m3", LU, "C", ge=0)
     mu_min: Number = parameter(0.55, "a number >= 0, friction of a rock that has not slipped", "-", BARTELT, "C", ge=0)
     mu_max: Number = parameter(
-        2.0, "a number >= mu_min, friction of a rock that slips for ever", "-", BARTELT, "C", ge=0
+        2.0, "a number >= mu_min, friction that a rock approaches while it slips", "-", BARTELT, "C", ge=0
     )
     kappa: Number = parameter(
-        3.0, "a number >= 0 (1/m), how soon friction grows as the rock slips", "1/m", BARTELT, "C", ge=0
+        3.0, "a number >= 0 (1/m), how fast friction grows with the slip", "1/m", BARTELT, "C", ge=0
     )
     zones: Mapping[Name, SoftZoneSpec] = parameter(
-        {}, "a mapping of zone, or pattern, to the keys that are other there; where it is given, other zones are hard",
-        "-", "", "D",
+        {}, "a mapping of zone, or pattern, to the keys with other values there; all zones that it does not name are "
+        "then hard ground", "-", "", "D",
     )  # fmt: skip

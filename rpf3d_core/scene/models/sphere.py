@@ -30,7 +30,7 @@ class CoulombSphereSpec(ModelSpec):
         "Coulomb friction", "D", ge=0, strict=True, allow_inf_nan=False,
     )  # fmt: skip
     tangential_restitution: float = parameter(
-        0.0, "a number from 0 to 1 (-), the share of slip that an impact turns round", "-",
+        0.0, "a number from 0 to 1 (-), the share of the slip that an impact reverses", "-",
         "0 for rock: Leine et al. 2014", "C", ge=0, le=1, strict=True, allow_inf_nan=False,
     )  # fmt: skip
 
