@@ -41,8 +41,8 @@ def _print_list(listed: "list[CatalogueEntry]") -> None:
         table.add_row(f"{entry.kind}: {entry.name}", escape(entry.summary), entry.confirmed, *_cost(entry))
     screen.print(table)
     screen.print(
-        "time and runout: against constant rebound and sliding alone, on the demo pit; `rpf3d effects NAME` tells the "
-        "parameters. Models of your own: docs/howto/own-models.md",
+        "time and runout: against constant rebound and sliding alone, on the demo pit; `rpf3d effects NAME` lists "
+        "its parameters. Models of your own: docs/howto/own-models.md",
         soft_wrap=True,
     )
 

@@ -25,7 +25,7 @@ def check_new_folder(folder: Path) -> Path:
         raise InputError(f"{folder}: is a file; the scene needs the path of a folder")
     above = next(parent for parent in target.parents if parent.exists())
     if not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
-        raise InputError(f"{folder}: cannot be written, for {above} is not a folder that may be written to")
+        raise InputError(f"{folder}: cannot be written, because {above} is not a folder that may be written to")
     return target
 
 

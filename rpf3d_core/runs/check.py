@@ -255,7 +255,7 @@ def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
     """Yield a warning for each source that has fewer rocks than points, so that some points are not used."""
     for source, places, its in zip(prepared.sources, places_of(prepared), rocks, strict=True):
         if 0 < its < places:
-            yield f"source {source.name!r} uses {its:,} of its {places:,} points, for it has no more rocks"
+            yield f"source {source.name!r} uses {its:,} of its {places:,} points, because it has no more rocks"
 
 
 def _partly_off(prepared: Prepared) -> Iterator[str]:

@@ -145,7 +145,7 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
 
 @kernel
 def hovers(max_impacts: int, tally: RockTally) -> bool:
-    """Return True if a rock has used so many flight segments in the air that its flight must end.
+    """Return True if a rock has used the largest allowed number of flight segments in the air, so its flight must end.
 
     A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a
     flight down to the ground would take too long.

@@ -186,4 +186,4 @@ def test_an_empty_folder_will_do(folder: Path) -> None:
 def test_a_folder_that_may_not_be_written_to_is_refused(folder: Path) -> None:
     closed = folder.parent / "closed"
     closed.mkdir(mode=0o500)
-    refused(folder, r"cannot be written, for .*closed is not a folder that may be written to", out="closed/scene")
+    refused(folder, r"cannot be written, because .*closed is not a folder that may be written to", out="closed/scene")
