@@ -15,6 +15,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
 import recorded_messages as made
+from live_peer import PATIENCE
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import content_of, repair, rows_by_entity, verify
@@ -178,7 +179,7 @@ def test_the_server_for_viewers_listens_on_loopback_only(stage):
 
 def test_a_viewer_that_is_none_is_refused_with_a_sentence(stage):
     process = stage.node("recorder_node", file=stage.folder / "live.rrd", viewer="browser")
-    assert process.wait(timeout=30.0) == 2
+    assert process.wait(PATIENCE) == 2
     assert "viewer is 'browser'" in stage.output("recorder_node")
 
 
