@@ -209,6 +209,24 @@ class LivePeer:
         self.send("sources", poses(places, stamp_ns))
         return self.wait_for_answer(stamp_ns)
 
+    def answered_again(self, places=(ON_THE_SLOPE,)):
+        """Publish sources every second until a message is answered; return the values of the answer's status.
+
+        A node that has just started may not have discovered this peer yet, and then loses a message; and a damaged
+        message may have shut the topic for a moment.
+        """
+        sent = []
+
+        def found():
+            if not sent or time.monotonic() - sent[-1][0] > 1.0:
+                sent.append((time.monotonic(), self.now()))
+                self.send("sources", poses(places, sent[-1][1]))
+            stamps = {stamp_ns for _, stamp_ns in sent}
+            return next((r for r in self.results if nanoseconds(r.header.stamp) in stamps), None)
+
+        status = self.wait(found, "an answer to sources that are published every second").status[0]
+        return {pair.key: pair.value for pair in status.values}
+
     def wait_for_answer(self, stamp_ns):
         """Wait for the answer to the sources of a stamp (ns); return the values of its status."""
 

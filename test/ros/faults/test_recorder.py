@@ -19,12 +19,19 @@ from live_peer import PATIENCE
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import content_of, repair, rows_by_entity, verify
+from rpf3d_ros.interface.health_report import PERIOD
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.recording.files import numbered_files
 
 NODE = "rpf3d_recorder"
-LONGEST_WAIT = 1.0
-"""Seconds that a message may take into the file while a viewer hangs; the feed waits for that viewer for two."""
+LONGEST_WAIT = 0.9
+"""Seconds that a message may take longer into the file while a viewer hangs; the feed waits for that viewer for two."""
+
+LONGEST_END = 5.0
+"""Seconds that the recorder may take to end meanwhile."""
+
+TIMES = 4.0
+"""Times as long as a message takes on this machine while a viewer is fed, which the end may take too."""
 
 
 STYLE = 1
@@ -124,23 +131,25 @@ def test_a_viewer_that_dies_or_hangs_delays_no_message_and_no_end(stage, number)
         peer = stage.peer(publishes=("impacts",))
         peer.wait_for_subscribers()
         peer.wait_for_health(f"{NODE}: viewer", "fed")
-        peer.send("impacts", impacts(1))
-        recorded(peer, "impacts", 1)
-        os.killpg(program.pid, number)
-        for second in range(2, 8):
+        usual = PERIOD  # until the recorder's next report, which says that the message is recorded
+        for second in range(1, 4):
             peer.send("impacts", impacts(second))
-            assert recorded(peer, "impacts", second) < LONGEST_WAIT
+            usual = max(usual, recorded(peer, "impacts", second))
+        os.killpg(program.pid, number)
+        for second in range(4, 10):
+            peer.send("impacts", impacts(second))
+            assert recorded(peer, "impacts", second) < usual + LONGEST_WAIT
         if number == signal.SIGKILL:
             assert peer.wait_for_health(f"{NODE}: viewer", "no viewer is fed").level == WARN
         began = time.monotonic()
         process.send_signal(signal.SIGTERM)
-        assert process.wait(timeout=20.0) == 0
-        assert time.monotonic() - began < 5.0
+        assert process.wait(PATIENCE) == 0
+        assert time.monotonic() - began < max(LONGEST_END, TIMES * usual)
     finally:
         os.killpg(program.pid, signal.SIGKILL)
         program.wait()
     verify(file)
-    assert rows_by_entity(file)["/impacts"] == 7
+    assert rows_by_entity(file)["/impacts"] == 9
 
 
 @pytest.mark.long
