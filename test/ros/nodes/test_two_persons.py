@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import with_alerts
+from live_peer import PATIENCE, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import ANOTHER_PERSON
@@ -18,8 +18,8 @@ ROOT = Path(__file__).resolve().parents[3]
 
 def acknowledge(by):
     """What a person does at a terminal: the exit code, and what was printed."""
-    command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", by, "the slope was inspected"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=60.0)
+    command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", by, "the slope was inspected", "--patience", "60"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=PATIENCE)
     return done.returncode, done.stdout + done.stderr
 
 
