@@ -1,6 +1,8 @@
 """Isolation of the ROS tests: loopback only, a domain and a log folder of their own, message fields checked."""
 
 import os
+import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -16,7 +18,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from rpf3d_ros.demo.domains import free_domain
-from rpf3d_ros.demo.processes import ended, node_process
+from rpf3d_ros.demo.processes import node_process
 from rpf3d_ros.interface.qos import EVENTS, LATCHED
 from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.health import healths_of
@@ -143,9 +145,20 @@ class Stage:
         """End everything that was started; their exit codes."""
         for peer in self.peers:
             peer.close()
-        codes = [ended(process) for process in self.processes]
+        codes = [_ended(process) for process in self.processes]
         self.lock.close()
         return codes
+
+
+def _ended(process):
+    """End a node by SIGINT; its exit code, that of a kill if it takes longer than anything may."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+    try:
+        return process.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
 
 
 @pytest.fixture

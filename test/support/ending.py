@@ -5,9 +5,9 @@ import resource
 import signal
 import subprocess
 import time
-from pathlib import Path
 
 from live_peer import PATIENCE
+from processes import computed
 
 COMPUTING = 2.0
 """Seconds of computing after the signal: what a process that waits for nothing takes at most on an idle machine."""
@@ -30,12 +30,6 @@ def ended_in_time(
     assert _of_children() - children - before < computing
     assert took < wall * load()
     return code
-
-
-def computed(pid: int) -> float:
-    """Return the seconds of computing that a running process has taken."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def load() -> float:
