@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from diagnostic_msgs.msg import DiagnosticArray
-from live_peer import LivePeer
+from live_peer import PATIENCE, LivePeer
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -22,10 +22,6 @@ from rpf3d_ros.demo.processes import node_process
 from rpf3d_ros.interface.qos import EVENTS, LATCHED
 from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.health import healths_of
-
-PATIENCE = 240.0
-"""Seconds until something that should happen is given up: nodes compile what they fly with before they listen, which
-takes 40 on one core with a cold cache, and several times that on busy ones."""
 
 KINDS = {name: topic.message_class for name, topic in TOPICS.items()} | {"/clock": Clock}
 PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}

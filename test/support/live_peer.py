@@ -28,8 +28,9 @@ from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
-PATIENCE = 120.0
-"""Longest wait for an expected event (s); with a cold compiler cache and two busy cores it takes 60 s."""
+PATIENCE = 600.0
+"""Longest wait for an expected event (s). Nodes compile before they subscribe: with a cold cache that takes 40 s of one
+core, and 240 s were too few while five other programs shared it."""
 
 TURN = 0.02
 """Time that a peer waits for a message before it checks its condition again (s)."""
