@@ -30,7 +30,7 @@ NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
 PATIENCE = 600.0
 """Longest wait for an expected event (s). Nodes compile before they subscribe: with a cold cache that takes 40 s of one
-core, and 240 s were too few while five other programs shared it."""
+core, and took 210 s while five other programs shared it."""
 
 TURN = 0.02
 """Time that a peer waits for a message before it checks its condition again (s)."""
