@@ -152,7 +152,8 @@ def test_the_process_that_draws_ends_with_an_interrupted_or_killed_run(on_a_term
 @pytest.mark.long
 def test_a_run_whose_drawing_process_is_killed_says_so_and_leaves_nothing(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
     before = left_behind(folder)
-    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, command=PREPARES_ON_A_WHILE)
+    words = ("run", "scene.yaml", "--out", "out", "--rocks", 3, "--engine", "reference")  # no child compiles
+    run = on_a_terminal(*words, command=PREPARES_ON_A_WHILE)
     run.until("preparing")
     (drawing,) = wait_for(lambda: children_of(run.process.pid), LONGEST)
     wait_for(lambda: threads_of(drawing) > 1, LONGEST)  # it has begun
