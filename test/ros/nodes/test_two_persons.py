@@ -26,12 +26,12 @@ def acknowledge(by):
 
 
 def waits(code, told):
-    """Whether a person is told that another must acknowledge, too."""
+    """Whether the answer to a person is that another must acknowledge, too."""
     return (code == NOT_ALONE and ANOTHER_PERSON in told) or is_taken_up(code, told)
 
 
 def is_taken_up(code, told):
-    """Whether a person is told to look at the alerts, because the node must answer before a busy machine decides."""
+    """Whether the answer is to look at the alerts, because the node must answer before a busy machine decides."""
     return (code, told) == (NOT_YET, f"{TAKEN_UP}\n")
 
 
