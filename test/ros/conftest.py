@@ -23,6 +23,9 @@ from rpf3d_ros.interface.qos import EVENTS, LATCHED
 from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.health import healths_of
 
+ENDS_WITHIN = 120.0
+"""Seconds until a node that was interrupted is killed; it ends within two on an idle machine."""
+
 KINDS = {name: topic.message_class for name, topic in TOPICS.items()} | {"/clock": Clock}
 PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}
 """Topics that are not latched."""
@@ -151,7 +154,7 @@ def _ended(process):
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:
-        return process.wait(PATIENCE)
+        return process.wait(ENDS_WITHIN)
     except subprocess.TimeoutExpired:
         process.kill()
         return process.wait()
