@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from live_peer import PATIENCE, LivePeer, cloud, poses, with_alerts
+from ports import free_port
 
 from rpf3d_ros.interface.qos import DEADLINE, HEARTBEAT, LEASE
 from rpf3d_ros.nodes.alarm_contacts import is_closed
@@ -38,8 +39,7 @@ class Mine(LivePeer):
 def scene(stage):
     """The mine, the file of the contact, and the processes of simulator and bridge, with the contact closed."""
     contact = stage.folder / "contact"
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     bridge = stage.node("alarm_bridge_node", contact_file=contact, contact_port=port)
     simulator = stage.node("simulator_node", **with_alerts(stage.folder))
     stage.peers.append(mine := Mine())
@@ -89,10 +89,11 @@ def test_alerts_are_repeated_at_the_stated_rate_with_rising_numbers(scene):
     mine = scene[0]
     before = len(mine.alerts)
     mine.spin(5.0 * HEARTBEAT)
+    mine.wait(lambda: len(mine.alerts) >= before + 4, "four alerts, which a busy machine receives later")
     values = [{pair.key: pair.value for pair in array.status[0].values} for array in mine.alerts[before:]]
-    assert len(values) >= 4
     numbers = [int(each["sequence"]) for each in values]
     assert numbers == sorted(set(numbers))
     stamps = [float(each["stamp"]) for each in values]
-    assert max(b - a for a, b in pairwise(stamps)) < DEADLINE
+    late = {pair.key: float(pair.value) for pair in mine.health["rpf3d_simulator: executor"].values}["longest_gap_ms"]
+    assert max(b - a for a, b in pairwise(stamps)) < DEADLINE + 1e-3 * late, "later than the node's own timers were"
     assert all(float(each["valid_until"]) > float(each["stamp"]) for each in values)

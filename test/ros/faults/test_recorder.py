@@ -3,7 +3,6 @@
 import os
 import resource
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -16,6 +15,7 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
 import recorded_messages as made
 from live_peer import PATIENCE
+from ports import free_port
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import content_of, repair, rows_by_entity, verify
@@ -51,12 +51,6 @@ def recorded(peer, topic, count):
 def impacts(second):
     """Impacts that differ from second to second: equal ones are recorded once."""
     return made.answers(second, float(second))["impacts"]
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @pytest.mark.long
