@@ -10,8 +10,9 @@ from compiled_once import compile_once
 from hypothesis import HealthCheck, settings
 from longest_first import longest_first
 
-# How long an example takes on a machine with other work to do says nothing of what is tested.
-settings.register_profile("rpf3d", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# How long an example takes on a machine with other work to do says nothing of what is tested. The examples are the same
+# in each run, as those of test/properties are, for which `make campaign` tries others.
+settings.register_profile("rpf3d", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("rpf3d")
 
 # A child whose disk is full would leave half of the byte code of what it imports then, to be imported next.

@@ -88,7 +88,7 @@ def desk() -> Iterator[ServedDesk]:
 
 
 def asked(desk: ServedDesk, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", desk.port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", desk.port, timeout=LONGEST)
     connection.request("GET", path, headers=headers)
     answer = connection.getresponse()
     answer.read()
@@ -157,7 +157,7 @@ def test_the_command_starts_the_browser_without_the_token(tmp_path: Path, monkey
 def test_a_signal_ends_it_and_leaves_no_process(ending: signal.Signals) -> None:
     with served_desk() as running:
         running.process.send_signal(ending)
-        assert running.process.wait(timeout=30) == 130
+        assert running.process.wait(timeout=LONGEST) == 130
         assert session(running.process.pid) == []
         error = running.process.stderr.read()  # type: ignore[union-attr]
     assert error == "rpf3d: interrupted; the desk is closed\n"

@@ -6,13 +6,14 @@ import signal
 import socket
 import subprocess
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from browsers import browser
+from browsers import LONGEST, LOOK, browser
 from command_line import COMMAND, environment, rpf3d
 from listening import listening_addresses, session
 
@@ -22,6 +23,10 @@ from rpf3d_core.recordings.web_replay import WebReplay
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 
+PATIENCE = 120.0
+"""Seconds for an end that takes a fraction of one on an idle machine."""
+EMPTY = 50_000
+"""Bytes of a picture; that of an empty viewer is much smaller."""
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 BYTES = b"RRF2" + bytes(range(256)) * 9000
 """More than a part that the server reads together."""
@@ -41,7 +46,7 @@ def served(tmp_path: Path) -> Iterator[WebReplay]:
 
 
 def asked(server: WebReplay, path: str, **headers: str) -> tuple[http.client.HTTPResponse, bytes]:
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=PATIENCE)
     connection.request("GET", path, headers=headers)
     answer = connection.getresponse()
     content = answer.read()
@@ -133,7 +138,7 @@ def test_the_command_listens_at_no_other_address_and_leaves_no_child(tmp_path: P
         assert urlsplit(address).hostname == "127.0.0.1"
         children = [one for one in session(process.pid) if one != process.pid]
         process.send_signal(ending)
-        assert process.wait(timeout=10) == 130
+        assert process.wait(timeout=PATIENCE) == 130
         assert children == [] and session(process.pid) == []
         assert "no longer served" in process.stderr.read()  # type: ignore[union-attr]
     with pytest.raises(ConnectionRefusedError):
@@ -154,10 +159,13 @@ def test_a_browser_draws_the_recording_and_sends_no_request_elsewhere(tmp_path: 
         page.on("request", lambda request: sent.append(request.url))
         page.on("requestfailed", lambda request: blocked.add(request.url) if request.failure == "csp" else None)
         page.goto(address)
-        page.wait_for_selector("canvas.visible", timeout=60_000)
-        page.wait_for_timeout(5000)
+        page.wait_for_selector("canvas.visible", timeout=LONGEST)
+        begun = time.monotonic()
+        while len(page.screenshot()) <= EMPTY and time.monotonic() - begun < LONGEST / 1000:
+            page.wait_for_timeout(LOOK)
+        page.wait_for_timeout(5000)  # for requests that a drawn page may send
         picture = page.screenshot()
     here = address.partition("?")[0]
     assert [url for url in sent if url not in blocked and not url.startswith((here, "blob:", "data:"))] == []
     assert any(url.endswith("/run.rrd") for url in sent)
-    assert len(picture) > 50_000, "an empty viewer is a much smaller picture"
+    assert len(picture) > EMPTY

@@ -1,6 +1,8 @@
 """Isolation of the ROS tests: loopback only, a domain and a log folder of their own, message fields checked."""
 
 import os
+import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -9,21 +11,20 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from diagnostic_msgs.msg import DiagnosticArray
-from live_peer import LivePeer
+from live_peer import PATIENCE, LivePeer
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from rpf3d_ros.demo.domains import free_domain
-from rpf3d_ros.demo.processes import ended, node_process
+from rpf3d_ros.demo.processes import node_process
 from rpf3d_ros.interface.qos import EVENTS, LATCHED
 from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.health import healths_of
 
-PATIENCE = 240.0
-"""Seconds until something that should happen is given up: nodes compile what they fly with before they listen, which
-takes 40 on one core with a cold cache, and several times that on busy ones."""
+ENDS_WITHIN = 120.0
+"""Seconds until a node that was interrupted is killed; it ends within two on an idle machine."""
 
 KINDS = {name: topic.message_class for name, topic in TOPICS.items()} | {"/clock": Clock}
 PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}
@@ -143,9 +144,20 @@ class Stage:
         """End everything that was started; their exit codes."""
         for peer in self.peers:
             peer.close()
-        codes = [ended(process) for process in self.processes]
+        codes = [_ended(process) for process in self.processes]
         self.lock.close()
         return codes
+
+
+def _ended(process):
+    """End a node by SIGINT; its exit code, that of a kill if it takes longer than anything may."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+    try:
+        return process.wait(ENDS_WITHIN)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
 
 
 @pytest.fixture

@@ -1,15 +1,21 @@
-"""A Chromium of the system for tests of pages; tests skip with a reason where there is none."""
+"""A Chromium of the system for tests of pages, and what it draws; tests skip with a reason where there is none."""
 
+import io
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 OPTIONS = ["--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage"]
 """WebGL without a graphics card; no sandbox, because root in a container has none."""
+LONGEST, LOOK = 180_000, 500
+"""Milliseconds for what takes some seconds on an idle machine, and between two looks at a view."""
 
 
 @contextmanager
@@ -25,3 +31,35 @@ def browser() -> Iterator[Any]:
             yield running
         finally:
             running.close()
+
+
+def picture(view: Any) -> np.ndarray:
+    """Return what an element of a page (a locator) shows: colours (H, W, 3) from 0 to 1."""
+    return imread(io.BytesIO(view.screenshot()), format="png")[..., :3]
+
+
+def picture_that(view: Any, fits: Callable[[np.ndarray], bool]) -> np.ndarray:
+    """Look at an element of a page until its picture fits, and return the picture."""
+    until = time.monotonic() + LONGEST / 1000
+    while not fits(seen := picture(view)):
+        assert time.monotonic() < until, "the picture does not come to what is expected"
+        view.page.wait_for_timeout(LOOK)
+    return seen
+
+
+def settled(view: Any, colours: int) -> np.ndarray:
+    """Return the picture of an element of a page once it has more than n colours and has not changed for two looks."""
+    last: list[np.ndarray] = []
+
+    def fits(seen: np.ndarray) -> bool:
+        last.append(seen)
+        is_drawn = len(np.unique((seen.reshape(-1, 3) * 255).astype(np.uint8), axis=0)) > colours
+        return is_drawn and len(last) > 2 and changed(*last[-3:-1]) == changed(*last[-2:]) == 0.0
+
+    return picture_that(view, fits)
+
+
+def changed(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the share of the pixels that differ between two pictures, of which one may be lower than the other."""
+    rows = min(len(one), len(other))
+    return float((np.abs(one[:rows] - other[:rows]).max(axis=2) > 0.1).mean())

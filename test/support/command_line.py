@@ -12,7 +12,7 @@ from rpf3d_core import cli
 
 ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "rpf3d_core.cli"]
-LONGEST = 120.0
+LONGEST = 300.0
 """Timeout of a command (s): the compiled engine may first have to be compiled (10 s), on a busy machine."""
 
 

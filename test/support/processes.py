@@ -1,5 +1,6 @@
 """Which processes there are, as the system says in /proc (proc(5))."""
 
+import os
 from pathlib import Path
 
 PROC = Path("/proc")
@@ -22,6 +23,12 @@ def threads_of(pid: int) -> int:
         return len(list((PROC / str(pid) / "task").iterdir()))
     except OSError:
         return 0
+
+
+def computed(pid: int) -> float:
+    """Return the seconds of computing that a process has taken that has not ended."""
+    fields = _fields(pid)
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _state(pid: int) -> str:

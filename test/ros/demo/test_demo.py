@@ -17,11 +17,11 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 from rpf3d_ros.demo import run as demo
 
 ROOT = Path(__file__).resolve().parents[3]
-PATIENCE = 60.0
-"""Seconds; two nodes each have 15 to end."""
+PATIENCE = 120.0
+"""Seconds; two nodes each have 15 to end, and a busy machine needs some to start them."""
 wait = partial(wait_for, seconds=PATIENCE, pause=0.05)
 
-PLAYED_WITHIN = 400.0
+PLAYED_WITHIN = 700.0
 """Seconds; the shift takes about 60, and its nodes compile first where the cache is cold."""
 
 ELSEWHERE = """
@@ -51,7 +51,7 @@ def play(*arguments):
 
 @pytest.mark.long
 def test_the_shift_leaves_a_recording_that_verifies(tmp_path):
-    done = play("--out", tmp_path, "--timeout", 300)
+    done = play("--out", tmp_path, "--timeout", 600)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "levels of the alert: fault, normal, evacuate, normal\n" in done.stdout, done.stdout
     assert sorted(os.listdir(tmp_path)) == ["demo-decisions", "demo.rrd"]

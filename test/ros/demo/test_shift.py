@@ -1,6 +1,8 @@
 """The demo's shift: what it sends is what its story says, and its clock goes as it is set."""
 
 import time
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,12 +16,14 @@ from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence, areas_of
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.site import read_site
+from rpf3d_core.errors import InputError
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_ros.demo import run as demo
 from rpf3d_ros.demo.shift import EVENTS, LENGTH, Shift
 from rpf3d_ros.demo.shift_content import EDGE, with_muck
 from rpf3d_ros.interface.simulated_clock import SimulatedClock
+from rpf3d_ros.messages.refusals import TAKEN_UP
 
 SLACK_NS = 50_000_000
 """ns that a busy machine may take between two looks at a clock."""
@@ -64,6 +68,15 @@ def test_the_shift_has_two_updates_three_bursts_and_one_acknowledgement_in_five_
     assert done.count("fails") + done.count("cleaned") == 2
     assert [event.at for event in EVENTS] == sorted(event.at for event in EVENTS) and EVENTS[-1].at < LENGTH == 300.0
     assert all(callable(getattr(Shift, what)) for what in done)
+
+
+@pytest.mark.parametrize(("answer", "is_refused"), [(TAKEN_UP, False), ("the evidence got worse", True)])
+def test_an_acknowledgement_that_is_only_taken_up_is_not_refused(answer, is_refused):
+    """The node must answer before a busy machine has decided, or a slow disk has the decision."""
+    stand_in = SimpleNamespace(acknowledge=lambda by, seconds: (False, answer))
+    shift = SimpleNamespace(_stand_in=stand_in, _at_real_time=lambda do: do())
+    with pytest.raises(InputError, match=answer) if is_refused else nullcontext():
+        Shift.acknowledge(shift)
 
 
 def test_muck_only_fills_and_lies_at_its_slope_where_it_lies():

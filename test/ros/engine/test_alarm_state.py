@@ -143,7 +143,7 @@ def test_a_dry_contact_opens_and_closes(tmp_path):
 
 def test_a_tcp_contact_says_its_state_at_once_at_each_change_and_again_and_again():
     contact = TcpContact(0)
-    with socket.create_connection(("127.0.0.1", contact.port), timeout=5.0) as client:
+    with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
         lines = client.makefile()
         assert lines.readline() == "open\n"
         contact.set(True)

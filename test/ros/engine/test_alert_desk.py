@@ -39,10 +39,12 @@ class DeskReports:
 
     def __init__(self):
         self.alerts, self.errors, self.faults, self.hindrances, self.hangs = [], [], [], [], 0
+        self.reached = 0
         self.broken, self.hold = False, threading.Event()
         self.hold.set()
 
     def decided(self, alert, evidence):
+        self.reached += 1
         self.hold.wait(PATIENCE)
         if self.broken:
             raise RuntimeError("no publisher")
@@ -249,7 +251,7 @@ def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_
     reports.hold.clear()
     desk.decide_on("wall", evidence(area(200)), RADAR)
     replies = []
-    time.sleep(0.05)
+    wait(lambda: reports.reached == 3)  # this decision was made at its time
     clock.now = NOW - 1  # what was given before that decision, by whatever thread was slow
     desk.acknowledge("J. Meyer", "looks quiet", replies.append)
     clock.now = NOW + S
@@ -303,7 +305,7 @@ def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
     desk, reports, clock = desk
     reports.hold.clear()
     desk.decide_on("wall", evidence(area(0)), RADAR)
-    time.sleep(0.05)
+    wait(lambda: reports.reached == 1)
     clock.now = NOW + 100 * S
     for _ in range(1000):
         desk.tick()

@@ -30,13 +30,19 @@ SHORT = "target: {half_width: 1.0e-9, most_rocks: 400}"
 
 
 class FlyerReports:
-    """Keeps what the flyer reports."""
+    """Keeps what the flyer reports.
+
+    stops_at : number of the answer at which the flyer's thread is held until `goes_on`, so that the test is in time
+    """
 
     def __init__(self):
         self.answers, self.refused, self.missing, self.errors = [], [], [], []
+        self.stops_at, self.goes_on = 0, threading.Event()
 
     def answered(self, answer):
         self.answers.append((answer.trigger.stamp_ns, answer.rocks, answer.standing.ground.digest, answer.complete))
+        if len(self.answers) == self.stops_at:
+            self.goes_on.wait(PATIENCE)
 
     def unanswerable(self, trigger, why):
         self.refused.append((trigger.stamp_ns, why))
@@ -71,9 +77,13 @@ def complete(reports, stamp):
 
 def at_rest(flyer, reports, stamp):
     """Whether nothing is left to do, and the answer to a stamp came last and to its end."""
-    return lambda: (
-        reports.answers and reports.answers[-1][0] == stamp and reports.answers[-1][3] and not flyer._has_work()
-    )
+
+    def rests():
+        with flyer._changed:  # its thread waits for work: it has taken none out of the queue that it has not begun yet
+            waits = bool(flyer._changed._waiters) and not flyer._has_work()
+        return waits and reports.answers and reports.answers[-1][0] == stamp and reports.answers[-1][3]
+
+    return rests
 
 
 def test_a_trigger_without_ground_waits_for_it_and_is_answered_then(made):
@@ -114,33 +124,39 @@ def test_a_newer_trigger_ends_a_refinement_that_would_never_end(made):
 @pytest.mark.parametrize(("age_s", "ended"), [(30.0, True), (0.0, False)], ids=["fresh", "too old"])
 def test_a_refinement_that_another_wall_interrupts_is_made_up_for_and_the_newest_comes_last(made, age_s, ended):
     flyer, reports, standing = made(LONG, age_s)
+    reports.stops_at = 1
     flyer.activate()
     flyer.hand_over(ready=standing)
     flyer.submit(over_the_wall(3, stamp_ns=5, topic="sources"))
     wait(lambda: reports.answers)
     flyer.submit(over_the_wall(1, stamp_ns=6, topic="source_cloud"))
+    reports.goes_on.set()
     wait(at_rest(flyer, reports, 6))
     assert complete(reports, 5)() is ended
 
 
 def test_a_refinement_that_its_own_wall_interrupts_is_given_up(made):
     flyer, reports, standing = made(LONG, 30.0)
+    reports.stops_at = 1
     flyer.activate()
     flyer.hand_over(ready=standing)
     flyer.submit(over_the_wall(3, stamp_ns=5))
     wait(lambda: reports.answers)
     flyer.submit(over_the_wall(3, stamp_ns=6))
+    reports.goes_on.set()
     wait(at_rest(flyer, reports, 6))
     assert not complete(reports, 5)()
 
 
 def test_who_begins_again_tells_nothing_less_sure_than_before_unless_the_question_is_another(made):
     flyer, reports, standing = made(LONG, 30.0)
+    reports.stops_at = 3
     flyer.activate()
     flyer.hand_over(ready=standing)
     flyer.submit(over_the_wall(3, stamp_ns=5, topic="sources"))
-    wait(lambda: len(reports.answers) > 2)
+    wait(lambda: len(reports.answers) == 3)
     flyer.submit(over_the_wall(1, stamp_ns=6, topic="source_cloud"))
+    reports.goes_on.set()
     wait(at_rest(flyer, reports, 6))
     rocks = {stamp: [answer[1] for answer in reports.answers if answer[0] == stamp] for stamp in (5, 6)}
     assert all(told == sorted(told) for told in rocks.values()), rocks
@@ -254,11 +270,16 @@ def test_a_thread_whose_listener_fails_goes_on(made, monkeypatch, capsys):
     flyer, reports, standing = made()
     flyer.activate()
     flyer.hand_over(ready=standing)
-    monkeypatch.setattr(reports, "failed", lambda error: error.nothing)
+    told = threading.Event()
+
+    def fail(error, trigger=None):
+        told.set()
+        return error.nothing
+
+    monkeypatch.setattr(reports, "failed", fail)
     monkeypatch.setattr("rpf3d_ros.engine.flyer.answers", lambda *args: 1 / 0)
     flyer.submit(over_the_wall(3, stamp_ns=5))
-    wait(lambda: flyer._schedule.current is not None and flyer._schedule.current.stamp_ns == 5)
-    time.sleep(0.1)
+    assert told.wait(PATIENCE)
     monkeypatch.undo()
     flyer.submit(over_the_wall(3, stamp_ns=6))
     wait(complete(reports, 6))

@@ -209,6 +209,7 @@ def test_an_error_of_rcl_is_told_once_with_its_sentence_and_its_end_too(node, mo
     monkeypatch.setattr(rcl, "take", lambda *given: 1)
     monkeypatch.setattr(large_messages, "AFTER_ERROR", 0.01)
     some = subscribed(node, fail, failed=lambda *given: told.append(given))
+    wait(lambda: told)
     time.sleep(0.3)
     assert len(told) == 1 and "rcl says 1" in told[0][0]
     monkeypatch.setattr(rcl, "take", take)
@@ -219,11 +220,16 @@ def test_an_error_of_rcl_is_told_once_with_its_sentence_and_its_end_too(node, mo
 
 
 def test_what_fails_while_an_error_is_reported_ends_no_thread(node, monkeypatch):
-    rcl, take, received = large_messages._rcl(), large_messages._rcl().take, []
+    rcl, take, received, told = large_messages._rcl(), large_messages._rcl().take, [], []
     monkeypatch.setattr(rcl, "take", lambda *given: 1)
     monkeypatch.setattr(large_messages, "AFTER_ERROR", 0.01)
-    some = subscribed(node, lambda data, published_ns: received.append(data), failed=lambda *given: 1 / 0)
-    time.sleep(0.1)
+
+    def failed(*given):
+        told.append(given)
+        raise ZeroDivisionError
+
+    some = subscribed(node, lambda data, published_ns: received.append(data), failed=failed)
+    wait(lambda: told)
     monkeypatch.setattr(rcl, "take", take)
     node.received, node.publisher = received, node.create_publisher(Mesh, "mesh", LATCHED)
     publish(node, mesh(10))

@@ -261,7 +261,7 @@ def test_who_waits_is_let_go_when_it_is_closed():
     thread = threading.Thread(target=lambda: found.append(waiting.take()))
     thread.start()
     waiting.close()
-    thread.join(5.0)
+    thread.join(60.0)
     assert found == [None]
 
 

@@ -10,7 +10,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import LivePeer, cloud, poses, with_alerts
+from live_peer import PATIENCE, LivePeer, cloud, poses, with_alerts
+from ports import free_port
 
 from rpf3d_ros.interface.qos import DEADLINE, HEARTBEAT, LEASE
 from rpf3d_ros.nodes.alarm_contacts import is_closed
@@ -22,7 +23,7 @@ OPENS_WITHIN = LEASE + 2.0
 class Mine(LivePeer):
     """Publishes what is needed to stay normal, on each turn."""
 
-    def keep_calm(self, condition, what, seconds=60.0):
+    def keep_calm(self, condition, what, seconds=PATIENCE):
         """Publish that nothing is seen again and again, until the condition holds."""
         until, spoken = time.monotonic() + seconds, 0.0
         while not condition():
@@ -38,8 +39,7 @@ class Mine(LivePeer):
 def scene(stage):
     """The mine, the file of the contact, and the processes of simulator and bridge, with the contact closed."""
     contact = stage.folder / "contact"
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     bridge = stage.node("alarm_bridge_node", contact_file=contact, contact_port=port)
     simulator = stage.node("simulator_node", **with_alerts(stage.folder))
     stage.peers.append(mine := Mine())
@@ -65,13 +65,19 @@ def test_the_contact_opens_for_an_alarm_and_when_the_simulator_is_stopped_or_kil
     mine.keep_calm(lambda: not is_closed(contact), "the contact to open after kill -9", OPENS_WITHIN)
     stage.named_node("again", "simulator_node", **with_alerts(stage.folder))
     mine.keep_calm(lambda: is_closed(contact), "the contact to close after a restart")
-    mine.send("source_cloud", cloud(np.full((3, 3), np.nan), mine.now()))
-    mine.keep_calm(lambda: not is_closed(contact), "the contact to open for a fault", OPENS_WITHIN)
+
+    def opens_for_a_fault():
+        """Publish damaged sources on each turn: the new simulator may not have discovered every publisher yet."""
+        mine.send("source_cloud", cloud(np.full((3, 3), np.nan), mine.now()))
+        return not is_closed(contact)
+
+    mine.keep_calm(opens_for_a_fault, "the contact to open for a fault", OPENS_WITHIN)
 
 
 def test_the_contact_opens_when_the_bridge_itself_is_killed(scene):
     _, contact, _, bridge, port = scene
     with socket.create_connection(("127.0.0.1", port), timeout=OPENS_WITHIN) as client:
+        assert client.recv(64), "the bridge has accepted the connection, so its death ends it and resets none"
         bridge.kill()
         bridge.wait()
         assert not is_closed(contact)
@@ -83,10 +89,11 @@ def test_alerts_are_repeated_at_the_stated_rate_with_rising_numbers(scene):
     mine = scene[0]
     before = len(mine.alerts)
     mine.spin(5.0 * HEARTBEAT)
+    mine.wait(lambda: len(mine.alerts) >= before + 4, "four alerts, which a busy machine receives later")
     values = [{pair.key: pair.value for pair in array.status[0].values} for array in mine.alerts[before:]]
-    assert len(values) >= 4
     numbers = [int(each["sequence"]) for each in values]
     assert numbers == sorted(set(numbers))
     stamps = [float(each["stamp"]) for each in values]
-    assert max(b - a for a, b in pairwise(stamps)) < DEADLINE
+    late = {pair.key: float(pair.value) for pair in mine.health["rpf3d_simulator: executor"].values}["longest_gap_ms"]
+    assert max(b - a for a, b in pairwise(stamps)) < DEADLINE + 1e-3 * late, "later than the node's own timers were"
     assert all(float(each["valid_until"]) > float(each["stamp"]) for each in values)

@@ -7,14 +7,22 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import FEW_ROCKS, NODE, SECOND, poses, resident
+from live_peer import FEW_ROCKS, NODE, poses, resident
 
 SECONDS = float(os.environ.get("RPF3D_FLOOD", "5"))
-"""How long it lasts; a minute in `make soak`."""
+"""How long it lasts at its rate; a minute in `make soak`."""
+
+SOON = 5.0
+"""Seconds until the newest message is answered on a machine that does little else."""
+
+IN_TURN = 20.0
+"""Answers to a single message that may take as long as the answer to the newest of a flood of thousands."""
 
 RATE = 1000
-REACHED = 0.5
-"""Share of the rate that the flood must have had to be one: the two sides share two cores, with other tests."""
+"""Messages a second; on a busy machine the flood has a lower rate and lasts longer, with the same messages."""
+
+RECEIVED_EVERY = 10
+"""Messages after which the peer looks whether it has received something, which takes longer than to publish."""
 
 MEMORY = 100.0
 """MB more than before: each message would take kilobytes if it were kept, and each answer more."""
@@ -27,21 +35,26 @@ def test_a_flood_of_sources_is_answered_with_the_newest_in_bounded_memory_and_dr
     peer.stand_on_ramp()
     peer.answered()
     memory, sent, began = resident(process.pid), 0, time.monotonic()
-    while (passed := time.monotonic() - began) < SECONDS:
-        if sent < passed * RATE:
+    while sent < SECONDS * RATE:
+        if sent < (time.monotonic() - began) * RATE:
             place = (5.0 + 20.0 * (sent % 7) / 7.0, 5.0 + 50.0 * (sent % 11) / 11.0, 50.0)
             newest = peer.now()
             peer.send("sources", poses([place], newest))
             sent += 1
-        peer.spin()
-    assert sent > REACHED * RATE * SECONDS, "the flood was none"
-    answered = time.time_ns()
-    peer.wait_for_answer(newest)
-    answered = (time.time_ns() - answered) / SECOND
-    peer.wait(lambda: dropped(peer) > 0, "drops to be told of")
+        if sent % RECEIVED_EVERY == 0:
+            peer.spin()
+    answered = seconds_of(lambda: peer.wait_for_answer(newest))
+    peer.wait(lambda: dropped(peer) > 0, "drops to be told of: otherwise the flood was none")
     assert resident(process.pid) < memory + MEMORY
-    assert answered < 5.0, "the newest waited behind what it has made worthless"
-    assert peer.answered()
+    alone = seconds_of(peer.answered)
+    assert answered < max(SOON, IN_TURN * alone), "the newest waited behind what it has made worthless"
+
+
+def seconds_of(do):
+    """Seconds that something takes."""
+    began = time.monotonic()
+    assert do()
+    return time.monotonic() - began
 
 
 def dropped(peer):

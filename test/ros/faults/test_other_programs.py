@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
-from live_peer import full_disk, with_alerts
+from live_peer import PATIENCE, full_disk, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.recordings.content import rows_by_entity, verify
@@ -31,8 +31,22 @@ def living(shared_stage):
     assert process.poll() is None, "the simulator has died"
 
 
+def audited(folder):
+    """Audit the log of a running simulator, in a moment in which no line is written."""
+    while True:
+        before = lengths(folder)
+        audit = audit_log(folder)
+        if lengths(folder) == before:
+            return audit
+
+
+def lengths(folder):
+    """The size of each file in a folder."""
+    return {path.name: path.stat().st_size for path in folder.iterdir()}
+
+
 def decided(peer):
-    """Send sources; wait until they are answered and decided on."""
+    """Send sources; wait until they are answered, and until an alert is published, which may be a repeated one."""
     before = len(peer.alerts)
     peer.answered()
     return peer.wait_for_alert("evacuate", before)
@@ -64,7 +78,7 @@ def test_a_recorder_that_is_killed_disturbs_nobody_and_a_new_one_gets_what_is_la
     for topic in ("results", "trajectories"):  # in whatever order the recorder finds their publishers
         wait_until_recorded(peer, topic, 1, said)
     recorder.send_signal(signal.SIGTERM)
-    assert recorder.wait(20.0) == 0
+    assert recorder.wait(PATIENCE) == 0
     verify(second)
     assert rows_by_entity(second)["/trajectories"] >= 1
 
@@ -83,7 +97,7 @@ def test_while_a_recorder_has_no_room_alerts_go_on_and_it_tells_its_fault(living
     assert told.level == ERROR
     decided(peer)
     recorder.send_signal(signal.SIGTERM)
-    assert recorder.wait(20.0) == 0, "neither the full disk nor rerun may keep it"
+    assert recorder.wait(PATIENCE) == 0, "neither the full disk nor rerun may keep it"
 
 
 def test_while_the_decision_log_has_no_room_alerts_go_on_and_it_tells_later_what_it_lacks(living, shared_stage):
@@ -98,7 +112,7 @@ def test_while_the_decision_log_has_no_room_alerts_go_on_and_it_tells_later_what
     full_disk(process.pid, None)
     peer.wait_for_sentence("every decision is on disk", len(peer.said))
     decided(peer)
-    audit = audit_log(folder)
+    audit = audited(folder)
     assert audit.reproduced == audit.decisions
     (lacking,) = audit.findings
     assert "are not in the log" in lacking
@@ -125,10 +139,10 @@ def test_a_second_simulator_on_the_same_log_says_so_and_the_first_goes_on_loggin
     second = shared_stage.named_node("second", "simulator_node", **given)
     peer.wait_for_sentence("another process writes the log of decisions", said)
     second.send_signal(signal.SIGTERM)
-    assert second.wait(20.0) == 0
-    decisions = audit_log(shared_stage.folder / "decisions").decisions
+    assert second.wait(PATIENCE) == 0
+    decisions = audited(shared_stage.folder / "decisions").decisions
     decided(peer)
-    assert audit_log(shared_stage.folder / "decisions").decisions > decisions
+    peer.wait(lambda: audited(shared_stage.folder / "decisions").decisions > decisions, "the decision in the log")
 
 
 def test_a_second_simulator_on_the_same_store_is_not_configured_and_takes_nothing_from_the_first(living, shared_stage):
@@ -138,7 +152,7 @@ def test_a_second_simulator_on_the_same_store_is_not_configured_and_takes_nothin
     refusal = peer.wait_for_sentence("not configured: store: ", said)
     assert refusal.level == ERROR and f"{shared_stage.folder / 'store'}: another simulator" in refusal.message
     second.send_signal(signal.SIGTERM)
-    assert second.wait(20.0) == 0
+    assert second.wait(PATIENCE) == 0
     peer.stand_on_ramp()
     peer.wait_for_sentence("is kept", len(peer.said))
     decided(peer)

@@ -42,15 +42,15 @@ def test_a_simulator_killed_in_the_middle_of_an_update_comes_back_with_the_last_
     assert peer.answer_values()["terrain_digest"] == ramp_digest, "the update was over: make it larger"
 
     process, terrain, alert = back(stage, peer)
-    assert re.search(r"\d+ seconds old", terrain.message)
+    assert re.search(r"\d (seconds|minutes) old", terrain.message)
     assert alert.message.startswith("evacuate"), "a level that is held is lost by no kill"
-    assert peer.answered()["terrain_digest"] == ramp_digest
+    assert peer.answered_again()["terrain_digest"] == ramp_digest
     peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
     large_digest = peer.wait(lambda: (d := peer.answered()["terrain_digest"]) != ramp_digest and d, "the new terrain")
     killed(process)  # it is being written, or just has been
 
     process, _, alert = back(stage, peer)
     assert alert.message.startswith("evacuate")
-    assert peer.answered()["terrain_digest"] in (ramp_digest, large_digest)
+    assert peer.answered_again()["terrain_digest"] in (ramp_digest, large_digest)
     assert stage.clear()[-1] == 0
     assert audit_log(stage.folder / "decisions").sound

@@ -1,50 +1,17 @@
 """SIGTERM, whatever the simulator is doing: it ends soon with exit code 0, and leaves files that can be read."""
 
-import os
-import resource
-import signal
-import time
-from pathlib import Path
-
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from ending import ended_in_time
 from live_peer import CONFIGURE, SHUT_DOWN, cloud, ramp_of, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.store import read_last
 
-WITHIN = 2.0
-"""Seconds of computing after the signal: what a process that waits for nothing takes at most on an idle machine."""
-
-WALL = 6.0
-"""Seconds of wall time: three times that, for other tests run on the same two cores."""
-
 BUILT_FOR_SECONDS = 1500
 """Points a side of a grid that takes seconds to become ground."""
-
-
-def ended_in_time(process):
-    """End a process by SIGTERM; its exit code."""
-    before, children, began = computed(process.pid), of_children(), time.monotonic()
-    process.send_signal(signal.SIGTERM)
-    code = process.wait(WALL)
-    assert time.monotonic() - began < WALL
-    assert of_children() - children - before < WITHIN
-    return code
-
-
-def computed(pid):
-    """Seconds of computing that a process has taken."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def of_children():
-    """Seconds of computing that all processes took that have ended."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 def unconfigured(stage, peer):

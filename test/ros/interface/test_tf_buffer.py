@@ -16,6 +16,8 @@ from rpf3d_ros.interface.transforms import NEWEST
 STAND_IN = Path(__file__).parents[2] / "support" / "stand_in_tf2"
 S = 1_000_000_000
 NOW = 1_000 * S
+QUICK = 20.0
+"""Seconds within which a lookup returns that waits for nothing; it takes milliseconds on an idle machine."""
 
 
 @pytest.fixture
@@ -131,7 +133,7 @@ def test_a_lookup_asks_for_no_waiting(tf2, transforms, monkeypatch):
     monkeypatch.setattr(tf2.wall_clock, "sleep", lambda seconds: pytest.fail("it waits"))
     began = time.monotonic()
     assert isinstance(transforms.lookup("map", "radar", NOW), str)
-    assert time.monotonic() - began < 1.0
+    assert time.monotonic() - began < QUICK, "it waits without a sleep"
 
 
 def test_the_subscriptions_end_with_the_provider(tf2, node):

@@ -13,6 +13,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from property_budget import examples
 from rclpy.serialization import deserialize_message, serialize_message
+from slowness import slowness
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -78,9 +79,10 @@ def test_a_burst_of_sources_is_drawn_in_a_fraction_of_its_answer():
     columns["rock"] = np.repeat(np.arange(200), 400)
     zones = [ShownZone(name, rng.random((10_000, 3, 3)), rng.random((2000, 2, 3))) for name in ("0.01", "0.1", "0.5")]
     header, seconds = Header(frame_id="map"), []
-    for _ in range(3):
+    for _ in range(5):
+        slow = slowness()
         began = time.process_time()
         trajectory_markers(header, columns, 200, 50)
         zone_markers(header, zones)
-        seconds.append(time.process_time() - began)
+        seconds.append((time.process_time() - began) / slow)
     assert min(seconds) < BURST

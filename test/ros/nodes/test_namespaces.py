@@ -12,6 +12,8 @@ from live_peer import with_alerts
 from rcl_interfaces.srv import GetParameters
 
 from rpf3d_ros.demo.processes import node_process
+from rpf3d_ros.messages.refusals import TAKEN_UP
+from rpf3d_ros.nodes.acknowledge import NOT_YET
 
 ROOT = Path(__file__).resolve().parents[3]
 FILE = ROOT / "config" / "rpf3d.yaml"
@@ -55,7 +57,10 @@ def test_the_parameter_file_reaches_a_node_in_a_namespace(peer, pit):
 
 def test_no_topic_is_outside_the_namespaces(peer):
     own = peer.node.get_fully_qualified_name()
-    topics = {name for name, _kinds in peer.node.get_topic_names_and_types()}
+    found = lambda: {name for name, _kinds in peer.node.get_topic_names_and_types()}  # noqa: E731
+    every = {f"/{pit}/{name}" for pit in PITS for name in ("alerts", "sources", "terrain/mesh", "results")}
+    peer.wait(lambda: every <= found(), "the topics of both pits")
+    topics = found()
     outside = {name for name in topics if not name.startswith(tuple(f"/{pit}/" for pit in PITS))}
     assert len(topics) > 20
     assert {name for name in outside if not name.startswith(own)} <= OF_THE_DOMAIN
@@ -69,11 +74,11 @@ def test_diagnostics_tell_the_pits_apart_by_name_and_by_hardware_id(shared_stage
 
 
 def test_an_acknowledgement_goes_to_the_pit_that_is_named_and_to_no_other(peer):
-    code, said = acknowledged()
+    code, said = acknowledged("--patience", "10")  # time to find the others, too
     assert code == 2
     assert "/rpf3d_simulator does not answer" in said
     assert "with --node: " in said
     for words in (("--node", "/pit_b/rpf3d_simulator"), ("--ros-args", "-r", "__ns:=/pit_b")):
-        code, said = acknowledged(*words)
-        assert code == 1, said
-        assert said.startswith("not lowered: "), said
+        code, said = acknowledged("--patience", "60", *words)
+        is_taken_up = (code, said) == (NOT_YET, f"{TAKEN_UP}\n")  # on a busy machine
+        assert is_taken_up or (code == 1 and said.startswith("not lowered: ")), said

@@ -10,6 +10,7 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
+from live_peer import PATIENCE
 from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
@@ -161,7 +162,7 @@ def test_what_cannot_be_recorded_is_refused_with_a_diagnostic_and_the_node_lives
 
 def test_a_folder_that_does_not_exist_ends_the_node_with_exit_code_2_and_a_sentence(stage):
     process = stage.node("recorder_node", file=stage.folder / "nowhere" / "live.rrd")
-    assert process.wait(timeout=30.0) == 2
+    assert process.wait(PATIENCE) == 2
     assert "there is no folder" in stage.output("recorder_node")
     assert "Traceback" not in stage.output("recorder_node")
 

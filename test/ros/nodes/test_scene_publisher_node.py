@@ -5,6 +5,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from live_peer import PATIENCE
 from rclpy.serialization import serialize_message
 
 from rpf3d_core.errors import InputError
@@ -99,6 +100,6 @@ def test_sources_are_published_no_more_often_than_asked(stage, scene):
 )
 def test_a_scene_that_cannot_be_read_ends_the_node_with_exit_code_2_and_a_sentence(stage, parameters, sentence):
     process = stage.node("scene_publisher_node", **parameters)
-    assert process.wait(timeout=30.0) == 2
+    assert process.wait(PATIENCE) == 2
     assert sentence in stage.output("scene_publisher_node")
     assert "Traceback" not in stage.output("scene_publisher_node")

@@ -8,19 +8,31 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import with_alerts
+from live_peer import PATIENCE, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import ANOTHER_PERSON
+from rpf3d_ros.messages.refusals import TAKEN_UP
+from rpf3d_ros.nodes.acknowledge import NOT_ALONE, NOT_YET
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
 def acknowledge(by):
     """What a person does at a terminal: the exit code, and what was printed."""
-    command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", by, "the slope was inspected"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=60.0)
+    command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", by, "the slope was inspected", "--patience", "60"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=PATIENCE)
     return done.returncode, done.stdout + done.stderr
+
+
+def waits(code, told):
+    """Whether the answer to a person is that another must acknowledge, too."""
+    return (code == NOT_ALONE and ANOTHER_PERSON in told) or is_taken_up(code, told)
+
+
+def is_taken_up(code, told):
+    """Whether the answer is to look at the alerts, because the node must answer before a busy machine decides."""
+    return (code, told) == (NOT_YET, f"{TAKEN_UP}\n")
 
 
 def value(peer, key, status=0):
@@ -37,13 +49,12 @@ def test_evacuate_falls_only_when_two_persons_have_acknowledged(stage, tmp_path)
     peer.see_rocks_reach_the_toe()
     peer.answered([])
     peer.wait(lambda: value(peer, "evident") == "normal", "nothing to be seen")
-    code, told = acknowledge("A. Shift")
-    assert code == 4 and ANOTHER_PERSON in told, told
+    assert waits(*acknowledge("A. Shift"))
     peer.wait(lambda: value(peer, "waiting_by") == "A. Shift", "the acknowledgement that waits")
     assert value(peer, "waiting_by", status=1) == "A. Shift" and value(peer, "level") == "evacuate"
-    code, told = acknowledge("a shift")
-    assert code == 4 and ANOTHER_PERSON in told, told
-    assert acknowledge("B. Survey") == (0, "B. Survey: the level is normal\n")
+    assert waits(*acknowledge("a shift"))
+    code, told = acknowledge("B. Survey")
+    assert is_taken_up(code, told) or (code, told) == (0, "B. Survey: the level is normal\n"), told
     peer.wait(lambda: value(peer, "level") == "normal", "normal")
     assert value(peer, "waiting_by") == value(peer, "waiting_until_ns") == ""
     assert stage.clear() == [0]

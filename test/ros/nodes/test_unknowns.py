@@ -62,6 +62,7 @@ def test_the_interval_that_the_site_chooses_decides_and_an_audit_agrees(stage, i
     assert int(peer.answered()["rocks"]) >= 40
     assert words in peer.wait_for_alert(level, reason=words).message
     assert process.poll() is None
+    assert stage.clear() == [0], "the log is audited when nothing is written to it"
     audit = audit_log(stage.folder / "decisions")
     assert audit.sound and audit.decisions > 0
 

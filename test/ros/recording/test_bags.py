@@ -15,6 +15,7 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 pytest.importorskip("rosbags", reason="rosbags is not installed")
 
 import recorded_messages as made
+from live_peer import PATIENCE
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from rpf3d_core.errors import InputError
@@ -185,7 +186,7 @@ def test_a_bag_replays_into_the_simulator(stage):
             lambda: any(array.markers[0].header.stamp.sec == last for array in peer.received["hazard/zones"]),
             "an answer to the last sources of the bag",
         )
-        said, _ = player.communicate(timeout=30.0)
+        said, _ = player.communicate(timeout=PATIENCE)
         assert player.returncode == 0
         assert said == "played 2 of terrain/mesh, 2 of sources\n"
     finally:
@@ -208,11 +209,12 @@ def test_a_player_without_a_subscriber_gives_up_and_one_that_is_stopped_ends(bag
     assert "fewer than 1 subscribers of terrain/mesh, " in done.stderr
     assert "does the simulator run" in done.stderr
     waiting = subprocess.Popen([*command, "--patience", "100"], env=environment, stderr=subprocess.PIPE, text=True)
-    stage.peer().wait(lambda: waiting.poll() is None, "the player")
+    peer = stage.peer()
+    peer.wait(lambda: peer.node.count_publishers("sources") or waiting.poll() is not None, "the player to wait")
     with pytest.raises(subprocess.TimeoutExpired):
         waiting.wait(4.0)
     waiting.send_signal(signal.SIGINT)
-    assert waiting.wait(timeout=5.0) == 130
+    assert waiting.wait(PATIENCE) == 130
 
 
 def test_events_are_those_topics_that_are_not_latched():

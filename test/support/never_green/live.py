@@ -207,8 +207,11 @@ class Mine(LivePeer):
         return self.node.create_publisher(CLASSES[topic] if of_type else String, topic, qos)
 
 
-def run_live(mine: Mine, seed: int, limits: str) -> LiveVerdict:
-    """Run a combination on the node, and compare what is shown with the truth."""
+def run_live(mine: Mine, seed: int, limits: str, load: float = 1.0) -> LiveVerdict:
+    """Run a combination on the node, and compare what is shown with the truth.
+
+    load : number of programs that share a core; the node has as many times SLOWER
+    """
     plan = live_plan(seed, limits)
     oracle = Oracle(plan.truth, limits, RADIUS)
     mine.calm()
@@ -225,7 +228,7 @@ def run_live(mine: Mine, seed: int, limits: str) -> LiveVerdict:
                 mine.give(send)
         mine.turn()
         at = mine.at()
-        shown, least = mine.watcher.shown(at), required(oracle, plan, at, DECIDED + SLOWER)
+        shown, least = mine.watcher.shown(at), required(oracle, plan, at, DECIDED + SLOWER * load)
         worst, most, looks = max(worst, oracle.range_at(at, at, at)[0]), max(most, least), looks + 1
         if shown != "fault" and LEVELS.index(shown) < least:
             greens.append(f"{at:.1f} s: {shown}, true is {LEVELS[least]}")
@@ -246,8 +249,8 @@ def node_parameters(folder: Path, limits: str) -> list[str]:
     return [word for name, value in given.items() for word in ("-p", f"{name}:={value}")]
 
 
-def several(seeds: Sequence[int], number: int, words: bool = True) -> list[LiveVerdict]:
-    """Run combinations one after another on a node of their own; number : of the worker."""
+def several(seeds: Sequence[int], number: int, words: bool = True, load: float = 1.0) -> list[LiveVerdict]:
+    """Run combinations one after another on a node of their own; number : of the worker; load : as in `run_live`."""
     limits, verdicts = ("evacuate", "restrict")[number % 2], []
     with tempfile.TemporaryDirectory() as name:
         domain, lock = free_domain()
@@ -257,7 +260,7 @@ def several(seeds: Sequence[int], number: int, words: bool = True) -> list[LiveV
         try:
             mine.until(lambda: any("active" in said.message for said in mine.said), "the node to be active")
             for seed in seeds:
-                verdicts.append(run_live(mine, seed, limits))
+                verdicts.append(run_live(mine, seed, limits, load))
                 if words:
                     print(words_of(verdicts[-1]), flush=True)
             assert process.poll() is None, "the simulator has died"
