@@ -15,6 +15,11 @@ try:
     import numba
 except ImportError:
     numba = None
+fcntl: ModuleType | None
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None
 
 SOURCES = Path(__file__).parents[1]
 """Folder of the package whose sources are compiled."""
@@ -44,6 +49,26 @@ def compile_apart(digest: str) -> None:
         with in_cache_folder(each.__module__) as usable:
             if usable:
                 each.enable_caching()
+                save_in_turn(each)
+
+
+def save_in_turn(loop: Any) -> None:
+    """Make processes store the compiled code of a loop one after another, with a lock file next to numba's index.
+
+    numba takes no lock. If two processes stored code for different argument types at the same time, both could choose
+    the same file, and later calls with one type would run the code compiled for the other.
+    """
+    files = getattr(getattr(loop, "_cache", None), "_cache_file", None)
+    if files is None or fcntl is None:
+        return
+    flock, exclusive, save = fcntl.flock, fcntl.LOCK_EX, files.save
+
+    def save_alone(key: Any, data: Any) -> None:
+        with Path(f"{files._index_path}.lock").open("w") as lock:
+            flock(lock, exclusive)
+            save(key, data)
+
+    files.save = save_alone
 
 
 def compiled_apart() -> list[str]:

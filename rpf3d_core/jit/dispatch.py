@@ -11,7 +11,7 @@ from contextlib import suppress
 from types import ModuleType
 from typing import Any, Protocol, TypeVar
 
-from rpf3d_core.jit.cache import LOOPS, in_cache_folder
+from rpf3d_core.jit.cache import LOOPS, in_cache_folder, save_in_turn
 
 numba: ModuleType | None
 try:
@@ -99,6 +99,7 @@ def loop(function: F) -> F:
         return function
     with in_cache_folder(function.__module__) as usable:
         compiled: F = numba.njit(nogil=True, cache=usable, **OPTIONS)(function)
+    save_in_turn(compiled)
     LOOPS.append(compiled)
     return compiled
 

@@ -1,8 +1,7 @@
 """Let one worker compile a loop that several workers need: the others wait, and load it from the disk cache they share.
 
 numba's cache does not know of a compilation that another process is at. Without the wait, workers compile the same
-loops side by side, 10 to 30 s of a core each. Nor does it know of another process that saves the same loop for other
-types at the same time: both take the next free number for their file, and one would be found in the place of the other.
+loops side by side, 10 to 30 s of a core each.
 """
 
 import fcntl
@@ -21,12 +20,11 @@ def compile_once(folder: Path) -> None:
     folder : holds the locks; the same folder for all workers
     """
     try:
-        from numba.core.caching import IndexDataCacheFile
         from numba.core.compiler_lock import global_compiler_lock
         from numba.core.dispatcher import Dispatcher
     except ImportError:
         return
-    compile_alone, save_alone = Dispatcher.compile, IndexDataCacheFile.save
+    compile_alone = Dispatcher.compile
 
     def compile_or_load(loop: Any, signature: Any) -> Any:
         if loop not in LOOPS:
@@ -35,13 +33,7 @@ def compile_once(folder: Path) -> None:
         with global_compiler_lock, locked(folder / lock_name(loop, signature)):
             return compile_alone(loop, signature)
 
-    def save_in_turn(files: Any, key: Any, data: Any) -> None:
-        name = hashlib.sha256(str(files._index_path).encode()).hexdigest()[:16]
-        with locked(folder / f"{name}.saving"):
-            save_alone(files, key, data)
-
     Dispatcher.compile = compile_or_load  # type: ignore[method-assign]
-    IndexDataCacheFile.save = save_in_turn  # type: ignore[method-assign]
 
 
 def lock_name(loop: Any, signature: Any) -> str:
