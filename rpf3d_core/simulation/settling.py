@@ -24,6 +24,14 @@ SETTLED = 1e-6
 In a corner between facets, bounces never stay on one facet.
 """
 
+SKIMMING = 1e-12
+"""Ratio (-) of the speed off a facet to the whole speed, below which a rock stays on the facet.
+
+Rough ground turns the speed upwards in some later impact, so its bounces are not summed up. But R_n may reduce the speed
+off the facet, impact after impact, to a rounding error of the velocity (1e-16). The rock would then be as likely to move
+into the facet as off it, and could fall through.
+"""
+
 SETTLING = int(Mode.SETTLING)
 
 
@@ -55,9 +63,11 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
-    rise2 = _rising2(physics, state, n, rock_at(rock, state))
-    if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # `checked` handles a rise that is NaN
+    if g_n <= 0.0:
         return state
+    rise2 = _rising2(physics, state, n, rock_at(rock, state))
+    if not rise2 < 2.0 * g_n * settings.smallest_bounce:  # `checked` handles a rise that is NaN
+        return _on_or_off(facets, state, n)
     surface = ground_of(physics, f, rock, state)
     rest = rest_of_bounces(physics.rebound, surface, motion, n, settings.gravity, rock_at(rock, state))
     way = add(rest.along, rest.down)
@@ -73,6 +83,18 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
         return stand(facets, settled, state.left, along(rest.v, n))
     if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
         return stand(facets, state, state.left, along(motion.v, n))
+    return _on_or_off(facets, state, n)
+
+
+@kernel
+def _on_or_off(facets: Facets, state: State, n: Vec) -> State:
+    """Return the state of a rock that stays on its facet if its speed off the facet is a rounding error, else flies on.
+
+    n : (3,) normal of the facet, turned towards the rock
+    """
+    v = state.motion.v
+    if dot(v, n) < SKIMMING * norm(v):
+        return stand(facets, state, state.left, along(v, n))
     return state
 
 

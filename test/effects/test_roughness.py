@@ -183,6 +183,18 @@ def test_rough_ground_gives_a_rock_no_energy(effect):
     assert np.all((after[1:] - before)[same] <= 1e-9 * np.abs(after).max())
 
 
+@pytest.mark.parametrize("restitution", [0.0, 0.05])
+@pytest.mark.parametrize("model", ["constant", "coulomb_limited"])
+def test_rocks_do_not_fall_through_where_one_impact_after_another_takes_their_speed_off_the_ground(model, restitution):
+    """Where the tilts of several impacts in a row are along the motion, the speed off the facet decays to nothing."""
+    draw = np.random.default_rng(3)
+    x = np.column_stack([draw.uniform(20, 40, 60), draw.uniform(20, 40, 60), np.full(60, 4.0)])
+    physics = flight_with(MODELS[model], surface(restitution, 0.99, 20.0), effects=chain_of([RocfallRoughness(0.05)]))
+    flights = fly(engine_over("reference", GROUND), physics, x, (4.0, 1.0, -3.0))
+    assert np.bincount(flights.deposits.outcome, minlength=10)[Outcome.FELL_THROUGH] == 0
+    assert set(flights.deposits.outcome) <= {Outcome.STOPPED, Outcome.LEFT_TERRAIN}
+
+
 def test_a_tilt_that_would_send_a_rock_into_the_ground_is_dropped_and_it_bounces_as_on_smooth_ground():
     """At 11 degrees half of the tilts of 0.14 rad ease; those beyond what leaves a way off the ground are none."""
     over, x, v = engine_over("reference", floor(400.0)), np.tile((0.1, 0.3, 1e-3), (200, 1)), (6.0, 0.0, -1.2)

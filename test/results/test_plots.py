@@ -1,6 +1,7 @@
 """Pictures are made from the right numbers, and show them."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -169,6 +170,16 @@ def test_the_map_shows_zones_and_deposits_by_outcome(frame, tmp_path):
     beside_the_legend = picture[:, : picture.shape[1] - LEGEND_INCHES * RESOLUTION]
     for outcome in (Outcome.STOPPED, Outcome.LEFT_TERRAIN):
         assert pixels_like(beside_the_legend, OUTCOME_COLOURS[outcome]) >= MARKER_PIXELS
+
+
+@pytest.mark.parametrize("outcome", Outcome, ids=lambda outcome: outcome.name.lower())
+def test_the_map_draws_rocks_of_every_outcome(outcome, figures, tmp_path):
+    terrain, flights = floor(), thrown(floor())
+    deposits = replace(flights.deposits, outcome=np.full(6, int(outcome), dtype=np.int64))
+    content = MapContent("floor", terrain, {}, ALL._replace(outcomes={outcome: 6}))
+    write_map(tmp_path / "map.png", content, deposits, sample_paths(flights.paths))
+    named = texts(figures["map.png"].axes[1].get_legend())
+    assert outcome.name.lower().replace("_", " ") + " (6)" in named
 
 
 def test_pictures_count_all_rocks_and_say_how_many_are_drawn_and_that_a_run_is_partial(figures, tmp_path):

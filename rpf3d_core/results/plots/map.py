@@ -37,8 +37,8 @@ from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.terrain.plan_view import Window
 from rpf3d_core.values import Outcome
 
-MARKERS = "o^sDvPX*h"
-"""Marker of each outcome, in the order of the outcomes' numbers."""
+MARKERS = dict(zip(Outcome, "o^sDvPX*hd", strict=True))
+"""Marker of each outcome; a new outcome without a marker is an error at import, not in a run."""
 
 PATH = "#10203a"
 BARRIER = "#b3007a"
