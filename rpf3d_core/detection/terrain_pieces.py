@@ -106,7 +106,7 @@ def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: 
 def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts on a path along the ground: `best`, or the contact with facet f.
 
-    The facets of the pieces that carry the rock do not count.
+    The facets of the pieces that carry the rock do not count. on : the facets that carry the rock
     """
     if on.number[f] == on.number[on.facet] or (on.other >= 0 and on.number[f] == on.number[on.other]):
         return best
