@@ -64,9 +64,10 @@ def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
 
 
 def p95_change(steps: Sequence[Step]) -> float | None:
-    """Return how much p95 energies still change (-): the largest relative change over the last two doublings.
+    """Return the largest relative change (-) of a p95 energy over the last two doublings of the number of rocks.
 
-    Return None after fewer than two doublings. If an earlier step has no p95 energy for a place, the change is 1.
+    The result is None after fewer than two doublings. If an earlier step has no p95 energy for a place, the change
+    counts as 1.
     """
     if len(steps) <= DOUBLINGS:
         return None

@@ -63,7 +63,10 @@ class DisplacedTally:
         self._runout = [Sample() for _ in moves]
 
     def watch_of(self, number: int, watch: Watch) -> Watch:
-        """Return a function that counts each batch of set `number` with displaced paths, then calls `watch` with it."""
+        """Return a function that counts each batch of set `number` with displaced paths, then calls `watch`.
+
+        The function `watch` gets the batch with the paths as simulated.
+        """
 
         def both(batch: Batch, releases: Releases) -> FloatArray:
             self._tallies(displaced_batch(batch, self._moves[number], self._engine), releases)
@@ -72,7 +75,10 @@ class DisplacedTally:
         return both
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return a function that adds the displaced runouts of rocks of set `number`, then calls `sink` with them."""
+        """Return a function that adds the displaced runouts of rocks of set `number`, then calls `sink`.
+
+        The function `sink` gets the deposits and impacts as simulated.
+        """
 
         def both(deposits: Deposits, impacts: Impacts) -> None:
             way = deposits.x[:, :2] + self._moves[number] - deposits.release[:, :2]
