@@ -1,8 +1,8 @@
 """Pack the map counts of a part of an ensemble, so that they can be sent to another process or machine.
 
-Only cells that rocks reached are kept, and only the bins that contain rocks. In each cell a rock is counted in one bin
-of energy, one bin of height and, if masses differ or rocks spin, one bin of speed, out of several hundred. Parts that
-are joined give the same bits as one run (`hazard.tally`).
+Only cells that rocks reached are kept, and only the bins that contain rocks. A cell has several hundred bins. A rock is
+counted in one bin of energy and one bin of height, and in one bin of speed if masses differ or rocks spin. The joined
+parts have the same bits as one run of all rocks (`hazard.tally`).
 """
 
 from collections.abc import Sequence
