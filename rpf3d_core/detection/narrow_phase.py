@@ -188,8 +188,8 @@ def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> 
     left : the contact from which the rock starts
 
     The rock moves towards the plane of facet f. The upward facets that meet at the rock's position cover all directions
-    in plan, so the rock moves onto one of these facets, or beyond the outer edge of the terrain, where no facet is. The
-    rock is at all other of these facets only within the tolerance, and does not hit them.
+    in plan. So the rock moves onto one of these facets, or beyond the outer edge of the terrain, where no facet is. All
+    other facets there are near the rock only because of the tolerance, and the rock does not hit them.
     """
     n, v = stored_normal(facets, f), arc.v
     level2 = v[0] * v[0] + v[1] * v[1]

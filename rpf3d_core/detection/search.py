@@ -128,11 +128,11 @@ def contact_or_crack(
 ) -> Contact:
     """Return the earliest contact of an arc; search again with wider facets if the rock would leave the terrain.
 
-    A gap wider than the tolerance may still be a crack and not a hole. Examples: the thin gap between an edge and a
-    vertex that lies on the edge except for rounding (a T-junction), or the distance of a few tolerances that a rock has
-    drifted while it moved from facet to facet. The second search runs only for rocks that would leave the terrain or
-    meet the back of the ground, so all other rocks meet the facets at their true size. In the second search the edge
-    band of a facet is CRACK tolerances wide.
+    A gap wider than the tolerance may still be a crack and not a hole, such as the thin gap at a T-junction, where a
+    vertex lies on an edge except for rounding. A rock may also have drifted by a few tolerances while it moved from
+    facet to facet. The second search runs only for rocks that would leave the terrain or meet the back of the ground,
+    so all other rocks meet the facets at their true size. In the second search the edge band of a facet is CRACK
+    tolerances wide.
 
     If the second search does not change this result, the rock may have fallen through the ground (`fallen.py`). If the
     rock has fallen, the result reports the fall (`fall_of`). But if the rock was sliding, a last search follows first,
