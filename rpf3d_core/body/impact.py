@@ -118,6 +118,7 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
     The contact that approaches fastest is solved first.
 
     left : approach speed (m/s), relative to the contacts' goal velocities, that counts as no approach
+    points, rows, count, moments, velocity : as in `inelastic`
     """
     inverse = (1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2])
     for i in range(count):

@@ -223,6 +223,8 @@ def way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
 
     On an upward facet the projection is vertical, so v keeps its components in plan. On a wall the projection removes
     the component along the normal.
+
+    side : side of facet f on which the rock is, as in `Contact`
     """
     n = stored_normal(facets, f)
     return (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)

@@ -44,6 +44,8 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
     On ground without holes, such a rock has fallen through the ground. A rock that bounces to and fro between two
     sheets of ground has not fallen through.
+
+    left : the last contact
     """
     to_and_fro = left.before >= 0 and not left.resting and contact.facet == left.before
     return left.facet != NO_ROCK and contact.side != left.side and not to_and_fro

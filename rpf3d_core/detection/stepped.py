@@ -65,6 +65,8 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 
     A rock moves into a facet if it moves against the normal of the facet, on whichever side of the facet the rock is.
     So a rock that has passed through the facet by less than the threshold bounces back to the free side.
+
+    method : the settings; end : s, later steps are not tested; left : not used
     """
     step = 1.0
     while step * method.dt < end:

@@ -210,6 +210,8 @@ def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockCo
     """Return the first obstacle of any effect of the chain that a rock on an arc meets before `until` (s).
 
     If a rock meets two obstacles at the same time, the result is that of the first effect in the chain.
+
+    passed : as in `first_obstacle`
     """
     one = first_obstacle(chain.head, arc, passed, until, rock)
     other = first_obstacle(chain.tail, arc, passed, until, rock)

@@ -94,6 +94,8 @@ def first_in_cells(
 
     `Meeting.number` is the index within this kind. Meetings within `instant` (s) count as simultaneous; of these, the
     meeting with the smallest index is returned.
+
+    passed : index of the obstacle of this kind that the rock met last; below 0 for none
     """
     cells, best = obstacles.cells, NO_MEETING
     if not _comes_near(cells, arc, until):

@@ -105,7 +105,10 @@ def empty_crossed(panels: int, barriers: int) -> Crossed:
 
 @loop
 def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found: BarrierArrivals) -> None:
-    """Find the arrivals of all flown rocks at the barriers, and write them to `found`."""
+    """Find the arrivals of all flown rocks at the barriers, and write them to `found`.
+
+    crossed : working memory
+    """
     counts, first = flown.counts, flown.first
     for r in range(len(flown.mass)):
         if counts[r, 0] == FAILED:

@@ -92,7 +92,10 @@ def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bo
 
 
 def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
-    """Return the convergence for summary.json: targets, whether they were reached, last values, and all steps."""
+    """Return the convergence for summary.json: targets, whether they were reached, last values, and all steps.
+
+    half_width, p95_energy : targets (-), as in `is_enough`
+    """
     return {
         "target": {"half_width": half_width, "p95_energy": p95_energy},
         "reached": is_enough(steps, half_width, p95_energy),

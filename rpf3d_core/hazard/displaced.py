@@ -106,6 +106,8 @@ def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
     """Return a batch whose paths and stops are displaced by `move` (2,) m in plan, and lifted above all ground.
 
     Its impacts are at no facet. A deposit is on the topmost facet at its displaced place.
+
+    engine : finds the ground at the displaced places
     """
     facets = engine.facets
     shift = np.array([*move, facets.high[2] - facets.low[2] + ABOVE_EVERYTHING])

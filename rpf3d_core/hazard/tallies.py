@@ -166,7 +166,10 @@ def with_ways(tallies: Tallies) -> Tallies:
 def tallies_over(
     ground: WalkedTerrain, areas: Areas, zones: int, gravity: float, binning: Binning, compiled: bool
 ) -> Tallies:
-    """Return empty counts (tallies) for all hazard maps over a terrain with `zones` zones; gravity : m/s^2."""
+    """Return empty counts (tallies) for all hazard maps over a terrain with `zones` zones; gravity : m/s^2.
+
+    binning : bins of energies, speeds and heights; compiled : True to use compiled loops
+    """
     squares, facets = (
         CellTally(n, binning.coarse, 0.5 * binning.limit, compiled)
         for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))
