@@ -121,6 +121,8 @@ def _set_matrix(row: Any) -> None:
     """Write the contact's matrix: the velocities along its local axes that unit impulses along these axes cause.
 
     The matrix is symmetric, so six numbers are written: nn, nt, ns, tt, ts, ss.
+
+    row : the solver's row of the contact
     """
     n, t, s = vector(row, LEVER), vector(row, LEVER + 3), vector(row, LEVER + 6)
     by_n, by_t, by_s = vector(row, TURN), vector(row, TURN + 3), vector(row, TURN + 6)
@@ -137,6 +139,8 @@ def _reduce(row: Any) -> None:
 
     Columns from SCHUR on: the mean of both eigenvalues, half of their difference, cosine and sine of the angle from the
     first tangent to the direction of the larger eigenvalue, and the coupling of the normal with both directions.
+
+    row : the solver's row of the contact
     """
     nn, nt, ns = row[MATRIX], row[MATRIX + 1], row[MATRIX + 2]
     tt, ts = row[MATRIX + 3] - nt * nt / nn, row[MATRIX + 4] - nt * ns / nn

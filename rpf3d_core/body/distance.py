@@ -1,8 +1,8 @@
 """Distance of a convex body and a triangle, by the search of Gilbert, Johnson and Keerthi (GJK).
 
-The search keeps an upper bound of the distance, the length of the shortest difference v that it knows, and a lower
-bound, the gap between two parallel planes that have the body on one side and the triangle on the other. It ends when
-both agree to rounding.
+The search keeps two bounds of the distance. The upper bound is the length of the shortest known difference v between a
+point of the body and a point of the triangle. The lower bound is the gap between two parallel planes, which separate
+the body from the triangle. The search ends when both bounds agree to rounding.
 
 Source: Gilbert, Johnson and Keerthi 1988, IEEE J. Robot. Autom. 4:193.
 """

@@ -38,7 +38,10 @@ LEFT = 1e-9
 
 @kernel
 def forget(points: Any, count: int) -> None:
-    """Set the impulses and goal velocities of all contacts to zero, before an impact is solved."""
+    """Set the impulses and goal velocities of all contacts to zero, before an impact is solved.
+
+    points : the array of contacts, of which the first `count` rows are used
+    """
     forget_impulses(points, count)
     for i in range(count):
         put(points[i], IMPULSE - 3, ZERO)
@@ -46,16 +49,17 @@ def forget(points: Any, count: int) -> None:
 
 @kernel
 def forget_impulses(points: Any, count: int) -> None:
-    """Set the impulses of all contacts to zero; their goal velocities stay."""
+    """Set the impulses of all contacts to zero; their goal velocities stay. points, count : as in `forget`."""
     for i in range(count):
         put(points[i], IMPULSE, ZERO)
 
 
 @kernel
 def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, int]:
-    """Return the most negative normal velocity (m/s) of a contact relative to its goal, and the number of this contact.
+    """Return the most negative normal velocity (m/s) of the contacts, and the number of this contact.
 
-    If no contact approaches its goal, the result is (0.0, 0).
+    The velocity of each contact is relative to its goal velocity. If no relative velocity is below 0, the result is
+    (0.0, 0).
 
     rows : the solver's rows of the contacts, of which the first `count` are used
     """
@@ -69,12 +73,14 @@ def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, 
 
 @routine
 def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
-    """Return the velocity of a body in sustained contact, at which no contact approaches its goal velocity.
+    """Return the velocity of a body in sustained contact: no normal velocity of a contact is below the goal velocity.
 
-    The velocity is that of `inelastic`, with the same parameters. If the sweeps do not converge, the contacts that
-    still approach are then solved one by one. If the sweeps diverge, as they can for a body that friction wedges, their
-    result is not used: the contacts are solved one by one from the start. The speed of the body is limited to its
-    speed before, plus GAINED times the largest goal velocity of a contact.
+    The velocity is the result of `inelastic`; the parameters are those of `inelastic`. If the sweeps do not converge,
+    the contacts that still approach are then solved one by one. If the sweeps diverge, as they can for a body that
+    friction wedges, their result is not used: the contacts are solved one by one from the start.
+
+    The largest allowed speed is the body's speed before, plus GAINED times the largest goal velocity of a contact.
+    Sweeps whose result is faster count as diverging; a faster result of the single contacts is scaled down.
     """
     after = inelastic(points, rows, count, moments, velocity, within)
     fastest_allowed = _size(velocity, moments) + GAINED * _largest_goal(rows, count)
@@ -112,6 +118,7 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
     The contact that approaches fastest is solved first.
 
     left : approach speed (m/s), relative to the contacts' goal velocities, that counts as no approach
+    points, rows, count, moments, velocity : as in `inelastic`
     """
     inverse = (1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2])
     for i in range(count):

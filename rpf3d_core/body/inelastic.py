@@ -71,7 +71,10 @@ def _pushed(row: Any, velocity: Velocity, change: Vec) -> Velocity:
 
 @kernel
 def local_velocity(row: Any, velocity: Velocity) -> Vec:
-    """Return the velocity (m/s) of a contact relative to its goal velocity: normal, first tangent, second tangent."""
+    """Return the velocity (m/s) of a contact relative to its goal velocity: normal, first tangent, second tangent.
+
+    row : the solver's row of the contact; velocity : of the body
+    """
     v, w = velocity
     return (
         dot(vector(row, N), v) + dot(vector(row, LEVER), w) - row[AIM],
@@ -172,6 +175,8 @@ def _leapt(rows: Any, count: int, velocity: Velocity, sweeps: int) -> tuple[Velo
     the last change. The leap makes this change at once, but no normal impulse falls below 0. A full sweep must follow:
     it returns all impulses into their friction cones. So a leap changes only how many sweeps are needed.
     Source: Aitken's extrapolation.
+
+    rows, count, velocity : as in `inelastic`
     """
     now, along, before = 0.0, 0.0, 0.0
     for i in range(count):
@@ -199,7 +204,10 @@ def _leapt(rows: Any, count: int, velocity: Velocity, sweeps: int) -> tuple[Velo
 
 @kernel
 def _rolling_limit(points: Any, rows: Any, count: int) -> float:
-    """Return the largest rolling moment (m2/s, per unit of mass) that the normal impulses of all contacts allow."""
+    """Return the largest rolling moment (m2/s, per unit of mass) that the normal impulses of all contacts allow.
+
+    points, rows, count : as in `inelastic`
+    """
     limit = 0.0
     for i in range(count):
         limit += points[i, ROLLING] * rows[i, LOCAL]

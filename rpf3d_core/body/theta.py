@@ -1,8 +1,8 @@
 """Theta series of a nome of at most 0.0433, where four terms are exact to rounding.
 
-Each parameter m has such a series: with the nome of m in circular functions for m <= 1/2, and with the nome of
-m1 = 1 - m in hyperbolic functions for m > 1/2 (Jacobi's imaginary transformation). The latter holds up to m = 1, where
-its nome is 0. Source: DLMF 20.2, 20.7.
+Each parameter m has such a series. For m <= 1/2 the series has circular functions and the nome of m. For m > 1/2 it has
+hyperbolic functions and the nome of m1 = 1 - m (Jacobi's imaginary transformation). The second series holds up to
+m = 1, where the nome is 0. Source: DLMF 20.2, 20.7.
 """
 
 import math

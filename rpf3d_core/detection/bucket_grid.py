@@ -92,11 +92,11 @@ def bands(grid: Grid) -> list[Block]:
 
 
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
-    """Return the grid for a terrain, and the number of facets in each bucket, at index k + 1 for bucket k.
+    """Return the grid for a terrain, and an array (cells + 1,) with the number of facets in bucket k at index k + 1.
 
-    Cells are as wide as the median facet. The grid covers the whole terrain or, if that takes too many cells, most
-    facets. Distant single facets are then in the outermost buckets, and the cells under the other facets stay small.
-    Cells become wider if there are still too many cells, or if wide facets have too many entries.
+    Cells are as wide as the median facet. The grid covers the whole terrain. If a whole grid has too many cells, the
+    grid covers only most facets: the outermost buckets then contain the few distant facets, and cells stay small. Cells
+    become wider if there are still too many cells, or if wide facets have too many entries.
     """
     low, high = _plan_boxes(facets)
     cell = max(float(np.median((high - low).max(axis=1))), 8.0 * REACH * facets.tolerance) or 1.0
@@ -146,7 +146,8 @@ def _buckets(grid: Grid) -> int:
 def cell_index(value: float, origin: float, cell: float, count: int) -> int:
     """Return the number of the cell that contains a coordinate (m) along one axis; outside the grid, the nearest cell.
 
-    value : m, the coordinate; origin, cell, count : of the grid along this axis: begin (m), side of a cell (m), cells
+    value : m, the coordinate; origin, cell, count : of the grid along this axis, its begin (m), the side of a cell (m)
+        and the number of cells
     """
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 

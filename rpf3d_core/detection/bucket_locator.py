@@ -72,7 +72,9 @@ def grid_of(locator: BucketLocator) -> Grid:
 def first_contact_in_buckets(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float
 ) -> Contact:
-    """Return the earliest contact of an arc: visit the cells under it until the best contact lies in a visited cell.
+    """Return the earliest contact of an arc, from a search of the cells under the arc, one cell after another.
+
+    The search ends when the earliest contact found so far lies in a cell that has been searched.
 
     left : the contact from which the rock starts; end : s, later contacts are not searched
 
@@ -142,13 +144,19 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
 
 @kernel
 def _beyond(index: int, level: int, pace: float) -> int:
-    """Return the next bucket that the arc enters along an axis, beyond cell `index`; level : cell size."""
+    """Return the column or row of the bucket that an arc enters when it leaves cell `index` along this axis.
+
+    level : size of cell `index` (`slabs.py`); pace : s/m along the axis, whose sign is the direction of the arc
+    """
     return (index + 1) << (SHIFT * level) if pace > 0.0 else (index << (SHIFT * level)) - 1
 
 
 @kernel
 def _still_in(index: int, level: int, x: float, origin: float, cell: float, count: int) -> int:
-    """Return the bucket along an axis that contains coordinate x (m), within cell `index`; level : cell size."""
+    """Return the column or row of the bucket that contains coordinate x (m), limited to the buckets of cell `index`.
+
+    level : size of cell `index` (`slabs.py`); origin, cell, count : of the grid, as in `cell_index`
+    """
     if level == 0:
         return index
     first, behind = index << (SHIFT * level), (index + 1) << (SHIFT * level)

@@ -178,9 +178,9 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 @loop
 def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int, starts: Any) -> bool:
-    """Count the new facets in each cell of a rectangle, for cell k in starts[k + 1]; return True.
+    """Count the new facets in cell k of a rectangle into starts[k + 1]; return False if there are too many.
 
-    If the facets have more than `most` entries, stop and return False.
+    The function stops and returns False as soon as the facets have more than `most` entries; otherwise it returns True.
     """
     entries = 0
     for f in range(corners.shape[0]):
@@ -209,7 +209,10 @@ def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any
 
 @loop
 def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None:
-    """Count the facets that each bucket in the rows of a patch will have; bucket n is counted at index n + 1."""
+    """Count the facets that each bucket in the rows of a patch will have after the patch.
+
+    counts : at index n + 1, receives the count of bucket n, counted from the first bucket of these rows
+    """
     block, come = patch.block, patch.entries.starts
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):
@@ -228,7 +231,11 @@ def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None
 def _lay_band(
     locator: BucketLocator, corners: Any, slack: float, patch: BucketPatch, new_ids: Any, new_boxes: Any
 ) -> None:
-    """Write the facets of all buckets in the rows of a patch: first those that stay, then the new facets."""
+    """Write the facets of all buckets in the rows of a patch: first the facets that stay, then the new facets.
+
+    corners : (F, 9) m, of all facets after the patch
+    new_ids, new_boxes : receive the facets and their boxes, as in `Buckets`
+    """
     at, block, come = 0, patch.block, patch.entries
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):

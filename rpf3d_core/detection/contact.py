@@ -27,11 +27,11 @@ class PreviousContact(NamedTuple):
 
     facet, other : the facet of the last contact, and a second facet if the rock moves in a gully between both; -1 for
         none
-    side : +1.0 for the free side, -1.0 for the back
+    side : side of the ground on which the rock is, +1.0 for the free side of `facet`, -1.0 for its back
     resting : True if the rock was sliding there or at rest, so its speed along the normal is only rounding error
-    before : the facet that the rock left just before `facet`; -1 for none. A sliding rock left `before` at the place
-        where it reached `facet`; a rock that bounces to and fro between two sheets of ground left `before` on the other
-        side
+    before : the last facet before `facet`, set in two cases, else -1. First, the rock changes between two facets by
+        sliding, without progress. Second, the rock bounces to and fro between two sheets of ground: it met `before` on
+        the opposite side, for example the back of `before` and then the free side of `facet`
     """
 
     facet: int
@@ -59,7 +59,7 @@ LINE_OF_SIGHT = PreviousContact(facet=NO_ROCK, other=-1, side=1.0, resting=False
 def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """Return the earliest contact of an arc with the terrain before `end` (s), or NO_CONTACT; one rule per locator.
 
-    A locator selects the facets to test, and their order. Every locator with an exact search gives the same result.
+    A locator selects the facets to test, and their order. All locators with an exact search give equal results.
 
     left : the contact from which the rock starts
     """
@@ -72,7 +72,7 @@ def radius_of(locator: object) -> float:
 
 @radius_of.otherwise
 def of_a_point(locator: object) -> float:
-    """Return 0 m: every other locator searches contacts of lumped masses, which have no radius."""
+    """Return 0 (m): this locator searches contacts of lumped masses, which have no radius."""
     return 0.0
 
 

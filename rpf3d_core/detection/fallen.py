@@ -117,6 +117,7 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
     end : s, end of the flight; later places are not tested
     height : m, distance along the line of sight to the facet that the line met; inf if the line met no facet
     side : side of this facet that the line met, as in `Contact`
+    asked : state of the check before this search
     """
     upwards, around = asked.line % 2 == 1, asked.line > 1
     ground_below, back_above = not upwards and side > 0.0, upwards and side < 0.0
@@ -153,6 +154,8 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     A rock that leaves across the outer edge of the terrain may pass under the mesh later. In between, the rock is
     outside the terrain, and repeated halving of the time between `over` and `under` finds such a place. At the first
     place the result OFF does not finish the check, because it may be rounding at a seam.
+
+    asked : state of the check before; end : s, end of the flight
     """
     t, place = _time(arc, asked.path, asked.over, asked.under), asked.place + 1
     over, under = t if where == OVER else asked.over, t if where == UNDER else asked.under

@@ -73,9 +73,9 @@ def used_by_what_stays(
 
 
 def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -> NDArray[np.bool_]:
-    """Return (N,) True for each triangle that touches the area of a patch in plan, such as a triangle without area.
+    """Return (N,) True for each of N triangles that touches the area of a patch in plan.
 
-    thin : (N, 9) m, corners of the triangles; a triangle may be as thin as a line or a point
+    thin : (N, 9) m, corners of the triangles, which may have no area in plan
     """
     out = np.zeros(len(thin), np.bool_)
     _near(thin, grid_of(locator), footprint, out)

@@ -52,8 +52,8 @@ UPRIGHT = 1e-6
 def earlier_of(left: object, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts of an arc: `best`, found so far, or the first contact with facet f.
 
-    left : the contact from which the rock starts; there is one rule for each class of `left`, because a rock flies or
-        moves along the ground
+    left : the contact from which the rock starts, of one class for a flying rock and of another class for a rock that
+        moves along the ground; there is one rule for each class
     """
 
 
@@ -61,8 +61,11 @@ def earlier_of(left: object, facets: Facets, f: int, arc: Arc, best: Contact) ->
 def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, best: Contact) -> Contact:
     """Return the earlier of two contacts of an arc: `best`, found so far, or the first contact with facet f.
 
-    Across a crack the next facet may lie higher than the start of the arc. So a rock at most NEAR crack widths below a
-    facet counts as on its free side. Otherwise the rock would meet the facet from behind and be sent into the ground.
+    left : the contact from which the rock starts
+
+    Across a crack the next facet may lie higher than the start of the arc. So a rock that is below a facet by at most
+    NEAR crack widths is treated as if it were on the side from which it came. Otherwise the rock would meet the facet
+    from behind, and the impact would send the rock into the ground.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -112,7 +115,7 @@ def falling_time(c: float, b: float, a: float) -> float:
 def _return_time(left: PreviousContact, b: float, a: float) -> float:
     """Return the time (s) when a rock returns to the plane of its last bounce, after the start at t = 0; inf for never.
 
-    b, a : speed (m/s) and half the acceleration (m/s^2) along the normal of the facet
+    left : the last bounce; b, a : speed (m/s) and half the acceleration (m/s^2) along the stored normal of its facet
     """
     rising, bending = left.side * b, left.side * a
     return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
@@ -120,16 +123,19 @@ def _return_time(left: PreviousContact, b: float, a: float) -> float:
 
 @kernel
 def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: float, b: float, a: float) -> float:
-    """Return the time when a rock near the plane of facet f meets the plane; 0 for at once, inf for never.
+    """Return the time (s) when a rock near the plane of facet f meets the plane; 0 for at once, inf for never.
 
-    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) away from the plane, on the rock's side
+    left : the contact from which the rock starts
+    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane; above means on the
+        side from which the rock came
 
-    A rock that rises through the plane from below, as across a crack, meets the plane where the rock falls back onto
-    the plane. A rock that moves along the plane meets the plane at once if gravity presses the rock against it (a < 0).
-    Gravity does not press a rock against a wall, but rounding may move the rock into the wall by GRAZING of its path:
-    the rock meets the wall where the rock is no longer near the plane. A rock that slides into the corner under an
-    overhang meets the overhang, although gravity pulls the rock away: the rock cannot fall through the floor. In the
-    second search this rule applies to every facet; otherwise the rock would fall past a facet that is nearly vertical.
+    - A rock that rises through the plane from below, as across a crack, meets the plane where it falls back.
+    - A rock that moves along the plane meets the plane at once if gravity presses the rock against it (a < 0).
+    - Gravity does not press a rock against a wall, but rounding may move the rock into the wall by GRAZING of its path.
+      The rock meets the wall when the rock is NEAR tolerances behind the plane.
+    - A rock that slides into the corner under an overhang (a > 0) meets the overhang at once, although gravity pulls
+      the rock away: the rock cannot fall through the floor. In the second search, a sliding rock meets every near facet
+      at once that it moves into; otherwise the rock would fall past a facet that is nearly vertical.
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         if a < 0.0:
@@ -148,8 +154,11 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
 def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """True if facet f carries a rock that moves along the facet's plane, so that the rock is in contact at once.
 
+    left : the contact from which the rock starts
+
     A sliding rock must move onto facet f. The facet that the rock has just left carries the rock only along an edge of
-    the facet. A rock at rest may continue on any other facet (`_approach` prefers the right facet).
+    this facet. Every other facet carries a rock at rest; `_approach` then prefers the steepest descent. A rock that was
+    flying is always carried, and so is every rock in the last search (`search.py`).
     """
     if not left.resting or facets.tolerance > facets.crack:
         return True
@@ -162,8 +171,10 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
 def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """True if a rock on its last facet moves towards the plane of the near facet f, but does not hit facet f itself.
 
-    The rock does not hit facet f if the two facets form a convex edge and the rock moves away from facet f. Only the
-    plane of facet f lies above the rock's path there, not the facet.
+    left : the contact from which the rock starts, on its last facet
+
+    The rock does not hit facet f if the two facets form a convex edge and the rock moves away from facet f. There, the
+    plane of facet f lies above the rock's path, but facet f itself does not.
     """
     if not lies_below(facets, left.facet, f, left.side, facets.tolerance):
         return False
@@ -174,9 +185,11 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """True if a sliding rock at the edge of facet f moves away from facet f: onto another facet, or off the terrain.
 
-    The rock moves towards the plane of facet f. In every direction the rock moves onto one of the upward facets that
-    meet at its position. All other facets there count only because of the tolerance. Beyond the outer edge of the
-    terrain there is no facet.
+    left : the contact from which the rock starts
+
+    The rock moves towards the plane of facet f. The upward facets that meet at the rock's position cover all directions
+    in plan. So the rock moves onto one of these facets, or beyond the outer edge of the terrain, where no facet is. All
+    other facets there are near the rock only because of the tolerance, and the rock does not hit them.
     """
     n, v = stored_normal(facets, f), arc.v
     level2 = v[0] * v[0] + v[1] * v[1]
@@ -192,7 +205,10 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
     For upward facets the direction in plan decides. In plan the facets around a vertex have no gap and no overlap, so
     every direction leads onto one of these facets. If the direction were projected at right angles onto each facet, it
     might lead onto none of them, and the rock would fall between the facets. A wall has no area in plan, so for a wall
-    the projection at right angles decides. A rock at rest, or a rock that moves straight into facet f, stays on it.
+    the projection at right angles decides. The result is also True for a rock at rest, and for a rock that moves
+    straight into facet f.
+
+    side : side of facet f on which the rock is, as in `Contact`
     """
     way = way_over(facets, f, arc.v, side)
     length = norm(way)
@@ -207,6 +223,8 @@ def way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
 
     On an upward facet the projection is vertical, so v keeps its components in plan. On a wall the projection removes
     the component along the normal.
+
+    side : side of facet f on which the rock is, as in `Contact`
     """
     n = stored_normal(facets, f)
     return (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
@@ -214,7 +232,9 @@ def way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
 
 @kernel
 def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if, in the search with wider facets, a rock moves along an edge of facet f, a crack's width outside at most.
+    """True if a rock moves along an edge of facet f, outside the facet by at most a crack's width.
+
+    The result is False in the first search, in which facets have their true size.
 
     A rock that moves along the edge between two facets may leave both facets by rounding, at a T-junction or at the
     foot of a wall. One of the facets must still carry the rock.
@@ -244,7 +264,8 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
     """Return the contact with facet f at time t (s) if it is inside the facet and earlier than `best`; else `best`.
 
-    n : (3,) normal of the facet; t : when the arc meets the facet's plane; side : as in `Contact`
+    n : (3,) normal of the facet; t : time (s) when the arc meets the facet's plane; side : as in `Contact`
+
     A glancing arc that meets the plane outside the facet may enter the facet later (`_entry_time`).
     """
     if t > best.t or t == math.inf:

@@ -26,7 +26,10 @@ def part_of(value: float, origin: float, per_cell: float, index: int) -> int:
 
 @kernel
 def packed_box(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
-    """Return the box of a facet, given in parts of a cell, as four bytes; upper ends are counted from the last part."""
+    """Return the box of a facet, given in parts of a cell, as four bytes.
+
+    The two upper ends are stored as their distance from the last part, so that each byte is smaller for a larger box.
+    """
     return low_x | (PARTS - 1 - high_x) << 8 | low_y << 16 | (PARTS - 1 - high_y) << 24
 
 
@@ -34,7 +37,8 @@ def packed_box(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
 def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
     """Return the box of an arc, given in parts of a cell, in the form that `overlap` compares with the boxes of facets.
 
-    Each byte is the largest value that this byte of an overlapping packed box may have, with its guard bit.
+    Each byte is the largest value that the same byte of a packed box may have if both boxes overlap. The highest bit of
+    each byte, its guard bit, is set.
     """
     return GUARDS | high_x | (PARTS - 1 - low_x) << 8 | high_y << 16 | (PARTS - 1 - low_y) << 24
 
@@ -43,6 +47,6 @@ def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
 def overlap(box: int, probe: int) -> bool:
     """True if the packed box of a facet overlaps the box of a probe: one subtraction compares four pairs of bytes.
 
-    A byte of the box that exceeds the probe's byte clears the guard bit.
+    If a byte of the box exceeds the byte of the probe, the subtraction clears the guard bit of this byte.
     """
     return (probe - box) & GUARDS == GUARDS

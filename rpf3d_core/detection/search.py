@@ -26,7 +26,10 @@ FALLEN = -2
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """True if a rock meets the other side of the ground than at its last contact: it may have fallen through."""
+    """True if a rock meets the other side of the ground than at its last contact: the rock may have fallen through.
+
+    left : the last contact
+    """
 
 
 @comes_behind.otherwise
@@ -41,6 +44,8 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
     On ground without holes, such a rock has fallen through the ground. A rock that bounces to and fro between two
     sheets of ground has not fallen through.
+
+    left : the last contact
     """
     to_and_fro = left.before >= 0 and not left.resting and contact.facet == left.before
     return left.facet != NO_ROCK and contact.side != left.side and not to_and_fro
@@ -48,7 +53,10 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
 @model_function
 def notices_falls(locator: object) -> bool:
-    """True if a search checks whether a rock that leaves the terrain, or meets its back, fell through the ground."""
+    """True if a search with this locator also checks whether a rock has fallen through the ground.
+
+    The check concerns rocks that leave the terrain or meet the back of the ground.
+    """
 
 
 @notices_falls.otherwise
@@ -59,9 +67,11 @@ def takes_them_as_they_are(locator: object) -> bool:
 
 @model_function
 def sight(contact: object) -> tuple[float, float]:
-    """Return the share of a line of sight (-) up to the facet that it meets, and the side of this facet.
+    """Return how much of a line of sight (-) lies before the facet that the line meets, and which side it meets.
 
-    The check whether a rock has fallen through the ground reads both; the share is inf if the line meets no facet.
+    The share is inf if the line meets no facet. The check whether a rock has fallen through the ground needs both.
+
+    contact : the contact of the line with the facet
     """
 
 
@@ -73,7 +83,7 @@ def sees_nothing(contact: object) -> tuple[float, float]:
 
 @sight.rule(Contact)
 def seen(contact: Contact) -> tuple[float, float]:
-    """Return the share of a line of sight before a contact, and the side of the contact.
+    """Return how much of a line of sight (-) lies before its contact with a facet, and the side of the contact.
 
     The share is the time of the contact, because an arc along a line of sight takes one second.
     """
@@ -118,16 +128,17 @@ def is_marked(contact: Contact) -> bool:
 def contact_or_crack(
     locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float, longest: float
 ) -> Contact:
-    """Return the earliest contact of an arc; if there is none, search again for a contact with slightly wider facets.
+    """Return the earliest contact of an arc; search again with wider facets if the rock would leave the terrain.
 
-    A gap wider than the tolerance may still be a crack and not a hole. Examples: the thin gap between an edge and a
-    vertex that lies on the edge except for rounding (a T-junction), or the distance of a few tolerances that a rock has
-    drifted while it moved from facet to facet. The second search runs only for rocks that would leave the terrain or
-    meet the back of the ground, so all other rocks meet the facets at their true size. In the second search the edge
-    band of a facet is CRACK tolerances wide.
+    A gap wider than the tolerance may still be a crack and not a hole, such as the thin gap at a T-junction, where a
+    vertex lies on an edge except for rounding. A rock may also have drifted by a few tolerances while it moved from
+    facet to facet. The second search runs only for rocks that would leave the terrain or meet the back of the ground,
+    so all other rocks meet the facets at their true size. In the second search the edge band of a facet is CRACK
+    tolerances wide.
 
-    A rock that still has no contact may have fallen through the ground (`fallen.py`). If the rock has fallen and was
-    sliding, a last search follows. In this search the rock meets any facet at its position that it moves into.
+    If the second search does not change this result, the rock may have fallen through the ground (`fallen.py`). If the
+    rock has fallen, the result reports the fall (`fall_of`). But if the rock was sliding, a last search follows first,
+    in which the rock meets any facet at its position that the rock moves into.
 
     left : the contact from which the rock starts
     end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air

@@ -132,7 +132,10 @@ def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Blo
 
 @kernel
 def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
-    """Add the normal of facet f to the sum of one bucket, which gives the direction of the bucket's slab."""
+    """Add the normal of facet f to the sum of one bucket, which gives the direction of the bucket's slab.
+
+    planes : (C, 4), as in `SlabTable`, with sums in place of normals; row : row of the bucket
+    """
     for axis in range(3):
         planes[row, axis] += normals[f, axis]
 
@@ -191,7 +194,10 @@ def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, tabl
 
 @kernel
 def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
-    """Raise one slab so that facet f lies below it: none of the facet's corners is above the slab."""
+    """Raise one slab so that facet f lies below it: none of the facet's corners is above the slab.
+
+    planes : (C, 4), as in `SlabTable`; row : row of the slab
+    """
     x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
     for c in range(3):
         high = max(high, x * corners[f, 3 * c] + y * corners[f, 3 * c + 1] + z * corners[f, 3 * c + 2])

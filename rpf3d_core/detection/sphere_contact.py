@@ -174,6 +174,7 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
     """Return the earlier of two contacts of a moving sphere: `best`, or its contact with one edge or corner of facet f.
 
     k : 0, 1, 2 for an edge; 3, 4, 5 for corner k - 3
+    end, before : as in `earlier_touch` (s)
     """
     at, length, along = corner(facets, f, k % 3), 0.0, ZERO
     if k < 3:
@@ -239,6 +240,7 @@ def _time_on_rim(
     time of the first fall at which the foot lies on the edge.
 
     at : corner, or first end of the edge (m); along : (3,) unit, along the edge, else zero; length : of the edge (m)
+    until : s, end of the search
     """
     begin = 0.0
     for _ in range(2):

@@ -31,8 +31,8 @@ class Stepped(NamedTuple):
     threshold : m, the distance to a facet below which the rock is in contact
     look : m, the radius within which facets are searched
     every_step : True to test each step, as the thesis does; False to test only steps that could be a contact: a rock
-        cannot reach the threshold until its path is as long as its distance minus the threshold. The result is the
-        same to the last bit; only the computing time differs.
+        cannot reach the threshold until its path is as long as its distance minus the threshold. Both settings give
+        the same bits; only the computing time differs.
     """
 
     locator: Any
@@ -51,7 +51,8 @@ def stepped(
     ----------
     size : of a facet (m)
     dt : time step (s); threshold : distance to a facet below which the rock is in contact (m)
-    squared : True for the thesis' literal comparison of the *squared* distance with the threshold: 0.05 means 0.22 m
+    squared : True to compare the *squared* distance with the threshold (m2), as the thesis does literally: a threshold
+        of 0.05 m2 is a distance of 0.22 m
     every_step : as in `Stepped`
     """
     distance = math.sqrt(threshold) if squared else threshold
@@ -64,6 +65,8 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 
     A rock moves into a facet if it moves against the normal of the facet, on whichever side of the facet the rock is.
     So a rock that has passed through the facet by less than the threshold bounces back to the free side.
+
+    method : the settings; end : s, later steps are not tested; left : not used
     """
     step = 1.0
     while step * method.dt < end:

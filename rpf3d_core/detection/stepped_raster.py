@@ -39,7 +39,10 @@ class SteppedRaster(NamedTuple):
 def first_contact_below_cells(
     method: SteppedRaster, facets: Facets, arc: Arc, left: PreviousContact, end: float
 ) -> Contact:
-    """Return the contact at the first step where the rock is below the facet of its cell and moves into the facet."""
+    """Return the contact at the first step where the rock is below the facet of its cell and moves into the facet.
+
+    method : the raster and the time step; end : s, later steps are not tested; left : not used
+    """
     step = 1.0
     while step * method.dt < end:
         t = step * method.dt

@@ -99,6 +99,8 @@ def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, e
     """Return the first contact of a flying sphere, searched stretch by stretch.
 
     While the sphere stays above all slabs, the stretches double in length.
+
+    course : motion of the sphere's centre; end : s, later contacts are not searched
     """
     base = max(locator.cell, course.radius)
     best, begin, length, slack = NO_TOUCH, 0.0, base, REACH * facets.tolerance

@@ -10,8 +10,8 @@ rock must be behind the facet by more than rounding. If the rock meets the facet
 At the start of the line, the rock must not leave the facet at once.
 
 Pieces that only touch, such as tiles of one surface, must not stop a rock, although they may overlap by a crack. So at
-the rim of a piece, `ALONGSIDE` cracks wide, the rock must get deeper than a crack, and must stay over the facet for
-longer than the rim is wide.
+the rim of a piece, `ALONGSIDE` cracks wide, a facet counts only if two conditions hold: the rock gets deeper than a
+crack, and stays over the facet for a longer path than the rim is wide.
 
 A rock that reaches a facet from behind passes through the facet: such a rock is below the other piece and comes out.
 """
@@ -106,7 +106,7 @@ def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: 
 def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts on a path along the ground: `best`, or the contact with facet f.
 
-    The facets of the pieces that carry the rock do not count.
+    The facets of the pieces that carry the rock do not count. on : the facets that carry the rock
     """
     if on.number[f] == on.number[on.facet] or (on.other >= 0 and on.number[f] == on.number[on.other]):
         return best

@@ -85,6 +85,8 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
 
     A box outside the terrain's box contains no facet and is not searched. Such boxes become longer without a limit, so
     that a rock that starts far away needs few of them; a long box that overlaps the terrain's box is halved.
+
+    left : the contact from which the rock starts; end : s, later contacts are not searched
     """
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:
@@ -109,6 +111,7 @@ def _best_in_box(
     """Return the earliest of `best` and the contacts of an arc with the facets in a box.
 
     box : low and high x, low and high y, low and high z, m
+    left : the contact from which the rock starts
     """
     locator.locator.FindCellsWithinBounds(box, locator.found)
     for k in range(locator.found.GetNumberOfIds()):

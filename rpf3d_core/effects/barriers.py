@@ -184,7 +184,8 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that meets a panel: the panel catches the rock, or the rock breaks through.
 
-    number : of the obstacle; if it is not a panel, nothing changes
+    number : of the obstacle; if the obstacle is not a panel, nothing changes
+    met : number of meetings of the rock with obstacles so far, which only other effects need
     """
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):

@@ -1,8 +1,8 @@
 """Single trees: vertical stems that take energy from a rock and deflect it.
 
-A rock meets a stem where, in plan, the distance from its path to the stem's axis falls below the sum of both radii, at
-a height between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH d
-(cm) takes at most
+A rock meets a stem where the distance in plan from the rock to the stem's axis falls to the sum of both radii, if the
+rock is then between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH
+d (cm) takes at most
 
     E_max = FE 38.7 d^2.31 J                                                     (physics reference 4.1, UNCONFIRMED)
 
@@ -124,8 +124,9 @@ LN_10 = math.log(10.0)
 def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
     """Return the time (s), at most `until`, at which a rock on an arc hits stem k; inf if never.
 
-    The rock hits the stem when it approaches to the contact distance, the sum of both radii. passed : index of the tree
-    that the rock hit last, which it does not hit again
+    The rock hits the stem when the distance in plan from the rock to the stem's axis falls to the sum of both radii.
+
+    passed : index of the tree that the rock hit last; the rock does not hit this tree again
     """
     if k == passed:
         return math.inf

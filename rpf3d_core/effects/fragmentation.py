@@ -4,7 +4,7 @@ Source: physics reference 6.2.
 
     E_n = 1/2 M (k_n v_n)^2            k_n v_n: the rock's speed off the ground after the rebound
     A_new = a E_n^e                      new surface, m2; A_0 = 6 V^(2/3); r = A_new / (A_new + A_0)
-    the rock breaks if r > least_ratio (1 +- spread U)
+    the rock breaks if r > least_ratio (1 + spread U)        U: uniform in [-1, 1), drawn for each impact
 
 Formulas and figures come from RockGIS' source code and defaults (CC), not from the papers. UNCONFIRMED: `least_ratio`,
 and the use of a and e with other rebound models than that of RockGIS, whose k_n is 0.19 in a head-on impact. A greater
@@ -37,8 +37,8 @@ BREAKING = int(Purpose.BREAKING)
 class Fragmentation(NamedTuple):
     """The parameters that decide when a rock breaks and how its fragments move.
 
-    surface_factor : a, m2 / J^e; surface_exponent : e (-); least_ratio : value of r above which a rock breaks (-)
-    spread : variation of least_ratio from impact to impact, as a share of least_ratio
+    surface_factor : a, m2 / J^e; surface_exponent : e (-); least_ratio : mean limit of r above which a rock breaks (-)
+    spread : largest deviation of the limit of an impact from least_ratio, as a share of least_ratio (-)
     least_volume : m3, volume of the smallest fragment that flies
     speed_kept : share (-) of the rock's speed after the impact that its fragments have
     cone : rad, half angle of the cone of fragment directions; its axis is the rock's velocity after the impact

@@ -210,6 +210,8 @@ def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockCo
     """Return the first obstacle of any effect of the chain that a rock on an arc meets before `until` (s).
 
     If a rock meets two obstacles at the same time, the result is that of the first effect in the chain.
+
+    passed : as in `first_obstacle`
     """
     one = first_obstacle(chain.head, arc, passed, until, rock)
     other = first_obstacle(chain.tail, arc, passed, until, rock)
@@ -224,9 +226,13 @@ def _sooner(one: Meeting, other: Meeting) -> Meeting:
 
 @kernel
 def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> int:
-    """Return `passed` if the rock is still at an obstacle after an impact on the ground, else -1.
+    """Return the number of the obstacle that a rock has passed, after the rock has hit the ground.
 
-    passed : number of the obstacle that the rock passed last; below 0 for none
+    The result is `passed` if the rock is still at an obstacle, because its next flight must ignore this obstacle.
+    Otherwise the result is below 0: the rock may meet every obstacle.
+
+    motion : just after the impact on the ground
+    passed : number of the obstacle that the rock passed last before the impact; below 0 for none
     """
     if passed < 0:
         return passed
@@ -236,10 +242,11 @@ def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> in
 
 @model_function
 def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that meets the obstacle with a number: a hook for barriers and trees.
+    """Return the result for a rock that meets obstacle `number`: a hook for barriers and trees.
 
-    A rule changes nothing if the obstacle belongs to another effect. met : how many obstacles the rock has met before,
-    which selects random numbers
+    A rule changes nothing if the obstacle belongs to another effect.
+
+    met : number of meetings of the rock with obstacles so far, which selects random numbers
     """
 
 

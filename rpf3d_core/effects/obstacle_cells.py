@@ -94,6 +94,8 @@ def first_in_cells(
 
     `Meeting.number` is the index within this kind. Meetings within `instant` (s) count as simultaneous; of these, the
     meeting with the smallest index is returned.
+
+    passed : index of the obstacle of this kind that the rock met last; below 0 for none
     """
     cells, best = obstacles.cells, NO_MEETING
     if not _comes_near(cells, arc, until):
@@ -119,7 +121,7 @@ def first_in_cells(
 
 @kernel
 def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
-    """Return True if an arc may meet an obstacle: its box in plan, up to the time `until` (s), touches the grid."""
+    """Return True if an arc may meet an obstacle: the arc's box in plan up to `until` (s) touches the grid of cells."""
     if cells.nx == 0:
         return False
     end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until

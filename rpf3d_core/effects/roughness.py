@@ -114,7 +114,7 @@ def _drawn(rock: RockContext, stream: int) -> float:
 
 @kernel
 def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
-    """Return the normal n of an impact, tilted by `back` (rad) against the motion, then by `aside` (rad) to its left.
+    """Return the normal n, tilted by `back` (rad) against the motion, then by `aside` (rad) to the left of the motion.
 
     v : (3,) velocity, whose component along the ground is the motion
     """

@@ -27,11 +27,11 @@ class BarrierArrivals(NamedTuple):
     """How the N rocks of a batch arrived at B barriers.
 
     did, t, energy, height : (N, B) data of each rock's first arrival
-        did : result, NEVER to HELD; t : time since the release (s)
+        did : result, one of NEVER, OVER, THROUGH and HELD; t : time since the release (s)
         energy : J, of translation; for rocks with a shape, of translation and rotation
         height : m above the foot of the panel, of the rock's centre or top, as the scene says
     held : (N, B) 1 if the barrier caught the rock in the end
-    events : (B, 4) number of arrivals with each result, NEVER to HELD, over all rocks
+    events : (B, 4) number of arrivals with each result (NEVER, OVER, THROUGH, HELD), over all rocks
     """
 
     did: Any
@@ -105,7 +105,10 @@ def empty_crossed(panels: int, barriers: int) -> Crossed:
 
 @loop
 def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found: BarrierArrivals) -> None:
-    """Find the arrivals of all flown rocks at the barriers, and write them to `found`."""
+    """Find the arrivals of all flown rocks at the barriers, and write them to `found`.
+
+    crossed : working memory
+    """
     counts, first = flown.counts, flown.first
     for r in range(len(flown.mass)):
         if counts[r, 0] == FAILED:
@@ -222,7 +225,9 @@ def _pass(
 ) -> int:
     """Record an arrival if a path segment crosses panel segment k without a contact.
 
-    Return the number of crossings found on this path segment so far; number : the same before this call.
+    Return the number of crossings found on this path segment, this crossing included.
+
+    number : number of crossings found on this path segment before this call
     """
     pieces, p, arc, until = segment.pieces, segment.p, segment.arc, segment.until
     crossing = crossing_of(barriers.panel, barriers.slack, k, arc, until)
@@ -251,11 +256,13 @@ def _pass(
 
 @kernel
 def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
-    """Return whether a rock that crosses a barrier without a contact flew OVER it or went THROUGH it.
+    """Return how a rock crosses the plane of a panel of barrier b without a contact: OVER or THROUGH; else NEVER.
 
-    Returns NEVER if the crossing is a contact, which has a row among the impacts, or is below the foot of the panel.
-    height : of the rock's centre above the foot of the panel (m)
-    high : of the rock's centre or top, as the scene says: the rock flies over if this is above the panel (m)
+    The result is NEVER if the crossing is a contact, which has a row among the impacts, or is below the panel's foot.
+
+    height : height of the rock's centre above the foot of the panel (m)
+    high : height above this foot of the rock's centre or top, as the scene says (m); the rock flies over if `high` is
+        above the top of the panel
     """
     panel = barriers.panel
     if high > panel.height[b] or (panel.height[b] == 0.0 and height >= -BELOW):

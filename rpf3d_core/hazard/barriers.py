@@ -33,8 +33,9 @@ from rpf3d_core.hazard.flown import flown_rocks
 class AtBarrier:
     """What rocks did at one barrier: counts, and distributions of energy and height.
 
-    first : (4,) number of rocks by the result of their first arrival, NEVER to HELD; held : rocks caught in the end
-    events : (4,) number of arrivals by result, NEVER to HELD
+    first : (4,) number of rocks by the result of their first arrival: NEVER arrived, flew OVER, broke THROUGH, HELD
+    held : number of rocks caught in the end
+    events : (4,) number of arrivals by result, in the order of `first`
     energy (J), height (m above the foot of the panel) : distributions over first arrivals
     over : distribution of the height above the panel (m), over first arrivals of rocks that flew over it
     """
@@ -80,8 +81,9 @@ class BarrierFigures(NamedTuple):
 class BarrierTally:
     """Counts at all B barriers of a scene, added while rocks fly: call the object with each batch of flown rocks.
 
-    Any thread may call. names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
-    part : (B,) counts of one parameter set, to which each batch is added too; empty without parameter sets
+    Any thread may call the object. names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
+    part : (B,) counts of the parameter set that flies at present, to which each batch is also added; empty without
+        parameter sets
     """
 
     def __init__(self, barriers: Barriers, names: tuple[str, ...], gravity: float, compiled: bool = True) -> None:

@@ -102,10 +102,12 @@ def _over_sets(benches: Sequence[Bench], sets: Any) -> list[Bench]:
 
 
 def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str, Any]:
-    """Return a share as in `share_of` with both intervals; `interval_95` is the predictive one, which is wider.
+    """Return a share as in `share_of` with two intervals; `interval_95` is the predictive interval.
 
-    low, high : ends of the predictive interval (-); NaN if unknown. Then `predictive` and `interval_95` are None: a
-        sampling interval as `interval_95` would make the share look more certain than it is.
+    low, high : ends of the predictive interval (-); NaN if unknown
+
+    If the predictive interval is unknown, `predictive` and `interval_95` are None: the sampling interval in place of
+    `interval_95` would make the share look more certain than it is.
     """
     predictive = None if math.isnan(low) else [float(low), float(high)]
     sampling = share.get("sampling", share["interval_95"])
@@ -255,9 +257,9 @@ def interval_text(ends: Sequence[float | None] | None, unit: float) -> str:
 
 
 def share_text(share: dict[str, Any]) -> str:
-    """Return a share in per cent with its interval as text, such as `84.5 % (79-89)`; the widest interval first.
+    """Return a share in per cent with its intervals as text, such as `84.5 % (79-89)`; `-` if the share is unknown.
 
-    A predictive interval that is not known reads NOT_KNOWN, before the sampling interval.
+    With parameter sets, the predictive interval precedes the sampling interval, and reads NOT_KNOWN if unknown.
     """
     if share["share"] is None:
         return "-"
@@ -276,7 +278,7 @@ def interval_in_percent(low: float, high: float) -> str:
 def in_percent(share: float, decimals: int) -> str:
     """Return a share in per cent as text with a number of decimals.
 
-    A share that would wrongly look like 0 or 1 gets more decimals; a share of exactly 0 or 1 has none.
+    A share that would look like 0 or 100 %, but is not, gets more decimals. A share of exactly 0 or 1 has no decimals.
     """
     rest = min(share, 1.0 - share)
     return f"{100.0 * share:.{max(decimals, _decimals(rest)) if rest > 0.0 else 0}f}"

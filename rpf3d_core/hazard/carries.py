@@ -15,7 +15,7 @@ Places = NDArray[np.int64]
 
 
 class Carries:
-    """The overflows (carries) of one-byte bins (S, B): which bins overflowed, and how often 256 must be added.
+    """The overflows (carries) of one-byte bins (S, B): the places of the bins, and how often each bin passed 255.
 
     The place of a bin is its row (slot) times B plus its column.
     """
@@ -28,7 +28,7 @@ class Carries:
         self._room = np.empty(0, dtype=np.int64)
 
     def room_for(self, most: int) -> Places:
-        """Return an array (N,) into which a loop can write the places of at most `most` bins that overflow."""
+        """Return an array (`most`,) or longer, into which a loop can write the places of bins that overflow."""
         if len(self._room) < most:
             self._room = np.empty(most, dtype=np.int64)
         return self._room
@@ -43,7 +43,7 @@ class Carries:
     def join(self, other: "Carries", slot: NDArray[np.int32]) -> None:
         """Add the overflows of another tally of the same cells.
 
-        slot : (S,) row of the bins here for each row of the bins there
+        slot : (S,) for each row of the other tally's bins, the row of the same cell in the bins of this tally
         """
         places, counts = other.counted()
         theirs, b = np.divmod(places, self.bins)
@@ -52,7 +52,7 @@ class Carries:
     def add_bins(self, bins: Bins, slot: NDArray[np.int32], more: Bins) -> None:
         """Add the counts `more` (N, B) to the rows `slot` (N,) of `bins`, and count the overflows.
 
-        bins : (S, B), changed here; slot : without any row twice
+        bins : (S, B), changed by this call; slot : no row may occur twice
         """
         for begin in range(0, len(slot), AT_ONCE):
             some = slot[begin : begin + AT_ONCE]

@@ -1,7 +1,8 @@
 """Decide if enough rocks have flown, from the shares and percentiles of zones or areas after each doubling.
 
-Rule (physics reference 8.3): half the width of the 95 % Wilson interval of each share is at most its target, and no
-95th percentile of energy has changed by more than its target over the last two doublings. The mean alone never decides.
+Two conditions must hold (physics reference 8.3). Half the width of the 95 % Wilson interval of each share is at most
+the target for shares. No p95 energy has changed by more than the target for energies over the last two doublings of the
+number of rocks. The mean alone never decides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -64,9 +65,10 @@ def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
 
 
 def p95_change(steps: Sequence[Step]) -> float | None:
-    """Return how much p95 energies still change (-): the largest relative change over the last two doublings.
+    """Return the largest relative change (-) of a p95 energy over the last two doublings of the number of rocks.
 
-    Return None after fewer than two doublings. If an earlier step has no p95 energy for a place, the change is 1.
+    The result is None after fewer than two doublings. If an earlier step has no p95 energy for a place, the change
+    counts as 1.
     """
     if len(steps) <= DOUBLINGS:
         return None
@@ -90,7 +92,10 @@ def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bo
 
 
 def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
-    """Return the convergence for summary.json: targets, whether they were reached, last values, and all steps."""
+    """Return the convergence for summary.json: targets, whether they were reached, last values, and all steps.
+
+    half_width, p95_energy : targets (-), as in `is_enough`
+    """
     return {
         "target": {"half_width": half_width, "p95_energy": p95_energy},
         "reached": is_enough(steps, half_width, p95_energy),

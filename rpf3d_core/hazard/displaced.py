@@ -63,7 +63,10 @@ class DisplacedTally:
         self._runout = [Sample() for _ in moves]
 
     def watch_of(self, number: int, watch: Watch) -> Watch:
-        """Return a function that counts each batch of set `number` with displaced paths, then calls `watch` with it."""
+        """Return a function that counts each batch of set `number` with displaced paths, then calls `watch`.
+
+        The function `watch` gets the batch with the paths as simulated.
+        """
 
         def both(batch: Batch, releases: Releases) -> FloatArray:
             self._tallies(displaced_batch(batch, self._moves[number], self._engine), releases)
@@ -72,7 +75,10 @@ class DisplacedTally:
         return both
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return a function that adds the displaced runouts of rocks of set `number`, then calls `sink` with them."""
+        """Return a function that adds the displaced runouts of rocks of set `number`, then calls `sink`.
+
+        The function `sink` gets the deposits and impacts as simulated.
+        """
 
         def both(deposits: Deposits, impacts: Impacts) -> None:
             way = deposits.x[:, :2] + self._moves[number] - deposits.release[:, :2]
@@ -100,6 +106,8 @@ def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
     """Return a batch whose paths and stops are displaced by `move` (2,) m in plan, and lifted above all ground.
 
     Its impacts are at no facet. A deposit is on the topmost facet at its displaced place.
+
+    engine : finds the ground at the displaced places
     """
     facets = engine.facets
     shift = np.array([*move, facets.high[2] - facets.low[2] + ABOVE_EVERYTHING])

@@ -35,7 +35,7 @@ def layers_of(tally: CellTally) -> Layers:
 
 
 def without_passages(layers: Layers) -> Layers:
-    """Return map values of zones or areas with passages set to 0, because they would count each crossed facet."""
+    """Return map values of zones or areas with passages set to 0: a passage of a facet is not a passage of a zone."""
     return replace(layers, passages=np.zeros_like(layers.passages))
 
 
@@ -75,7 +75,7 @@ def bins_of(tally: CellTally, q: int) -> NDArray[np.uint32]:
 
 
 def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: CountArray) -> FloatArray:
-    """Return for N cells the value (N,) of a quantity q that the rock of a given rank has, as the middle of its bin.
+    """Return for N cells the value (N,) of a quantity q for the rock of a given rank, as the middle of the rock's bin.
 
     q : 0 energy (J), 1 speed (m/s), 2 height (m); bins : (N, B) counts of the cells in the bins of q
     ranks : (N,) place of the rock among the rocks of its cell in ascending order, from 1

@@ -1,8 +1,8 @@
 """Pack the map counts of a part of an ensemble, so that they can be sent to another process or machine.
 
-Only cells that rocks reached are kept, and only the bins that contain rocks. In each cell a rock is counted in one bin
-of energy, one bin of height and, if masses differ or rocks spin, one bin of speed, out of several hundred. Parts that
-are joined give the same bits as one run (`hazard.tally`).
+Only cells that rocks reached are kept, and only the bins that contain rocks. A cell has several hundred bins. A rock is
+counted in one bin of energy and one bin of height, and in one bin of speed if masses differ or rocks spin. The joined
+parts have the same bits as one run of all rocks (`hazard.tally`).
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,8 @@ from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 class PackedTally:
     """The counts of a tally of C cells in small form, for sending: only reached cells (S), only bins with rocks.
 
-    cells : C; scales, limit, merges : as in `CellTally`; width : number of bins per cell (B)
+    cells : C; scales, limit : as in `CellTally`; merges : how often bins were merged in pairs
+    width : number of bins per cell (B)
     found : the counts of the S cells without their bins, in order of cell
     filled : (N,) flat indices, in the array of bins (S, B), of the bins that contain rocks
     rocks : (N,) number of rocks in each of these bins

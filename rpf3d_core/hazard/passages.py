@@ -55,8 +55,8 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
 
 
 def reached_over(maps: HazardMaps, width: float) -> FloatArray:
-    """Return the share (S,) (-) of all rocks that hit an object in a cell, `width` (m) wide across their path.
+    """Return the share (S,) (-) of all rocks that hit an object in each of S cells; 1 at most.
 
-    The share is 1 at most.
+    width : width of the object across the rocks' path, plus the diameter of a rock (m)
     """
     return np.minimum(passage_per_metre(maps).value * width, 1.0)

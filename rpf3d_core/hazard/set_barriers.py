@@ -34,11 +34,14 @@ class BarrierSets:
         self._counted = [tuple(AtBarrier() for _ in tally.names) for _ in range(sets)]
 
     def begin(self, number: int) -> None:
-        """Count all rocks that fly from now on also for parameter set `number`, until the next call."""
+        """Count the rocks that fly after this call also for parameter set `number`, until the next call."""
         self._tally.part = self._counted[number]
 
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:
-        """Return the predictive intervals at each barrier; rocks : (S,) number of rocks flown with each set."""
+        """Return the predictive intervals at each barrier, of shares (-), p95 energies (J) and p95 heights (m).
+
+        rocks : (S,) number of rocks flown with each set
+        """
         return tuple(_bands(at, rocks) for at in zip(*self._counted, strict=True))
 
 
@@ -61,7 +64,7 @@ def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
 def _share(counts: FloatArray, of: FloatArray) -> tuple[float, float]:
     """Return the predictive interval of a share (-); NaN if fewer than ENOUGH sets have rocks.
 
-    counts : (S,) rocks of each set that count; of : (S,) number of rocks of each set
+    counts, of : (S,) numbers of rocks of each set, numerator and denominator of the share
     """
     return _ends(predictive_shares(counts[:, None], of[:, None]))
 

@@ -89,8 +89,8 @@ class SetFigures:
     def shares(self, counts: FloatArray, of: FloatArray | None = None) -> Interval:
         """Return the predictive intervals of N shares (-).
 
-        counts : (S, N) rocks of each set that count; of : (S, N) rocks of each set of which the share is taken; None
-            for all its rocks
+        counts : (S, N) numbers of rocks of each set, the numerators of the shares
+        of : (S, N) numbers of rocks of each set, the denominators; None for all rocks of the set
         """
         totals = np.broadcast_to(self.rocks[:, None], counts.shape) if of is None else of
         return predictive_shares(counts, totals)
@@ -121,8 +121,8 @@ class SetFigures:
 
         With displaced paths, they are widened to contain the sampling intervals of the paths as simulated.
 
-        counts, of : (S, N) rocks of each set that count, and all rocks of the share
-        flown, flown_of : the same for the paths as simulated
+        counts, of : (S, N) numbers of rocks of each set, numerators and denominators of the shares
+        flown, flown_of : (S, N) numerators and denominators for the paths as simulated
         """
         found = predictive_shares(counts, of)
         return found if self.displaced is None else holding(found, flown.sum(axis=0), flown_of.sum(axis=0))
@@ -148,7 +148,7 @@ class SetFigures:
     def reach(self, maps: HazardMaps) -> ReachBand:
         """Return the predictive intervals of reach probability for all map cells that rocks reached.
 
-        With displaced paths, also for the cells that rocks reach on displaced paths.
+        With displaced paths, the result also has the cells that rocks reach only on displaced paths.
         """
         sets = self.cells if self.displaced is None else self._moved_cells(maps)
         place = np.full(maps.cells.count, -1, dtype=np.int64)
@@ -175,8 +175,8 @@ class SetFigures:
 def _counts_at(sets: Sequence[Reached], place: IntArray, some: slice) -> FloatArray:
     """Return how many rocks of each of S sets reached each of N map cells, (S, N).
 
-    place : (C,) position of each map cell in the list of cells, -1 for a cell that is not in the list
-    some : the range of positions in this list of the N cells
+    place : (C,) position of each map cell in a list of cells, -1 for a cell that is not in the list
+    some : positions of the N cells in this list, a range
     """
     counts = np.zeros((len(sets), some.stop - some.start))
     for number, (cells, rocks) in enumerate(sets):

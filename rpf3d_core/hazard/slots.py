@@ -114,6 +114,7 @@ def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full:
 
     used : number of visits to add; full : receives the place of each bin that overflowed, its flat index in
         `Slots.bins`. A bin is one byte: at 256 it starts again at 0.
+    ahead : working memory
     """
     slots, carried = table.slots, 0
     for first in range(0, used, AHEAD):

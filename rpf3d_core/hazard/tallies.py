@@ -91,7 +91,11 @@ class Tallies:
             self.barriers.join(other.barriers.counted)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """Return the counts for a terrain whose facets have changed; empty the tallies before rocks are counted."""
+        """Return these counts over a terrain whose facets have changed.
+
+        The counts of the old facets are still in the tallies: the caller must empty the tallies before new rocks are
+        counted (`CellTally.emptied`).
+        """
         cells = len(ground.facets.zone)
         fits = cells <= len(self.facets.slot)  # the working memory is as long as the slots, so it fits too
         self.facets.widened(cells)
@@ -134,10 +138,11 @@ class Tallies:
             tally.fold(visits)
 
     def _visit(self, scratch: Scratch, flown: FlownRocks, begin: int, heights: FloatArray) -> int:
-        """Collect the visits of rocks, from number `begin` on, until the memory is full.
+        """Collect the visits of rocks, from number `begin` on, until the working memory is full.
 
-        Return the number of the first rock that was not counted. heights : (N,) m, receives the largest height of each
-        rock above the terrain.
+        Return the number of the first rock whose visits were not collected; N if the visits of all rocks were.
+
+        heights : (N,) m, receives the largest height of each rock above the terrain
         """
         visit: Any = visit_all if self.compiled else visit_all.py_func  # type: ignore[attr-defined]
         return int(visit(*self._places(), scratch, flown, begin, heights))
@@ -161,7 +166,10 @@ def with_ways(tallies: Tallies) -> Tallies:
 def tallies_over(
     ground: WalkedTerrain, areas: Areas, zones: int, gravity: float, binning: Binning, compiled: bool
 ) -> Tallies:
-    """Return empty counts (tallies) for all hazard maps over a terrain with `zones` zones; gravity : m/s^2."""
+    """Return empty counts (tallies) for all hazard maps over a terrain with `zones` zones; gravity : m/s^2.
+
+    binning : bins of energies, speeds and heights; compiled : True to use compiled loops
+    """
     squares, facets = (
         CellTally(n, binning.coarse, 0.5 * binning.limit, compiled)
         for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))

@@ -46,8 +46,8 @@ LEAST_SHARE = 0.2
 class CellTally:
     """Counts of what rocks did in each of C cells of one kind, added while rocks fly.
 
-    Bins take at most `limit` bytes. Beyond that they are merged in pairs, at most until each is an octave wide. The
-    merging depends only on the cells that rocks reached, so the result does not depend on the order of the rocks.
+    Bins take at most `limit` bytes. If bins would need more bytes, they are merged in pairs, but only until each bin is
+    an octave wide. The merging depends only on the cells that rocks reached, not on the order of the rocks.
     compiled : False for so few rocks that plain Python finishes before the loop is compiled
     ways : True to count the lengths of paths inside cells
     """
@@ -63,7 +63,7 @@ class CellTally:
         self._lock = threading.Lock()
 
     def emptied(self, scales: Scales, limit: float) -> "CellTally":
-        """Return an empty tally of the same cells in the memory of this tally, which must not be used afterwards.
+        """Return an empty tally of the same cells, in the memory of this tally: do not use this tally afterwards.
 
         The cost depends on the number of cells that rocks reached, not on the number of all cells.
         """
@@ -110,7 +110,7 @@ class CellTally:
         return SlotTable(slot=self.slot, slots=self.slots, scales=self.scales, merges=self.merges)
 
     def add(self, other: "CellTally") -> None:
-        """Add the counts of another tally of the same cells; the bits are as if its rocks had been counted here."""
+        """Add the counts of another tally of the same cells, as if this tally had counted the rocks of both tallies."""
         with self._lock:
             self._take_in(other.slots.cell[: other.used])
             while self.merges < other.merges:

@@ -27,8 +27,8 @@ class Matrix(NamedTuple):
     classes : a row for each band of energy, from the lowest, with a name for each band of probability, from the
         lowest; None for no zone. A name may occur several times.
     percentile : the percentile of energy that is compared with the levels, one of `maps.PERCENTILES`
-    object_width : m, width of an object that may be hit; the probability is then that of a hit. None: the probability
-        is the reach probability of the cell
+    object_width : width across the rocks' path of an object that may be hit, plus the diameter of a rock (m). The
+        probability is then that of a hit; if None, the probability is the reach probability of the cell
     """
 
     energy_levels: tuple[float, ...]

@@ -109,9 +109,10 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return a `Rest` without further bounces: the sphere stays on the ground at once.
+    """Return a `Rest` without further bounces: the sphere stays on the ground at once, unless R_n is 1.
 
-    Small bounces would push on the ground, on average, as much as a sphere that stays on it.
+    Small bounces would push on the ground, on average, as much as a sphere that stays on the ground. With R_n = 1 the
+    bounces never die out.
     """
     v = subtract(motion.v, scale(dot(motion.v, n), n))
     return Rest(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

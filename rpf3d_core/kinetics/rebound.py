@@ -107,7 +107,7 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 
 @kernel
 def endless(motion: Motion) -> Rest:
-    """Return the `Rest` of bounces that have no known sum: each bounce is then computed as a flight."""
+    """Return the `Rest` of bounces that never die out or have no known sum: each bounce is computed as a flight."""
     return Rest(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
 
@@ -119,5 +119,5 @@ def at_once(motion: Motion, n: Vec) -> Rest:
 
 @rest_of_bounces.otherwise
 def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a `Rest` without further bounces: their sum has no closed form, so small bounces are left out."""
+    """Return a `Rest` without further bounces: the sum of the bounces has no closed form, so they are left out."""
     return at_once(motion, n)

@@ -63,7 +63,10 @@ def normal_quantile(p: float) -> float:
 
 @kernel
 def _ratio(above: Coefficients, below: Coefficients, r: float) -> float:
-    """Return the ratio of two polynomials of degree 7 in r, by Horner's rule: the approximation of the quantile."""
+    """Return the ratio of two polynomials of degree 7 at r (-), by Horner's rule.
+
+    above, below : coefficients of the numerator and of the denominator, constant term first
+    """
     p, q = above[7], below[7]
     for k in range(6, -1, -1):
         p, q = p * r + above[k], q * r + below[k]

@@ -35,9 +35,9 @@ class Hold(NamedTuple):
 def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: RockContext) -> Hold:
     """Return which facets carry a rock that has slid onto a facet, or is released on it.
 
-    These are the facet of the contact, or this facet and the last facet, if both form a gully, or none. A contact that
-    would lift the rock by less than smallest_bounce is not an impact; otherwise a rock would lose speed at every slight
-    kink of a mesh.
+    The result has the facet of the contact, or this facet and the last facet if both form a gully, or no facet. A
+    contact that would lift the rock by less than smallest_bounce is not an impact; otherwise a rock would lose speed at
+    every slight kink of a mesh.
 
     n : (3,) normal of the contact's facet, turned towards the rock
     """
@@ -59,14 +59,13 @@ def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: Rock
 
 @kernel
 def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight: bool, rock: RockContext) -> Vec:
-    """Return the direction of the gully between the contact's facet (normal n) and the last facet.
+    """Return the unit direction (3,) of the gully between the contact's facet and the last facet; zero if no gully.
 
-    The result is zero if there is no gully.
-
-    Two facets form a gully if both push the rock, and if the rock does not climb either facet by smallest_bounce or
-    more, at once or after bouncing between both. (For this test, R_n is that of the ground under each facet.) Two
+    Two facets form a gully if both push the rock and the rock stays at the line between them: the rock climbs neither
+    facet by smallest_bounce or more, neither at once nor after bounces between both facets (`_is_thrown_out`). Two
     facets that are almost one plane form a gully only if the rock moves to and fro between them without progress.
 
+    n : (3,) normal of the contact's facet, turned towards the rock
     slight : True if a bounce off the contact's facet would rise by less than smallest_bounce
     """
     facets, settings = physics.facets, physics.settings
@@ -98,6 +97,8 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
 @kernel
 def _is_thrown_out(physics: Physics, state: State, contact: Contact, n: Vec, m: Vec, rock: RockContext) -> bool:
     """True if a rock that hits the contact's facet would bounce between both facets, and then climb out of the gully.
+
+    Each bounce uses the R_n of the ground under the facet that the rock hits.
 
     n, m : (3,) normals of the contact's facet and of the last facet, turned towards the rock
     """

@@ -78,10 +78,10 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockCo
 
     n : (3,) normal of the facet, turned towards the rock
 
-    An effect may replace the facet's normal by another normal (the felt normal). The facet's normal is used
-    nevertheless if the rock moves away from a surface with the felt normal, or if the rebound from it would send the
-    rock into the ground. If the rock still moves into the ground after the rebound, its speed into the ground is set to
-    zero. A rock that already moves off the facet keeps its motion.
+    An effect may replace the facet's normal by another normal, the felt normal. The facet's normal is used in two
+    cases: if the rock moves away from a surface with the felt normal, or if the rebound with the felt normal would send
+    the rock into the ground. If the rock still moves into the ground after the rebound, its speed into the ground is
+    set to zero. A rock that already moves off the facet keeps its motion.
     """
     if dot(motion.v, n) > 0.0:
         return motion

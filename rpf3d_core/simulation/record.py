@@ -123,9 +123,9 @@ def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
 
 @kernel
 def against(v: Vec) -> Vec:
-    """Return the direction that is recorded as the normal of an obstacle: opposite to the rock's velocity v (3,).
+    """Return the unit direction (3,) that is recorded as the normal of an obstacle: against the rock's velocity v (3,).
 
-    It is upwards if v is zero.
+    The direction is upwards if v is zero.
     """
     speed = norm(v)
     return scale(-1.0 / speed, v) if speed > 0.0 else (0.0, 0.0, 1.0)

@@ -19,9 +19,9 @@ from rpf3d_core.values import MOVING, Mode, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
-"""Share of smallest_bounce (-): if the bounces rise less, they are left out, even if they do not stay on one facet.
+"""Share of smallest_bounce (-): bounces that rise less are left out if they cannot be summed up.
 
-In a corner between facets, bounces never stay on one facet.
+In a corner between facets, for example, bounces never stay on one facet.
 """
 
 SKIMMING = 1e-12
@@ -53,11 +53,17 @@ def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
 
 @kernel
 def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Record) -> State:
-    """Return the state after an impact; if the remaining bounces are small and stay on the facet, they are summed up.
+    """Return the state of a rock after an impact: the rock flies on, or it stays on the facet if its bounces are small.
 
-    The rock continues to fly if the bounces are larger, if they leave the facet or meet an obstacle or another separate
-    part of the terrain, or if gravity does not press the rock onto the facet. If the ground properties are drawn for
-    each impact, all remaining bounces use the properties of the next impact.
+    The rock flies on if gravity does not press it onto the facet, or if its bounces rise by smallest_bounce or more.
+    Smaller bounces are summed up if all these conditions hold:
+
+    - The sum of the bounces is known, and the bounces end before max_time.
+    - The bounces stay on the facet, and meet neither an obstacle nor another separate part of the terrain.
+
+    If a condition fails, the rock flies on. But bounces that rise by less than SETTLED times smallest_bounce are then
+    left out, and the rock stays on the facet. If the ground properties are drawn for each impact, all remaining bounces
+    use the properties of the next impact.
 
     n : (3,) normal of the facet of the impact, turned towards the rock
     """
@@ -102,8 +108,11 @@ def _on_or_off(facets: Facets, state: State, n: Vec) -> State:
 def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
     """Return the largest squared speed (m^2/s^2) with which a rock may rise from a facet in this or a later bounce.
 
-    This decides whether the bounces are small. It is the squared speed off the facet. But if an effect changes the
-    normal of the next impact, it is the squared total speed, because such an impact may turn the whole speed upwards.
+    The result decides whether the bounces are small. The result is the squared speed off the facet. But if an effect
+    changes the normal of the next impact, the result is the squared total speed, because such an impact may turn the
+    whole speed upwards.
+
+    n : (3,) normal of the facet, turned towards the rock
     """
     v = state.motion.v
     off = dot(v, n)

@@ -160,6 +160,8 @@ def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -
     """Return the surface properties of the ground under a sphere.
 
     For two contacts, mu and mu_r are means weighted by the pushes, and stop_speed is the larger value.
+
+    held : the contacts that carry the sphere
     """
     first = ground_of(physics, held.first.facet, rock, state)
     if held.contacts == 1:
@@ -180,6 +182,8 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 
     n : (3,) unit direction of the push of the ground. For two contacts, the result is only the component along their
     common line.
+
+    held : the contacts that carry the sphere
     """
     slip = slip_of(motion.v, motion.w, n, radius)
     if held.contacts == 1:

@@ -135,9 +135,9 @@ def _onto_other_piece(
 ) -> State:
     """Return the state of a rock that meets a facet of a separate part of the terrain on a ground segment.
 
-    The contact is treated as if the rock had slid over an edge onto this facet: the rock slides on, over this facet or
-    in the gully between it and its last facet, or it rebounds. If the rock slides in a gully now, the last facet is the
-    first facet of this gully.
+    The contact is treated as if the rock had slid over an edge onto this facet. The rock rebounds, or slides on over
+    this facet, or slides on in the gully between this facet and the rock's last facet. If the rock slides in a gully
+    before the contact, the last facet is the first facet of this gully.
 
     piece : the ground segment; contact : the contact with the facet, with t as the share of the segment's chord
     """
@@ -244,8 +244,8 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
     """Return the outcome of a rock with velocity v after `idle` segments without progress, or MOVING if it continues.
 
-    After STUCK segments without progress, a rock that moves slower than STILL has stopped. After WEDGED segments, a
-    rock has stopped if it is too slow to rise by smallest_bounce; otherwise its contact is unresolved.
+    After STUCK segments without progress, a rock that still moves, but not faster than STILL, has stopped. After WEDGED
+    segments, a rock has stopped if it is too slow to rise by smallest_bounce; otherwise its contact is unresolved.
     """
     speed2 = dot(v, v)
     if idle >= STUCK and 0.0 < speed2 <= STILL * STILL:
@@ -280,8 +280,9 @@ def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
     """Return the `PreviousContact` of a rock that has just slid off a facet: this facet, for the next contact search.
 
-    left : the facets of the segment; piece : the ground segment, which says which facet the rock has slid off. If the
-    segment is not longer than the tolerance (m), the result keeps `left.before`.
+    left : the facets of the segment; piece : the ground segment, which states the facet that the rock has slid off
+
+    If the segment is not longer than the tolerance (m), the result keeps `left.before`; otherwise `before` is -1.
     """
     facet = left.facet if piece.left_first else left.other
     return PreviousContact(

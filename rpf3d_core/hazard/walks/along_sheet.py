@@ -2,8 +2,8 @@
 
 This is faster than `buckets`, which works on any terrain. A track is a part of a path that is straight in plan. Each
 corner of a facet lies to the left or right of the track's line in plan; a corner on the line counts as left. So the
-line enters each facet through exactly one side and leaves it through exactly one other side. Neighbouring facets find
-the same crossing of their shared side, however thin the facets are.
+line enters each facet through exactly one side and leaves the facet through exactly one other side. Two neighbouring
+facets find equal bits for the crossing of their shared side, however thin the facets are.
 """
 
 from typing import Any, NamedTuple
@@ -28,10 +28,10 @@ NOWHERE = -1
 
 
 class FacetCrossing(NamedTuple):
-    """How the line of a track crosses facet number f: it leaves the facet through side k, the exit.
+    """How the line of a track crosses facet number f: the line leaves the facet through side k, the exit.
 
-    al, cl : position along and across the line (`over_facet.along_across`) of the exit's left corner, m^2/s
-    ar, cr : the same of the exit's right corner
+    al, cl : position of the exit's left corner along and across the line (`over_facet.along_across`), m^2/s
+    ar, cr : position of the exit's right corner along and across the line, m^2/s
     """
 
     f: int
@@ -47,7 +47,7 @@ NO_CROSSING = FacetCrossing(f=NOWHERE, k=0, al=0.0, cl=0.0, ar=0.0, cr=0.0)
 
 
 class Cursor(NamedTuple):
-    """The map cell below a track at a time.
+    """The map cell below a track at one time of the track.
 
     i, j : column and row of the cell; leave_i, leave_j : times (s) at which the track leaves this column and this row
     visit : index of the rock's visit to the cell, -1 for none

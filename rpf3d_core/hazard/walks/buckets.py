@@ -151,7 +151,7 @@ def _note_heights(
 ) -> None:
     """Record the rock's largest height above facet f in each map cell that its track crosses from `low` to `high` (s).
 
-    most : the largest of these heights (m); if the track crosses only one cell, this is the height in it
+    most : the largest of these heights (m), which is already known; it is recorded if the track crosses only one cell
     """
     raster, x, v = ground.raster, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * low, raster.x, raster.cell, raster.nx)

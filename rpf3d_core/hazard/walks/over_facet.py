@@ -58,7 +58,7 @@ def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
     """Return where a line crosses an edge: the position along the line, in the unit of `a` and `b`.
 
     a, across_a and b, across_b : positions of the two ends of the edge along and across the line
-    The result is the same if the two ends are exchanged, so neighbouring facets find the same crossing.
+    Exchanging the two ends does not change the result, so two neighbouring facets find equal bits for the crossing.
     """
     if across_a < across_b:
         a, across_a, b, across_b = b, across_b, a, across_a

@@ -46,9 +46,9 @@ class Track(NamedTuple):
         its speed at the start
     spin : a `TrackSpin`, linear along the track; None if rocks do not spin
 
-    A time along a track is exact for a flight. On a chord, it is the covered share of the chord's length times the
-    duration, as if the speed were constant. `time_at` and `speed2_at` convert such times to times since the release and
-    to speeds.
+    A time along a track is exact for a flight. On a chord, such a time is the covered share of the chord's length times
+    the duration, as if the speed were constant. `time_at` and `speed2_at` convert it to the time since the release and
+    to the squared speed.
     """
 
     arc: Arc

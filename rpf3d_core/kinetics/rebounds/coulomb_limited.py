@@ -133,7 +133,7 @@ def coulomb_limited_rest(
 def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
     """Return the sum `first` with further bounces added one by one, until a closed form can sum all that remain.
 
-    At most MOST_BOUNCES are added. It also ends when bounces are negligibly short (SPENT).
+    At most MOST_BOUNCES bounces are added. The function also ends when bounces are negligibly short (SPENT).
     """
     state = first
     for _ in range(MOST_BOUNCES):
@@ -182,7 +182,7 @@ def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Return True if from now on only R_t brakes the rock, at every further impact, so that its closed form is valid.
+    """Return True if from now on only R_t brakes the rock, at every further impact: the closed form of R_t is valid.
 
     This is so if the loss due to R_t is smaller than friction allows: x_k = |u_k + g_t T_k| / T_k must be at most
     c / (1 - R_t). The first x_k is at most |u| / T + |g_t|, and x_{k+1} <= (R_t / R_n) x_k + |g_t|. So x_k is at most

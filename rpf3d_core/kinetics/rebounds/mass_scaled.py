@@ -40,7 +40,7 @@ def mass_scaled_rest(
 ) -> Rest:
     """Return the sum of all remaining bounces, with R_n scaled by mass but not by speed.
 
-    The error is the same as in `velocity_scaled_rest`.
+    `velocity_scaled_rest` states the error that the missing scaling by speed causes.
     """
     R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

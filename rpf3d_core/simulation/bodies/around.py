@@ -103,7 +103,8 @@ def height_of(physics: Physics, locator: Any, motion: BodyMotion) -> float:
 def braked(effects: Any, motion: BodyMotion, height: float, t: float, rock: RockContext) -> BodyMotion:
     """Return the motion of a body after the air alone, without gravity, has acted on its centre for t seconds.
 
-    height : of the centre above the ground, as in `in_air` (m); t : inf if no effect acts in the air
+    height : of the centre above the ground, as in `in_air` (m); t : inf if no effect acts in the air, to return the
+        motion unchanged
     """
     if effects is None or t == math.inf:
         return motion

@@ -104,9 +104,9 @@ def contacts_of(
 
 @kernel
 def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> int:
-    """Return the index of the contact that approaches the ground fastest, if this is an impact; else -1.
+    """Return the index of the contact that approaches the ground fastest, if fast enough for an impact; else -1.
 
-    An impact is faster than SLOW plus the speed that gravity gives a contact at rest in a step.
+    An impact is faster than SLOW plus the speed that gravity adds in a step.
 
     count : number of contacts in `room.points`; h : length of the last step (s)
     """
@@ -275,8 +275,10 @@ def _error(body: Body, room: Room, moved: float) -> float:
 def _next_length(h: float, error: float) -> float:
     """Return the length (s) of the next step, from the length h (s) and the error (-) of this step.
 
-    It follows the fourth root of the error. The error of a step is of third order, so the fourth root is on the safe
-    side.
+    error : largest error of a gap over the largest allowed error, from `_error`
+
+    The length is divided by the fourth root of the error, within limits. The error of a step is of third order, so the
+    fourth root is on the safe side.
     """
     if error <= 0.0:
         return GROWTH * h

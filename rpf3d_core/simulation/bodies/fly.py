@@ -28,6 +28,7 @@ def follow_in_room(
     """Fly bodies `begin` to R - 1 and write their flights into the logbook.
 
     follow : the loop to call, `follow_each` or its plain Python form
+    launches : the R bodies at their release; begin : number of the first body to fly
 
     Returns the number of the first body whose path did not fit into the record; R if all paths fitted. If the facets
     near a body do not fit into the working memory, the body flies again with larger memory.

@@ -58,7 +58,7 @@ def _free_flight(
 ) -> Path:  # fmt: skip
     """Return the free flight that begins with the motion `start`, up to a contact or a cap.
 
-    It also ends where the facets nearby must be listed again, and at a time limit. longest : as in `Path` (s)
+    The flight also ends where the facets nearby must be listed again, and at a time limit. longest : as in `Path` (s)
     """
     facets, settings = physics.facets, physics.settings
     arc = Arc(x=start.x, v=start.v, gravity=settings.gravity)

@@ -62,8 +62,10 @@ def no_rest(motion: BodyMotion) -> Rest:
 def mean_speed(body: Body, begin: BodyMotion, end: BodyMotion) -> float:
     """Return the speed (m/s) of a body in a step, from its kinetic energy in the middle of the step.
 
-    begin, end : motion at both ends of the step. The energy is that of the mean velocity, plus the smaller energy of
-    rotation of both ends.
+    begin, end : motion at both ends of the step
+
+    The energy is the sum of two energies: the translational energy of the mean velocity, and the smaller of the two
+    rotational energies at the ends of the step.
     """
     v = (0.5 * (begin.v[0] + end.v[0]), 0.5 * (begin.v[1] + end.v[1]), 0.5 * (begin.v[2] + end.v[2]))
     return math.sqrt(dot(v, v) + 2.0 * min(rotational_energy(body, begin), rotational_energy(body, end)))

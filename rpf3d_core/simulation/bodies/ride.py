@@ -56,7 +56,9 @@ class Ride(NamedTuple):
 def after_flight(ride: Ride, motion: BodyMotion, moved: float, tally: RockTally, outcome: int, passed: int) -> Ride:
     """Return the state of a body in flight, after a flight or after a meeting with an obstacle.
 
-    A body faster than BRISK is no longer at rest. The other values replace those of the state `ride`.
+    ride : state before; motion, moved, tally, outcome, passed : values after, as in `Ride`
+
+    A body faster than BRISK is no longer at rest.
     """
     rest = ride.rest if norm(motion.v) <= BRISK else no_rest(motion)
     return Ride(
@@ -67,7 +69,10 @@ def after_flight(ride: Ride, motion: BodyMotion, moved: float, tally: RockTally,
 
 @kernel
 def in_contact(ride: Ride, motion: BodyMotion, count: int, tally: RockTally, passed: int) -> Ride:
-    """Return the state of a body that has `count` contacts with the ground after a flight or an impact; 0: it flies."""
+    """Return the state of a body after a flight or an impact, with `count` contacts with the ground; 0 if it flies.
+
+    ride : state before; motion, tally, passed : values after, as in `Ride`
+    """
     return Ride(
         motion=motion, centre=ride.centre, moved=ride.moved, contacts=count, h=FIRST_STEP, rest=ride.rest,
         tally=tally, outcome=MOVING, why=NOT_STOPPED, passed=passed, slip=ride.slip,

@@ -1,4 +1,4 @@
-"""Examine single facets near a body: the gap, a plane that separates body and facet, and for how long it does so.
+"""Examine single facets near a body: the gap, and a plane that separates body and facet for a known time.
 
 While the body stays on its side of such a plane, it does not touch the facet. This is true for every kind of contact:
 corners on facets, edges on edges, and corners of the terrain under faces of the body, on walls and overhangs, too. So
@@ -181,8 +181,9 @@ def clear_of(
 def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int) -> float:
     """Return a time (s) for which the sphere around the body stays clear of the separating plane of nearby facet k.
 
-    Clear means farther away than the skin; the result is 0 if it is not clear now. k : index of the facet in
-    `room.facets`; motion : the motion of the flight from which the time counts
+    Clear means farther away than the skin; the result is 0 if the sphere is not clear now.
+
+    k : index of the facet in `room.facets`; motion : the motion of the flight from which the time counts
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)

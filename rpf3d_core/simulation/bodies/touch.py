@@ -131,7 +131,7 @@ def _nearest(room: Room) -> int:
 
 @kernel
 def _facet_normal(facets: Facets, f: int, motion: BodyMotion, n: Vec) -> Vec:
-    """Return the unit normal (3,) of facet number f in the body's axes; its sign is that of the contact normal n."""
+    """Return the unit normal (3,) of facet number f in the body's axes, turned to the side of the contact normal n."""
     m = turned_back(motion.q, stored_normal(facets, f))
     return m if dot(m, n) >= 0.0 else scale(-1.0, m)
 
