@@ -146,7 +146,10 @@ def _parts(solid: Solid) -> int:
 
 
 def _volume_findings(share: float) -> Iterator[str]:
-    """Yield sentences on the volume of a solid, given as a share of the volume of its hull; negative if inside out."""
+    """Yield sentences on a solid that is inside out, not convex, or has overlapping facets.
+
+    share : volume of the solid over the volume of its hull (-); negative if the solid is inside out
+    """
     if share < 0.0:
         yield "the solid is inside out: its facets are clockwise as seen from outside; the hull is not affected"
     if abs(share) < 1.0 - AS_CONVEX:
