@@ -125,7 +125,10 @@ def _in_line(brow: FloatArray) -> FloatArray:
 
 
 def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
-    """Yield the crest through the points (N, 3) m on ground, unless it is too short; height : (N,) m of the face."""
+    """Yield the crest through the points (N, 3) m that are on ground; nothing if the crest is too short.
+
+    points : NaN as z where there is no ground; height : (N,) m, height of the face below each point
+    """
     on_ground = np.isfinite(points[:, 2])
     points, height = points[on_ground], height[on_ground]
     if len(points) < 2:

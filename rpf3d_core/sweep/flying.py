@@ -35,7 +35,7 @@ class CellRecord(NamedTuple):
 
     digest : of scene and files; versions : of the packages that affect a result; rocks : number of rocks that flew
     sets : number of parameter sets that flew, None without unknowns
-    warnings : warnings of `rpf3d run`; surer : sentences on why the answer looks surer than it is
+    warnings : warnings of `rpf3d run`; surer : reasons why the results look more certain than they are
     """
 
     digest: str

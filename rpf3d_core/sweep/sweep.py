@@ -16,7 +16,7 @@ from rpf3d_core.sweep.varied import Varied
 
 
 class Sweep(NamedTuple):
-    """A sweep that has flown: its keys with their values, its cells, and the record of each cell."""
+    """The result of a sweep: its keys with their values, its cells, and the record of each cell in the same order."""
 
     varied: tuple[Varied, ...]
     cells: tuple[Cell, ...]

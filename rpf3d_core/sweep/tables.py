@@ -100,7 +100,7 @@ def have_unknowns(cells: Sequence[Cell]) -> bool:
 
 
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return what a reader of the tables must know: what the intervals cover, and common random numbers."""
+    """Return notes for the reader: what the intervals cover, and whether all cells share their random numbers."""
     notes = [f"reached: of all rocks; retained: of those that came; in brackets {_on_brackets(cells, records)}"]
     return [*notes, COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else notes
 
