@@ -82,9 +82,9 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for each edge of a prism at which the neighbouring prism includes the vertical facets.
+    """Return (T, 3) true for each edge of a prism if vertical facets on this edge belong to the neighbouring prism.
 
-    So a vertical facet exactly on the edge between two prisms is included once.
+    A vertical facet exactly on the edge between two prisms is therefore included once.
 
     prisms : (T, 3, 2) m, counter-clockwise triangles in plan
     """

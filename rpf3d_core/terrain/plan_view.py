@@ -18,7 +18,7 @@ EDGE = 1e-9
 
 
 class Window(NamedTuple):
-    """A rectangle in plan that an image shows, local frame, m."""
+    """A rectangle in plan that an image shows. left, right : x (m); bottom, top : y (m); both in the local frame."""
 
     left: float
     right: float
@@ -38,9 +38,10 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanView:
-    """The terrain seen from above: the number of the facet (H, W) that each pixel shows, -1 for no facet.
+    """The terrain seen from above, as an image of facet numbers.
 
-    Row 0 is the bottom of the window.
+    facet : (H, W) number of the uppermost facet at the centre of each pixel, -1 for no facet; row 0 is the bottom row
+    window : the rectangle in plan that the image shows
     """
 
     facet: IntArray

@@ -178,7 +178,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
 
 
 def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
-    """Return (W, N) true for points of inner bench rows that do not fit on a tapered berm, and are omitted."""
+    """Return (W, N) true for points of inner bench rows that are omitted, because a tapered berm is too narrow."""
     bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
     edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
     steps_up = rows.face[:, None] - crossing.face
