@@ -93,7 +93,7 @@ def _stretches(line: FloatArray) -> list[FloatArray]:
 
 
 def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
-    """Yield the crests along a line (N, 2) m, moved to the brow; points without a face in front of them are left out.
+    """Yield the crests along a line (N, 2) m, moved to the brow; points with no face in front of them are left out.
 
     A stretch of such points that is longer than JOINED cuts the crest in two.
     """

@@ -104,5 +104,5 @@ def _below(places: Iterable[Steps], sections: Sequence[Steps]) -> list[Steps]:
 
 
 def _sections(scene: Scene, key: str) -> list[Steps]:
-    """Return the places that a key changes; an entry of the library changes its whole material."""
+    """Return the places in a scene that a key changes; the key `library` of a material changes the whole material."""
     return [steps[:-1] if steps[-1] == LIBRARY else steps for steps in steps_to(scene, key)]

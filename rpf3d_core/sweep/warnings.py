@@ -52,7 +52,7 @@ def _with_number(alike: Sequence[tuple[Cell, str]], of: int) -> str:
 
 
 def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return a sentence that names cells with too few parameter sets for predictive intervals, if any."""
+    """Return a sentence that names cells with too few parameter sets for predictive intervals; [] if there are none."""
     few = [
         f"{cell.describe()} ({record.sets})"
         for cell, record in zip(cells, records, strict=True)

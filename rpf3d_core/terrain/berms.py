@@ -127,7 +127,9 @@ def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon
 
 
 def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polygon, Polygon]:
-    """Cut a convex polygon along a line in plan; return the part to the left of the line and the part to the right.
+    """Cut a convex polygon along a line in plan; return the part to the left of the line, and the part to the right.
+
+    begin, end : (2,) m, two points of the line, which give its direction
 
     If the line does not cut the polygon, one part is the whole polygon and the other part is empty. The point where the
     line cuts an edge does not depend on the direction of the edge, so both facets at the edge get the same point.

@@ -1,7 +1,7 @@
 """Cut facets exactly along an outline in plan, for areas of interest: vertical planes clip each facet in space.
 
-Clipping in space, not in plan, works for vertical and overhanging faces alike (Sutherland and Hodgman 1974,
-Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
+Clipping in space, not in plan, works for vertical and overhanging faces alike. Facets are clipped against one convex
+prism at a time (Sutherland and Hodgman 1974, Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802).
 """
 
 from typing import NamedTuple
@@ -142,6 +142,7 @@ def _cut(
     """Return convex polygons (N, 9, 3) without their parts to the right of a line in plan, and the corner counts (N,).
 
     points : (N, 9, 3) m, corners of the polygons; count : (N,) number of corners of each polygon
+    begin, end : (2,) m, two points of the line, which give its direction
     """
     off = _off(points, begin, end)
     kept, corners, every = np.zeros_like(points), np.zeros_like(count), np.arange(len(points))

@@ -65,7 +65,12 @@ def _area(p: FloatArray, q: FloatArray, r: FloatArray) -> FloatArray:
 
 
 def _in_circle(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> NDArray[np.bool_]:
-    """Return (N,) true where d lies inside the circle through a, b, c: the other diagonal then gives better shapes."""
+    """Return (N,) true where d lies inside the circle through a, b, c.
+
+    Then the diagonal from b to d cuts the quadrilateral a b c d into better triangles than the diagonal from a to c.
+
+    a, b, c, d : (N, 2) m, counter-clockwise
+    """
     (ax, ay), (bx, by), (cx, cy) = ((p - d).T for p in (a, b, c))
     aa, bb, cc = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
     return np.asarray(ax * (by * cc - bb * cy) - ay * (bx * cc - bb * cx) + aa * (bx * cy - by * cx) > 0.0)

@@ -93,7 +93,10 @@ def _sorted_along(along: FloatArray) -> tuple[Index, float]:
 
 @loop
 def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
-    """Write the distance of each point along OBLIQUE from the lowest point, as a number of whole steps."""
+    """Write into `steps` (N,) how many whole steps along OBLIQUE each point is from the first point in this direction.
+
+    along : (N,) m, distances along OBLIQUE; low : the smallest distance, m; per_metre : number of steps in a metre
+    """
     for p in range(len(along)):
         steps[p] = np.int64((along[p] - low) * per_metre)
 
