@@ -58,8 +58,8 @@ def fly_cells(
     Raises
     ------
     InputError
-        The run of a cell is refused, or its worker was killed; the message has the values of the cell. Cells that have
-        not begun are cancelled.
+        The run of a cell is refused; the message has the values of the cell. Or a worker was killed; the message has
+        the values of a cell that has not flown. Cells that have not begun are cancelled.
     """
     records = {cell.digest: record_of(cell, folder) for cell in cells}
     missing = [cell for cell in cells if records[cell.digest] is None]

@@ -55,7 +55,7 @@ def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[l
 
 
 def places_that_hold(records: Sequence[CellRecord]) -> list[Place]:
-    """Return the zones in which rocks stopped in any cell, then all areas, then all barriers."""
+    """Return the places in the tables: zones where rocks stopped in any cell, then all areas and all barriers."""
     found = dict[Place, None]()
     for record in records:
         for figure in record.figures:

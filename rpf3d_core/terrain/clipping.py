@@ -120,7 +120,7 @@ def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _counter_clockwise(prisms: FloatArray) -> FloatArray:
-    """Return triangles (T, 3, 2) in plan with their corners counter-clockwise: the interior is left of each edge."""
+    """Return the triangles `prisms` (T, 3, 2) with corners counter-clockwise: their interior is left of each edge."""
     u, w = prisms[:, 1] - prisms[:, 0], prisms[:, 2] - prisms[:, 0]
     return np.where((u[:, 0] * w[:, 1] < u[:, 1] * w[:, 0])[:, None, None], prisms[:, ::-1], prisms)
 

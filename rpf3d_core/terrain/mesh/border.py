@@ -124,6 +124,7 @@ def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
 
     Return the number of these sides.
 
+    balance : (V,) from `_weigh_sides`
     sides : (N, 3), receives begin, end and third corner of the first N such sides; with N = 0, sides are only counted
     """
     count = 0
