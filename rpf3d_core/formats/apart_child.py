@@ -22,7 +22,11 @@ SECONDS, SECONDS_PER_MEGABYTE = 60, 2
 
 
 def main(reader: str, path: Path, result: Path, *options: str) -> int:
-    """Read a file, save its arrays for the calling process, and return the exit code."""
+    """Read a file, save its arrays for the calling process, and return the exit code: 0, or 2 if the file is refused.
+
+    reader : module and function, as in `apart.read_apart`; result : path of the .npz file with the arrays
+    options : further arguments of the reader
+    """
     size = path.stat().st_size
     _limit(MEMORY + MEMORY_PER_BYTE * size, SECONDS + SECONDS_PER_MEGABYTE * size // 10**6)
     try:

@@ -124,7 +124,10 @@ def _binary_tables(
 
 
 def _binary_polygons(data: bytes, begin: int, order: str, face: Element) -> list[list[int]]:
-    """Return the corners of each face of a binary file, for faces with different numbers of corners."""
+    """Return the corners of each face of a binary file, for faces with different numbers of corners.
+
+    begin : offset (bytes) of the face table in `data`; order : byte order, "<" or ">"; face : the face table
+    """
     _, count_kind, kind = face.columns[0]
     count_type, corner_type = np.dtype(order + count_kind), np.dtype(order + kind)
     tail = sum(np.dtype(column[1]).itemsize for column in face.columns[1:])

@@ -154,7 +154,7 @@ def _csv_rows(path: Path, text: str, separator: str) -> Iterator[Row]:
 
 
 def _plan_axes(up: Up) -> str:
-    """Return the two axes of the horizontal plane: x and y, or x and z if y is up."""
+    """Return the names of the two horizontal axes: "xy", or "xz" if y is up."""
     return "xy" if up == "z" else "xz"
 
 

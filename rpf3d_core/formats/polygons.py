@@ -58,7 +58,7 @@ def plan_triangles(polygons: MultiPolygon) -> NDArray[np.float64]:
 
 
 def local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
-    """Return plan coordinates (..., 2) m of the local frame, from those of the input (x y, or x z if y is up)."""
+    """Convert plan coordinates (..., 2) m from the input (x and y, or x and z if y is up) to the local frame."""
     level = np.zeros(plan.shape[:-1])
     columns = (plan[..., 0], plan[..., 1], level) if frame.up == "z" else (plan[..., 0], level, plan[..., 1])
     return frame.points_to_local(np.stack(columns, axis=-1))[..., :2]

@@ -17,8 +17,9 @@ from rpf3d_core.terrain.frame import FloatArray
 def transformed(path: Path, geometries: Sequence[Any], begin: str, end: str) -> list[Any]:
     """Return shapely geometries of a file in another coordinate reference system; heights do not change.
 
-    begin, end : names of the old and the new reference system, such as EPSG:4326
     Coordinates have longitude or easting first in both systems, whatever the axis order of the system is.
+
+    begin, end : names of the old and the new reference system, such as EPSG:4326
 
     Raises
     ------
@@ -40,7 +41,8 @@ def feature_collection(
     """Return the content of a GeoJSON file with geometries in the form of GeoJSON, transformed if `end` is given.
 
     path : file of the geometries, for messages
-    begin : name of the reference system of `geometries`, None if unknown; end : of the result, None for no change
+    begin : name of the reference system of `geometries`; None if unknown
+    end : name of the reference system of the result; None to leave the coordinates unchanged
 
     Raises
     ------

@@ -27,8 +27,8 @@ class Tree(NamedTuple):
     """One tree of a tree file: its position, diameter, height and kind, for the forest effect.
 
     line : line in the file, from 1; east, north : plan coordinates of the input (m)
-    dbh : diameter at breast height (cm); height : m; foot : altitude of the ground (m)
-    height and foot are None if the file does not have them.
+    dbh : diameter at breast height (cm); kind : one of KINDS
+    height : m; foot : altitude of the ground (m); both None if the file does not state them
     """
 
     line: int

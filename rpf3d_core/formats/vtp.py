@@ -164,7 +164,7 @@ def _blocks(values: NDArray[Any]) -> Iterator[bytes]:
 
 
 def _scattered_blocks(some: Scattered) -> Iterator[bytes]:
-    """Yield the compressed blocks of a scattered array; a block without other numbers is compressed only once."""
+    """Yield the compressed blocks of a scattered array; a block with only equal numbers is compressed once for all."""
     step = BLOCK // some.values.itemsize
     same = np.full(step, some.elsewhere, dtype=some.values.dtype)
     whole = _compressed(same)

@@ -22,7 +22,7 @@ BINS = (4096, 1024, 512, 200, 150, 100, 75, 50, 40, 30, 25, 20, *range(16, 0, -1
 
 
 class Classes(NamedTuple):
-    """The classes of grid cells: each becomes a zone, and all its cells have the same K numbers, one from each grid.
+    """The classes of grid cells: a class becomes a zone, and all its cells get the same K numbers, one for each grid.
 
     number : (H, W) int32, class of each cell, counted from 1; 0 for a cell without facets
     values : (C, K) numbers of each class, in the units of the grids

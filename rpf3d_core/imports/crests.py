@@ -93,7 +93,7 @@ def _stretches(line: FloatArray) -> list[FloatArray]:
 
 
 def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
-    """Yield the crests along a line (N, 2) m, moved to the brow; points without a face in front of them are left out.
+    """Yield the crests along a line (N, 2) m, moved to the brow; points with no face in front of them are left out.
 
     A stretch of such points that is longer than JOINED cuts the crest in two.
     """
@@ -125,7 +125,10 @@ def _in_line(brow: FloatArray) -> FloatArray:
 
 
 def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
-    """Yield the crest through the points (N, 3) m on ground, unless it is too short; height : (N,) m of the face."""
+    """Yield the crest through the points (N, 3) m that are on ground; nothing if the crest is too short.
+
+    points : NaN as z where there is no ground; height : (N,) m, height of the face below each point
+    """
     on_ground = np.isfinite(points[:, 2])
     points, height = points[on_ground], height[on_ground]
     if len(points) < 2:

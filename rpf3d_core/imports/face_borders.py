@@ -102,10 +102,10 @@ def _upper(grid: _Grid, downhill: FloatArray, contour: FloatArray) -> Iterator[F
 
 
 def _without_gaps(falls: NDArray[np.bool_], lengths: FloatArray, closed: bool) -> tuple[NDArray[np.bool_], int]:
-    """Return which segments of a border belong to its upper part, with gaps up to JOINED filled, and a start.
+    """Return (S,) True for each segment in the upper part of a border, gaps up to JOINED (m) filled, and a start index.
 
-    The start is the index of the segment with which the returned flags begin: of a closed border, the first segment of
-    its longest gap; else 0.
+    The returned flags begin with the segment at the start index. This is the first segment of the longest gap if the
+    border is closed, else 0.
 
     falls : (S,) True if the face falls away from a segment; lengths : (S,) m; closed : True if the border is closed
     """
@@ -158,7 +158,10 @@ def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[
 
 
 def _continues(part: FloatArray, other: FloatArray) -> bool:
-    """True if another part, and the gap before it, continue in about the same direction as a part."""
+    """True if the part `other`, and the gap before it, run in about the direction in which `part` ends.
+
+    part, other : (N, 2) m, parts of borders
+    """
     leaving, entering = _heading(part[::-1]) * -1.0, _heading(other)
     gap = other[0] - part[-1]
     across = abs(float(leaving[0] * gap[1] - leaving[1] * gap[0]))

@@ -125,7 +125,11 @@ def _refuse_unusable_cells(path: Path, heights: FloatArray, transform: Affine) -
 def _refuse_other_cells(
     path: Path, numbers: FloatArray, its: Affine, dem: Path, heights: FloatArray, transform: Affine
 ) -> None:
-    """Refuse a grid whose cells differ from the cells of the elevation grid."""
+    """Refuse a grid whose cells differ from the cells of the elevation grid.
+
+    numbers, its : numbers (H, W) and transform of the grid
+    heights, transform : numbers (H, W) and transform of the elevation grid, which is in the file `dem`
+    """
     cell, corner = transform.a, (transform.c, transform.f)
     if not np.allclose((its.a, -its.e), cell, rtol=SAME_CORNER / max(heights.shape), atol=0.0):
         raise InputError(f"{path}: its cells are {its.a:g} m, but those of {dem.name} {cell:g} m; resample it")

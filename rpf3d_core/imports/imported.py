@@ -92,9 +92,9 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
-    """Return a sentence that warns that cells with different numbers are in one class; [] if no class has such cells.
+    """Return a warning if bins put cells with different numbers into one class; [] if each class has equal cells.
 
-    The sentence states the number of classes and the largest change of a number.
+    The warning states the number of classes and the largest change of a number.
 
     what : (K,) name and unit of each number of a class
     """
@@ -108,7 +108,7 @@ def binning(classes: Classes, what: Sequence[str]) -> list[str]:
 
 
 def shifted_maps(grids: Grids) -> list[str]:
-    """Return a sentence that warns that the cells of hazard maps do not lie on the cells of the grids; [] if they do.
+    """Return a warning if the cells of hazard maps do not coincide with the cells of the grids; [] if they coincide.
 
     The cells of hazard maps begin at whole multiples of the cell size.
     """

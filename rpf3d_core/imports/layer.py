@@ -26,7 +26,8 @@ def import_layer(
     """Write the geometries of one kind in a file as GeoJSON, and return their number.
 
     layer : name of the layer, "" for the only layer with this kind of geometries
-    begin : reference system of the file, None for the one that the file states; end : of the result, None for no change
+    begin : name of the reference system of the file; None for the reference system that the file states
+    end : name of the reference system of the result; None to leave the coordinates unchanged
 
     Raises
     ------

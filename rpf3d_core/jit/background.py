@@ -59,7 +59,7 @@ class BackgroundCompiler:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
-        """Request calls of functions in the background process, so that the loops that they call are compiled.
+        """Request calls of functions in the background process, to compile all loops inside these functions.
 
         The caller must call `wait` before it calls these loops.
         """
@@ -99,7 +99,7 @@ class BackgroundCompiler:
         process.wait()
 
     def _order(self, work: list[Work]) -> None:
-        """Send requests to the background process."""
+        """Send requests to the background process; work : one `Work` for each loop or function."""
         if self._process is None or self._process.stdin is None:
             return
         self._awaited += [f"{module}.{name}" for module, name, _ in work]
@@ -108,7 +108,10 @@ class BackgroundCompiler:
             self._process.stdin.flush()
 
     def _note(self, answer: str) -> None:
-        """Record that the background process has finished a loop or function, or has ended."""
+        """Record that the background process has finished a loop or function, or has ended.
+
+        answer : line that the background process printed, with the name of the loop or function; or ENDED
+        """
         if answer == ENDED:
             self.end()
         elif answer.strip() in self._awaited:
@@ -169,6 +172,8 @@ def main(modules: Sequence[str]) -> None:
     """Compile what the main process requests on standard input, and print the name of each finished loop or function.
 
     The process ends as soon as standard input closes, because the main process has then ended.
+
+    modules : names of the modules to import before the first request
     """
     collect_less_often()  # the compiler makes millions of objects
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
@@ -193,7 +198,11 @@ def _take(orders: "queue.SimpleQueue[bytes]") -> None:
 
 
 def _work(digests: Sequence[str], work: Sequence[Work]) -> Iterator[str]:
-    """Compile loops and call functions as requested; yield the name of each one when it is finished."""
+    """Compile loops and call functions as requested; yield the name of each loop or function when it is finished.
+
+    digests : all digests of the user's code that the main process gave to `compile_apart`
+    work : one request for each loop or function
+    """
     for digest in digests:
         compile_apart(digest)
     for module, name, types in work:

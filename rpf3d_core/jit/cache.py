@@ -55,8 +55,8 @@ def compile_apart(digest: str) -> None:
 def save_in_turn(loop: Any) -> None:
     """Make processes store the compiled code of a loop one after another, with a lock file next to numba's index.
 
-    numba takes no lock. If two processes stored code for different argument types at the same time, both could choose
-    the same file, and later calls with one type would run the code compiled for the other.
+    numba takes no lock. Two processes that store code for different argument types at the same time could choose the
+    same file. Later calls with one type would then run the code compiled for the other type.
     """
     files = getattr(getattr(loop, "_cache", None), "_cache_file", None)
     if files is None or fcntl is None:

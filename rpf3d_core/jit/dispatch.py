@@ -159,6 +159,8 @@ def _class_of(kind: Any) -> type:
 
     Only NamedTuples and None have such a class. For another type the result is the class of the numba type, which has
     no rule of its own.
+
+    kind : numba type of the first argument of the model function
     """
     if isinstance(kind, types.NoneType):
         return type(None)

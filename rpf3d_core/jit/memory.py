@@ -21,19 +21,25 @@ SPARE = 8
 
 
 def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:
-    """Return a new array (N,): the `Memory` that reuses nothing."""
+    """Return a new array (N,), N = `length`, with undefined content; `name` is not used.
+
+    This is the `Memory` for callers that reuse no memory.
+    """
     return np.empty(length, dtype)
 
 
 def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Call the functions on this thread, in order, and return their results: the `Share` without threads."""
+    """Call functions one after another, and return their results in this order.
+
+    This is the `Share` for callers that use no threads.
+    """
     return [piece() for piece in work]
 
 
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
-    """Return an array (N,) if it has at least `length` elements, else a longer copy with some spare elements.
+    """Return the given array (N,) if it has at least `length` elements, else a longer copy with spare elements.
 
-    rest : value of the additional elements
+    rest : value of the elements after the copied elements
     """
     if len(array) >= length:
         return array
@@ -50,16 +56,19 @@ class Kept:
         self._arrays: dict[str, NDArray[Any]] = {}
 
     def __call__(self, name: str, length: int, dtype: Any) -> NDArray[Any]:
-        """Return the first `length` elements of the array with this name; a new array if it is too short."""
+        """Return the first `length` elements (N,) of the array `name`, with undefined content.
+
+        A missing array is allocated; an array that is too short is replaced.
+        """
         if name not in self._arrays or len(self._arrays[name]) < length:
             self._arrays.pop(name, None)  # frees the old array before the new one is allocated
             self._arrays[name] = np.empty(length + length // SPARE, dtype)
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """Return the first `length` elements (N,) of the array with this name, content included.
+        """Return the first `length` elements (N,) of the array `name`, which must exist; its content is kept.
 
-        If the array is too short, a longer copy replaces it.
+        If the array is too short, a longer copy replaces the array; the additional elements are undefined.
         """
         array = self._arrays[name]
         if len(array) < length:
@@ -80,7 +89,10 @@ class Threads:
         self._pool = ThreadPoolExecutor(count, thread_name_prefix="ground")
 
     def __call__(self, work: Sequence[Callable[[], Any]]) -> list[Any]:
-        """Call the functions on the threads and return their results; raise the first error after all have ended."""
+        """Call the functions on the threads, wait for all of them, and return their results in the order of `work`.
+
+        If functions failed, raise the error of the first failed function in the order of `work`.
+        """
         tasks = [self._pool.submit(piece) for piece in work]
         errors = [task.exception() for task in tasks]
         for error in errors:

@@ -28,7 +28,11 @@ class DrawnBodySurface(NamedTuple):
 
 
 class DrawnBodyMaterials(NamedTuple):
-    """The ground of all Z zones for rocks with a shape, in the same arrays as in `draws.DrawnMaterials`."""
+    """The ground of all Z zones for rocks with a shape, with distributions, as arrays that compiled code can read.
+
+    kind : (Z, 4) kind of the distribution of each coefficient, in the order of `draws.COEFFICIENTS`
+    numbers : (Z, 4, 6) the other fields of `Distribution`; stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
+    """
 
     kind: Any
     numbers: Any
@@ -50,7 +54,7 @@ def bodies_as_drawn(surfaces: list[DrawnBodySurface]) -> DrawnBodyMaterials:
 
 @surface_of.rule(DrawnBodyMaterials)
 def drawn_body_surface(materials: DrawnBodyMaterials, zone: int, rock: RockContext) -> Surface:
-    """Return the ground properties of a zone for a rock, drawn once per rock or after each of its impacts."""
+    """Return the ground properties of a zone for a rock, drawn once per rock or for the rock's next impact."""
     number = rock.impacts + 1 if materials.per_impact[zone] else 0
     return Surface(
         R_n=coefficient(materials, zone, rock, number, 0),

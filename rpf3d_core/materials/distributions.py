@@ -34,8 +34,8 @@ class Distribution(NamedTuple):
 
     kind : FIXED ... TRIANGULAR; low, high : bounds, in the unit of the drawn number
     location, scale : FIXED: the number, 0; UNIFORM: low, high - low; NORMAL: mean, standard deviation before
-        truncation; LOGNORMAL: the same two of the logarithm; POWER_LAW: 0, -1/exponent; WEIBULL: 1/shape, scale;
-        TRIANGULAR: mode, high - low
+        truncation; LOGNORMAL: mean, standard deviation of the logarithm before truncation; POWER_LAW: 0, -1/exponent;
+        WEIBULL: 1/shape, scale; TRIANGULAR: mode, high - low
     first, span : probability below `low` and probability between the bounds, both before truncation; for POWER_LAW: 0,
         1 - (low/high)^exponent; for TRIANGULAR: 0, probability below the mode; for FIXED: 0, 0
     """
@@ -122,7 +122,10 @@ def triangular_between(low: float, mode: float, high: float) -> Distribution:
 
 @kernel
 def quantile(d: Distribution, u: float) -> float:
-    """Return the random number that belongs to a uniform number u in [0, 1): a draw is below it with probability u."""
+    """Return the number below which a draw from a distribution lies with probability u, 0 <= u < 1.
+
+    If u is a uniform random number, the result is a draw from the distribution.
+    """
     if d.kind == FIXED:
         return d.location
     if d.kind == UNIFORM:

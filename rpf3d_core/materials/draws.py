@@ -66,9 +66,10 @@ class DrawnSurface(NamedTuple):
 
 
 class DrawnMaterials(NamedTuple):
-    """The ground of all Z zones with distributions, as arrays that compiled code can read (`DrawnSurface`).
+    """The ground of all Z zones with distributions, as arrays that compiled code can read.
 
-    kind : (Z, 4) kind of the distribution of each coefficient; numbers : (Z, 4, 6) the other fields of `Distribution`
+    kind : (Z, 4) kind of the distribution of each coefficient, in the order of COEFFICIENTS
+    numbers : (Z, 4, 6) the other fields of `Distribution`
     stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
     """
 
@@ -121,8 +122,8 @@ def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Su
 def coefficient(materials: Any, zone: int, rock: RockContext, number: int, k: int) -> float:
     """Return one coefficient of a zone for a rock: the fixed value, or a drawn value.
 
-    materials : `DrawnMaterials`, or another record with the same arrays
-    number : of the impact, or 0 for one draw per rock; k : index into COEFFICIENTS
+    materials : `DrawnMaterials` or `DrawnBodyMaterials`
+    number : number of the impact, from 1; 0 for one draw per rock; k : index into COEFFICIENTS
     """
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:

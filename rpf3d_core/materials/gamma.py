@@ -46,7 +46,7 @@ def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float
 def _normal(seed: int, purpose: Purpose, number: NDArray[np.int64], source: int) -> NDArray[np.float64]:
     """Return standard normal random numbers (N,), each from two uniform numbers (Box and Muller 1958).
 
-    number : (N,) number of each result; source : number of the first of two streams, `source` and `source` + 1
+    number : (N,) number of each result; source : first of the two streams of uniform numbers, `source` and `source` + 1
     """
     radius = np.sqrt(-2.0 * np.log1p(-uniform(seed, source, number, purpose)))
     return np.asarray(radius * np.cos(2.0 * np.pi * uniform(seed, source + 1, number, purpose)))

@@ -10,7 +10,7 @@ from rpf3d_core.values import Rock
 
 
 class RockKey(NamedTuple):
-    """The key of a rock's random numbers: seed of the scene, source of the rock, and its number in the source."""
+    """The key of a rock's random numbers: seed of the scene, number of the source, number of the rock in its source."""
 
     seed: int
     source: int

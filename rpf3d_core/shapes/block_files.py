@@ -46,8 +46,8 @@ def read_block(path: Path, corners: int) -> tuple[Polyhedron, tuple[str, ...]]:
     """Return the shape of a rock, a convex hull with at most `corners` corners, from a mesh file, and the findings.
 
     The corners are the outermost points of the mesh in `corners` directions, those of a Fibonacci sphere. The axes of
-    the file do not matter. For the four blocks of the Authume quarry, the hull has 89 to 91 % of the volume of the hull
-    of all points with 40 directions, 96 % with 100, and 97 to 99 % with 200.
+    the file do not matter. The volume of this hull is below the volume of the hull of all points. For the four blocks
+    of the Authume quarry, the ratio is 89 to 91 % with 40 directions, 96 % with 100, and 97 to 99 % with 200.
 
     The findings are sentences, without the name of the file. There are no findings if the mesh is a closed, convex
     solid, and if the hull has `corners` corners and the volume of the mesh.
@@ -146,7 +146,10 @@ def _parts(solid: Solid) -> int:
 
 
 def _volume_findings(share: float) -> Iterator[str]:
-    """Yield sentences on the volume of a solid, given as a share of the volume of its hull; negative if inside out."""
+    """Yield sentences on a solid that is inside out, not convex, or has overlapping facets.
+
+    share : volume of the solid over the volume of its hull (-); negative if the solid is inside out
+    """
     if share < 0.0:
         yield "the solid is inside out: its facets are clockwise as seen from outside; the hull is not affected"
     if abs(share) < 1.0 - AS_CONVEX:

@@ -139,9 +139,11 @@ def _extent(points: FloatArray) -> float:
 
 
 def _hull_triangles(points: FloatArray) -> tuple[Triangles, Triangles, FloatArray]:
-    """Return the triangles of the hull of points, anticlockwise from outside, their neighbours and unit normals.
+    """Return the triangles of the hull of points (P, 3) m, with their neighbours and their outward unit normals.
 
-    triangles : (T, 3) point numbers; neighbours : (T, 3) triangle numbers; normals : (T, 3)
+    Triangles are sorted by area, the largest first, and their corners run anticlockwise as seen from outside.
+
+    Results: triangles (T, 3) as point numbers, neighbours (T, 3) as triangle numbers, normals (T, 3).
     """
     from scipy.spatial import ConvexHull
 
@@ -164,10 +166,11 @@ def _hull_triangles(points: FloatArray) -> tuple[Triangles, Triangles, FloatArra
 def _wrong_way(triangles: list[list[int]], neighbours: list[list[int]], first: int, wrong: bool) -> NDArray[np.bool_]:
     """Return (T,) true for each triangle that is clockwise as seen from outside.
 
-    Narrow triangles have no reliable normal, so the direction is passed from neighbour to neighbour, beginning with one
-    triangle whose direction is known.
+    Narrow triangles have no reliable normal. The direction is therefore passed from neighbour to neighbour, beginning
+    with the triangle `first`, which has a known direction.
 
-    first : number of this triangle; wrong : true if it is clockwise
+    triangles : T times three point numbers; neighbours : T times the numbers of three neighbouring triangles
+    first : number of a triangle with a known direction; wrong : true if the triangle `first` is clockwise
     """
     found = {first: wrong}
     waiting = [first]
@@ -190,7 +193,7 @@ def _sides(polygon: Sequence[int]) -> set[tuple[int, int]]:
 def _faces(points: FloatArray, triangles: Triangles, neighbours: Triangles, normals: FloatArray) -> list[Face]:
     """Return the faces of a hull: polygons of point numbers, made of neighbouring triangles in one plane.
 
-    The corners that lie on an edge between two faces are left out.
+    A point on an edge between two faces is left out, unless a third face has a corner there.
     """
     polygons = list[Face]()
     corners: list[Face] = [tuple(triangle) for triangle in triangles.tolist()]

@@ -46,6 +46,9 @@ def _rotate(a: list[list[float]], axes: list[list[float]], p: int, q: int, r: in
     """Rotate the axes p and q of a symmetric tensor `a`, in place, so that its component (p, q) becomes 0.
 
     The smaller of the two possible angles is taken (Golub & Van Loan 2013, section 8.5.2).
+
+    a : (3, 3); axes : (3, 3) unit vectors, one in each row, turned in the same way
+    p, q, r : 0, 1 and 2 in any order; r is the axis that does not move
     """
     ratio = 0.5 * (a[q][q] - a[p][p]) / a[p][q]
     t = math.copysign(1.0, ratio) / (abs(ratio) + math.sqrt(ratio * ratio + 1.0))

@@ -73,7 +73,7 @@ def shape_table(polyhedra: Sequence[Polyhedron], weights: Sequence[float]) -> Sh
 
 
 def _starts(counts: Iterable[int]) -> NDArray[np.int64]:
-    """Return the number (K + 1,) of the first element of each of K consecutive parts, and the total as the last.
+    """Return the index (K + 1,) at which each of K consecutive parts begins; the last index is the total length.
 
     counts : number of elements of each part
     """

@@ -48,9 +48,10 @@ def value_text(value: Any) -> str:
 def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> list[Cell]:
     """Return the cells of a sweep: the full grid of all values; the value of the last key changes fastest.
 
-    The scene of a cell is that of a scene file with the values of the cell.
+    The scene of a cell is the scene that results if the user writes the values of the cell into the scene file.
 
-    scene : as its file states it; rocks : the caller's choice for each cell, as in `with_choices`
+    scene : scene of the file, without choices of the caller; varied : keys with their values
+    rocks : number of rocks of each cell, or "auto"; None for the setting of the scene
 
     Raises
     ------

@@ -84,7 +84,13 @@ def _of_benches(run: Run) -> Iterator[Figure]:
 
 
 def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
-    """Yield, for each barrier, the share of rocks that came, the caught share of these, p95 energy and p95 height."""
+    """Yield the figures of each barrier: share of rocks that reached the barrier, caught share, p95 energy, p95 height.
+
+    The caught share is a share of the rocks that reached the barrier. Energy (J), and height (m) above the ground, are
+    those of a rock when it first reaches the barrier.
+
+    rocks : number of all rocks of the run
+    """
     for name, facts in barriers_section(maps).items():
         shares = ((REACHED, facts.get("reached", share_of(facts["came"], rocks))), (RETAINED, facts["caught"]))
         for result, share in shares:

@@ -83,7 +83,10 @@ def _marked(panel: Panel) -> Panel:
 
 
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
-    """Return the panel of a place: the share retained, or the share that reached it if the place retains nearly all."""
+    """Return the panel of a place with the share of rocks that the place retained.
+
+    If this share is at least NEARLY_ALL in all cells, the panel shows the share of rocks that reached the place.
+    """
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
     result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED
     name = place_name(place)
@@ -129,7 +132,11 @@ def _short(keys: Sequence[str]) -> Sequence[str]:
 
 
 def _curve(name: str, points: Sequence[tuple[object, CellRecord]], what: tuple[str, Place], scale: float) -> Curve:
-    """Return a curve; its band is predictive if the intervals of all its points are, else their sampling intervals."""
+    """Return a curve with a band: predictive intervals if all points have one, else the sampling intervals.
+
+    points : value of the first key, and record of the cell; what : result, and kind and name of its place
+    scale : factor from the figure to the axis
+    """
     found = [(at, figure_of(record, *what)) for at, record in points]
     figures = [(at, figure) for at, figure in found if figure is not None and figure.value is not None]
     is_predictive = all(figure.interval == PREDICTIVE for _, figure in figures)

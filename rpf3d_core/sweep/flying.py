@@ -35,7 +35,7 @@ class CellRecord(NamedTuple):
 
     digest : of scene and files; versions : of the packages that affect a result; rocks : number of rocks that flew
     sets : number of parameter sets that flew, None without unknowns
-    warnings : warnings of `rpf3d run`; surer : sentences on why the answer looks surer than it is
+    warnings : warnings of `rpf3d run`; surer : reasons why the results look more certain than they are
     """
 
     digest: str
@@ -58,8 +58,8 @@ def fly_cells(
     Raises
     ------
     InputError
-        The run of a cell is refused, or its worker was killed; the message has the values of the cell. Cells that have
-        not begun are cancelled.
+        The run of a cell is refused; the message has the values of the cell. Or a worker was killed; the message has
+        the values of a cell that has not flown. Cells that have not begun are cancelled.
     """
     records = {cell.digest: record_of(cell, folder) for cell in cells}
     missing = [cell for cell in cells if records[cell.digest] is None]

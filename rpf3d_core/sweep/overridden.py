@@ -13,8 +13,9 @@ ROCKS = "rocks"
 
 
 def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | None]) -> None:
-    """Refuse varied numbers of rocks of sources if a cell has a total number, which is shared out to the sources.
+    """Refuse varied numbers of rocks of single sources if a cell has a total, because the total sets these numbers.
 
+    keys : key paths of all varied keys
     totals : the total number of rocks of each cell; None for a cell without a total
 
     Raises
@@ -30,9 +31,11 @@ def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | 
 
 
 def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
-    """Refuse a varied entry of the library if the material states all coefficients of the entry itself.
+    """Refuse a varied key `library` without effect.
 
-    scenes : the scenes of the cells
+    The key has no effect if all its materials state all coefficients of the library's entry themselves.
+
+    scenes : the scenes of the cells; keys : key paths of all varied keys
 
     Raises
     ------
@@ -54,7 +57,9 @@ def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
 
 
 def check_priors(scene: Scene, keys: Sequence[str]) -> None:
-    """Refuse a varied key if a prior covers its value and values that do not vary: the prior would still set the value.
+    """Refuse a varied key if a prior sets the value of this key and also values of the scene that do not vary.
+
+    scene : the scene with the priors; keys : key paths of all varied keys
 
     Raises
     ------
@@ -73,7 +78,9 @@ def check_priors(scene: Scene, keys: Sequence[str]) -> None:
 
 
 def check_samples(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
-    """Refuse a varied key if the sample of a calibration has a column for it.
+    """Refuse a varied key if the sample of a calibration has a column for this key.
+
+    scenes : the scenes of the cells; keys : key paths of all varied keys
 
     Raises
     ------
@@ -92,10 +99,10 @@ def check_samples(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
 
 
 def _below(places: Iterable[Steps], sections: Sequence[Steps]) -> list[Steps]:
-    """Return the places in a scene that are one of some sections, or lie below a section."""
+    """Return the places in a scene that are equal to one of the sections, or lie below a section."""
     return [place for place in places if any(place[: len(section)] == section for section in sections)]
 
 
 def _sections(scene: Scene, key: str) -> list[Steps]:
-    """Return the places that a key changes; an entry of the library changes its whole material."""
+    """Return the places in a scene that a key changes; the key `library` of a material changes the whole material."""
     return [steps[:-1] if steps[-1] == LIBRARY else steps for steps in steps_to(scene, key)]

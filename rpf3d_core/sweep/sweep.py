@@ -16,7 +16,7 @@ from rpf3d_core.sweep.varied import Varied
 
 
 class Sweep(NamedTuple):
-    """A sweep that has flown: its keys with their values, its cells, and the record of each cell."""
+    """The result of a sweep: its keys with their values, its cells, and the record of each cell in the same order."""
 
     varied: tuple[Varied, ...]
     cells: tuple[Cell, ...]
@@ -38,12 +38,14 @@ def sweep(
 
     Parameters
     ----------
+    scene : a scene, or the path of a scene file
     varied : the values of each key, in the scene's unit, by key path such as `terrain.benches.berm`
     out : folder of the sweep, which every worker can write to; each cell writes a result folder below it
     executor : any `concurrent.futures.Executor`; every worker must see the scene's files at the same paths
     rocks : number of rocks of each cell, as in `rpf3d_core.simulate`
     threads : number of threads of each cell, for the compiled engine; None for one per core
-    told : called with the number of flown cells and the number of all cells, first with cells of an earlier sweep
+    told : called with the number of cells that have flown and the number of all cells, after each cell; first called
+        with the number of cells that flew in an earlier sweep
 
     Raises
     ------

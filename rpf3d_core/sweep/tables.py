@@ -55,7 +55,7 @@ def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[l
 
 
 def places_that_hold(records: Sequence[CellRecord]) -> list[Place]:
-    """Return the zones in which rocks stopped in any cell, then all areas, then all barriers."""
+    """Return the places in the tables: zones where rocks stopped in any cell, then all areas and all barriers."""
     found = dict[Place, None]()
     for record in records:
         for figure in record.figures:
@@ -72,7 +72,10 @@ def figure_of(record: CellRecord, result: str, place: Place = ("", "")) -> Figur
 
 
 def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
-    """Return the rows of shares on the screen: the values of the keys, then SHARES_HEADER, place after place."""
+    """Return the rows of shares for the screen: for each place, one row for each cell.
+
+    A row has the values of the keys, then the columns of SHARES_HEADER.
+    """
     has_unknowns = have_unknowns(cells)
     return [
         (
@@ -86,7 +89,7 @@ def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tup
 
 
 def run_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
-    """Return the rows of percentiles on the screen: the values of the keys, then RUN_HEADER, a row for each cell."""
+    """Return the rows of percentiles for the screen: for each cell, the values of its keys, then RUN_HEADER."""
     has_unknowns = have_unknowns(cells)
     return [
         (*_values(cell), *(_number(figure_of(record, result), scale, has_unknowns) for result, scale in RUN_RESULTS))
@@ -100,7 +103,7 @@ def have_unknowns(cells: Sequence[Cell]) -> bool:
 
 
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return what a reader of the tables must know: what the intervals cover, and common random numbers."""
+    """Return notes for the reader: what the intervals cover and, if true, that cells share random numbers."""
     notes = [f"reached: of all rocks; retained: of those that came; in brackets {_on_brackets(cells, records)}"]
     return [*notes, COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else notes
 
@@ -131,7 +134,7 @@ def _is_printed(figure: Figure) -> bool:
 
 
 def _percent(figure: Figure | None, has_unknowns: bool) -> str:
-    """Return a share in per cent with its intervals, the wider first, such as `84.5 % (79-89; 83-86)`."""
+    """Return a share in per cent with its intervals, such as `84.5 % (79-89; 83-86)`; "-" if the share is unknown."""
     if figure is None or figure.value is None:
         return "-"
     return f"{in_percent(figure.value, SHORT)} %{_brackets(figure, has_unknowns, _interval_in_percent)}"
@@ -149,7 +152,10 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
 
 
 def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -> str:
-    """Return both intervals of a figure in brackets, or the sampling interval, marked as such if there are unknowns.
+    """Return the predictive and the sampling interval of a figure, in brackets, as text.
+
+    Without a predictive interval, the text has only the sampling interval. This interval is marked as such if the scene
+    has unknowns.
 
     text : function that returns the ends of an interval as text
     """

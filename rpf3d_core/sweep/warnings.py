@@ -18,7 +18,7 @@ NAMED = 5
 
 
 def warnings_of_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return the warnings of all runs, each with the number of its cells, and those about the sweep itself."""
+    """Return the warnings of all runs, each with its number of cells, and the warnings about the sweep as a whole."""
     of_runs = _each_once(cells, [record.warnings for record in records])
     return [*of_runs, *_few_sets(cells, records), *places_that_stay(cells)]
 
@@ -52,7 +52,7 @@ def _with_number(alike: Sequence[tuple[Cell, str]], of: int) -> str:
 
 
 def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return a sentence that names cells with too few parameter sets for predictive intervals, if any."""
+    """Return a sentence that names cells with too few parameter sets for predictive intervals; [] if there are none."""
     few = [
         f"{cell.describe()} ({record.sets})"
         for cell, record in zip(cells, records, strict=True)
@@ -66,7 +66,7 @@ def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]
 
 
 def places_that_stay(cells: Sequence[Cell]) -> list[str]:
-    """Return a sentence on places with coordinates of their own, if a varied key moves the slope below them."""
+    """Return a sentence that names places with fixed coordinates, if a varied key moves the slope below; else []."""
     scene = cells[0].scene
     moving = [key for key in cells[0].values if any(map(_moves_benches, steps_to(scene, key)))]
     if scene.terrain.benches is None or not moving or not (places := list(_places_of(scene))):
@@ -77,7 +77,10 @@ def places_that_stay(cells: Sequence[Cell]) -> list[str]:
 
 
 def _moves_benches(steps: Steps) -> bool:
-    """Return True if a key of a scene is in MOVING, or a section above such a key: its value may move the slope."""
+    """Return True if a key may move the slope: the key is in MOVING, or is a section with such a key.
+
+    steps : the place of the key in the scene
+    """
     return any(steps == ("terrain", "benches", key)[: len(steps)] for key in MOVING)
 
 

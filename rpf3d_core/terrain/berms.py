@@ -1,4 +1,4 @@
-"""Add berms to the mesh of a terrain: a berm is a ridge along a line, and stops rolling rocks.
+"""Add berms (windrows) to the mesh of a terrain: such a berm is a ridge along a line, and stops rolling rocks.
 
 Facets are cut where a ridge begins and where its slope changes.
 
@@ -58,9 +58,8 @@ def _as_vertices(
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return the vertices (V, 3) m of a terrain with a berm, and the vertex number (P,) of each point in `places`.
 
-    places : (P, 3) m, all points of the cut facets and of their neighbours, at their new heights
-    old : (N,) vertices of the original terrain that are among these points; place : (N,) index into `places` of each
-        of these vertices
+    places : (P, 3) m, all points of the cut facets and of their neighbours, at the heights with the berm
+    old : (N,) numbers of the original vertices in `places`; place : (N,) index into `places` of each vertex in `old`
     """
     number = np.full(len(places), -1, dtype=np.int64)
     number[place[::-1]] = old[::-1]
@@ -128,7 +127,9 @@ def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon
 
 
 def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polygon, Polygon]:
-    """Cut a convex polygon along a line in plan; return the part to the left of the line and the part to the right.
+    """Cut a convex polygon along a line in plan; return the part to the left of the line, and the part to the right.
+
+    begin, end : (2,) m, two points of the line, which give its direction
 
     If the line does not cut the polygon, one part is the whole polygon and the other part is empty. The point where the
     line cuts an edge does not depend on the direction of the edge, so both facets at the edge get the same point.

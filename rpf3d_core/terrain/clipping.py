@@ -1,7 +1,7 @@
 """Cut facets exactly along an outline in plan, for areas of interest: vertical planes clip each facet in space.
 
-Clipping in space, not in plan, works for vertical and overhanging faces alike (Sutherland and Hodgman 1974,
-Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
+Clipping in space, not in plan, works for vertical and overhanging faces alike. Facets are clipped against one convex
+prism at a time (Sutherland and Hodgman 1974, Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802).
 """
 
 from typing import NamedTuple
@@ -82,9 +82,9 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for each edge of a prism at which the neighbouring prism includes the vertical facets.
+    """Return (T, 3) true for each edge of a prism if vertical facets on this edge belong to the neighbouring prism.
 
-    So a vertical facet exactly on the edge between two prisms is included once.
+    A vertical facet exactly on the edge between two prisms is therefore included once.
 
     prisms : (T, 3, 2) m, counter-clockwise triangles in plan
     """
@@ -120,7 +120,7 @@ def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _counter_clockwise(prisms: FloatArray) -> FloatArray:
-    """Return triangles (T, 3, 2) in plan with their corners counter-clockwise: the interior is left of each edge."""
+    """Return the triangles `prisms` (T, 3, 2) with corners counter-clockwise: their interior is left of each edge."""
     u, w = prisms[:, 1] - prisms[:, 0], prisms[:, 2] - prisms[:, 0]
     return np.where((u[:, 0] * w[:, 1] < u[:, 1] * w[:, 0])[:, None, None], prisms[:, ::-1], prisms)
 
@@ -142,6 +142,7 @@ def _cut(
     """Return convex polygons (N, 9, 3) without their parts to the right of a line in plan, and the corner counts (N,).
 
     points : (N, 9, 3) m, corners of the polygons; count : (N,) number of corners of each polygon
+    begin, end : (2,) m, two points of the line, which give its direction
     """
     off = _off(points, begin, end)
     kept, corners, every = np.zeros_like(points), np.zeros_like(count), np.arange(len(points))

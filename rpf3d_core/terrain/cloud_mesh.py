@@ -34,9 +34,9 @@ def cell_triangles(plan: FloatArray, cells: Cells) -> NDArray[np.int32]:
 
 
 def _squares(cells: Cells) -> Ids:
-    """Return the points (S, 4) of each four cells around a common corner, counter-clockwise; -1 for a missing point.
+    """Return the four points (S, 4) around each common corner of four cells, counter-clockwise; -1 for a missing point.
 
-    Four cells with fewer than three points are left out.
+    Corners with fewer than three points around them are left out.
     """
     stride = int(cells.column.max()) + 3
     key = cells.row * stride + cells.column
@@ -51,9 +51,9 @@ def _squares(cells: Cells) -> Ids:
 
 
 def _three(plan: FloatArray, corner: Ids) -> Ids:
-    """Return the triangle (S, 3) between the three points of each four cells of which one has no point.
+    """Return the triangle (S, 3) around each common corner of four cells, if only three of the cells have a point.
 
-    corner : (S, 4) points of the cells, one of the four -1
+    corner : (S, 4) points of the four cells, from `_squares`; exactly one of the four is -1
     """
     order = np.argsort(corner < 0, axis=1, kind="stable")[:, :3]
     return np.asarray(np.take_along_axis(corner, order, axis=1))
@@ -65,7 +65,12 @@ def _area(p: FloatArray, q: FloatArray, r: FloatArray) -> FloatArray:
 
 
 def _in_circle(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> NDArray[np.bool_]:
-    """Return (N,) true where d lies inside the circle through a, b, c: the other diagonal then gives better shapes."""
+    """Return (N,) true where d lies inside the circle through a, b, c.
+
+    Then the diagonal from b to d cuts the quadrilateral a b c d into better triangles than the diagonal from a to c.
+
+    a, b, c, d : (N, 2) m, counter-clockwise
+    """
     (ax, ay), (bx, by), (cx, cy) = ((p - d).T for p in (a, b, c))
     aa, bb, cc = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
     return np.asarray(ax * (by * cc - bb * cy) - ay * (bx * cc - bb * cx) + aa * (bx * cy - by * cx) > 0.0)

@@ -24,7 +24,7 @@ class Face(NamedTuple):
 
 
 def first_face(distance: FloatArray, ground: FloatArray) -> Face | None:
-    """Return the first face along a line on which the ground falls; None if there is none, or if the line ends on it.
+    """Return the first face along a line, where the ground falls; None without a face, or if the line ends on the face.
 
     distance : (S,) m, ascending distances along the line; ground : (S,) m, height of the ground there, NaN if unknown
 

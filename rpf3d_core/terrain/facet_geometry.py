@@ -135,10 +135,12 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
     """Return the distance (m) that a rock at x can move in a direction over facet f until it leaves the facet.
 
-    direction : (3,) unit
-    parallel : sine of the angle to an edge below which the direction counts as parallel and does not cross the edge
-    slack : m, distance beyond an edge at which the rock leaves the facet, if it crosses the edge at an angle with a
-        sine below `FLAT`; it leaves at all other edges without this slack
+    The rock leaves the facet at the first edge that its path crosses. If the path crosses an edge at a small angle
+    (sine below `FLAT`), the rock leaves only at the distance `slack` outside this edge.
+
+    x : m; direction : (3,) unit
+    parallel : sine of the angle between path and edge below which the path does not cross the edge
+    slack : m; if above 0, the path also ends at the box of the facet, widened by `slack`
     """
     leave = math.inf
     for k in range(3):
@@ -189,11 +191,11 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 
 @kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """True if facet f carries a rock on a straight path in the facet's plane.
+    """True if a straight path in the plane of facet f stays long enough in the facet, or a crack's width outside.
 
-    The path must stay in the facet, or at most a crack's width outside it, for more than `ALONGSIDE` crack widths.
+    Long enough means more than `ALONGSIDE` times the width of a crack.
 
-    x : m, start of the path; way : (3,) its direction, of any length; for a zero vector the result is true
+    x : m, start of the path; way : (3,) direction of the path, of any length; for a zero vector the result is True
     """
     length = norm(way)
     if length == 0.0:
@@ -203,8 +205,9 @@ def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
 
 @kernel
 def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
-    """True if a straight path from x (m) along a direction (3,) stays on facet f for more than the tolerance.
+    """True if a straight path stays on facet f for more than the tolerance.
 
+    x : m, start of the path; direction : (3,) unit vector along the path
     parallel : as in `line_exit`
     """
     return line_exit(facets, f, x, direction, parallel, 0.0) > facets.tolerance

@@ -226,7 +226,10 @@ def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> Non
 
 @loop
 def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -> None:
-    """Extend a box (2, 3) m to the corners (F, 9) m of the facets from `begin` to `end` - 1 whose mark is 0."""
+    """Extend a box so that it includes the facets from `begin` to `end` - 1, without the facets that are marked.
+
+    corners : (F, 9) m; marks : (F,) 0 for facets to include; box : (2, 3) m, lowest and highest corner, changed
+    """
     for f in range(begin, end):
         if marks[f] == 0:
             for k in range(9):
@@ -234,7 +237,7 @@ def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -
 
 
 def plain(value: Any) -> Any:
-    """Return a copy of a record with memoryviews in place of arrays, for the reference engine; also in nested records.
+    """Return a copy of a record (and its nested records) with memoryviews in place of arrays, for the reference engine.
 
     Indexing a memoryview gives Python floats, five times as fast as indexing a NumPy array.
     """

@@ -146,7 +146,7 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def triangles(self, count: int) -> IntArray:
-        """Return the triangles (T, 3) that connect only the first `count` points, not the extra points around them."""
+        """Return the triangles (T, 3) between the first `count` points, without triangles at other points."""
         some = [(a, b, c) for (a, b), c in self._left.items() if a < b and a < c and max(b, c) < count]
         return np.array(some, dtype=np.int32).reshape(-1, 3)
 

@@ -104,7 +104,7 @@ def _outline(border: FloatArray) -> Outline:
 def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], bool]:
     """Return the gaps as regions (polygons in plan), and true if ground lies above other ground anywhere.
 
-    A gap is a region within the convex hull without ground. Regions no wider than a crack do not count.
+    A gap is a region within the convex hull without ground. Regions no wider than `crack` (m) do not count.
     """
     nothing = np.empty(0, object), False
     if len(outline.sides) == 0:
@@ -122,9 +122,11 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
 def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
     """Return a point (G, 2) well inside each region, at which to test whether the region has ground.
 
-    The point is the centroid of the region's largest triangle. `shapely.point_on_surface` is only the fallback for a
-    region that cannot be cut into triangles (after rounding, as thin as the crack of a T-junction), because it may
-    return a corner of a region with a narrow part.
+    The point is the centroid of the region's largest triangle. A region that is very thin after rounding, such as the
+    crack of a T-junction, may have no triangles; then `shapely.point_on_surface` gives the point. This function is not
+    used for other regions, because it may return a corner of a region with a narrow part.
+
+    faces : (G,) regions, as polygons of shapely
     """
     parts, face = shapely.get_parts([_triangles_of(face) for face in faces], return_index=True)
     order = np.lexsort((-shapely.area(parts), face))
@@ -143,8 +145,8 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 def _winding(outline: Outline, points: FloatArray) -> Ids:
     """Return how many layers of terrain lie at each point (Q, 2) m in plan: the winding number (Q,) of the border.
 
-    For a ray from the point to the east, the winding number is the number of border sides that cross the ray
-    northwards, minus the number of sides that cross it southwards.
+    The winding number counts the border sides that cross a ray from the point to the east: plus 1 for each side that
+    crosses the ray northwards, minus 1 for each side that crosses the ray southwards.
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0
@@ -164,6 +166,8 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
 
     A rock that flies into a bay has left the terrain. An open region with corners on several rings lies between
     components of the terrain: behind this region there is ground again.
+
+    faces : (G,) gaps, as polygons of shapely; crack : largest width (m) of a crack
     """
     owner, corners = _edges_of(faces)
     middle = shapely.points(0.5 * (corners[:, 0] + corners[:, 1]))
@@ -181,7 +185,10 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
 
 
 def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
-    """Return the edges around the gaps: the number (N,) of the gap of each edge, and both ends (N, 2, 2) m."""
+    """Return the edges around the gaps: the number (N,) of the gap of each edge, and both ends (N, 2, 2) m.
+
+    faces : (G,) gaps, as polygons of shapely
+    """
     rings, of_ring = shapely.get_rings(faces, return_index=True)
     points, of_point = shapely.get_coordinates(rings, return_index=True)
     same = of_point[1:] == of_point[:-1]
@@ -199,7 +206,10 @@ def _places_at(outline: Outline, points: FloatArray) -> Ids:
 
 
 def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tuple[FloatArray, Ids]:
-    """Return the caps of gaps: triangles (T, 3, 3) m at the heights of the border, and the gap number (T,) of each."""
+    """Return the caps of gaps: triangles (T, 3, 3) m at the heights of the border, and the gap number (T,) of each.
+
+    faces : (G,) gaps, as polygons of shapely; crack : largest width (m) of a crack
+    """
     parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
     plan = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     place = _places_at(outline, plan)
@@ -211,7 +221,10 @@ def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tu
 
 
 def _lowest_at(points: FloatArray, outline: Outline, crack: float) -> FloatArray:
-    """Return the lowest height (N,) m of the border at each point (N, 2) m where border sides cross in plan."""
+    """Return the lowest height (N,) m of the border at each point (N, 2) m where border sides cross in plan.
+
+    crack : distance (m) from a point within which a border side counts as at the point
+    """
     places, height = outline.places[outline.sides], outline.height[outline.sides]
     tree, there = shapely.STRtree(outline.lines), shapely.points(points)
     point, side = np.concatenate([tree.query(there, "dwithin", crack), tree.query_nearest(there)], axis=1)

@@ -123,9 +123,12 @@ def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices
 
 @loop
 def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: Any, plan: Any) -> None:
-    """Write the number of squares with four points in each row, and twice their area in plan (positive: they face up).
+    """Write the number of squares with four points in each row of squares, and twice their area in plan.
 
-    number : (H, W) vertex number of each point, -1 for a missing point
+    The area is positive if the squares face up. Only the rows of squares from `begin` to `end` - 1 are counted.
+
+    number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
+    squares : (H - 1,) receives the numbers; plan : (H - 1,) receives the areas, m^2; both 0 before the call
     """
     for r in range(begin, end):
         for c in range(number.shape[1] - 1):
@@ -141,7 +144,7 @@ def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles:
     """Write the two triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
     number : as in `_count_squares`; turned : true to make the triangles face the other side
-    first : number of squares in all earlier rows, for each row
+    first : number of squares with four points in all earlier rows, for each row; triangles : (F, 3), receives them
     """
     one, two = (2, 1) if turned else (1, 2)
     for r in range(begin, end):

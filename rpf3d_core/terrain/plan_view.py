@@ -18,7 +18,7 @@ EDGE = 1e-9
 
 
 class Window(NamedTuple):
-    """A rectangle in plan that an image shows, local frame, m."""
+    """A rectangle in plan that an image shows. left, right : x (m); bottom, top : y (m); both in the local frame."""
 
     left: float
     right: float
@@ -38,9 +38,10 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanView:
-    """The terrain seen from above: the number of the facet (H, W) that each pixel shows, -1 for no facet.
+    """The terrain seen from above, as an image of facet numbers.
 
-    Row 0 is the bottom of the window.
+    facet : (H, W) number of the uppermost facet at the centre of each pixel, -1 for no facet; row 0 is the bottom row
+    window : the rectangle in plan that the image shows
     """
 
     facet: IntArray
@@ -75,7 +76,10 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 
 
 def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:
-    """Return the facets (N,) that may overlap a window: all except those with three corners beyond the same side."""
+    """Return the facets (N,) that may overlap a window.
+
+    A facet is left out if all three corners lie beyond one side of the window.
+    """
     side = np.zeros(len(terrain.vertices), dtype=np.uint8)  # one bit for each side of the window (Cohen and Sutherland)
     x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]
     for bit, beyond in enumerate((x < window.left, x > window.right, y < window.bottom, y > window.top)):
@@ -87,7 +91,7 @@ def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:
 def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Yield all pairs of a facet and a pixel centre that it covers, in chunks: facets, pixels and heights, each (N,).
+    """Yield pairs of a facet and a pixel centre inside it in plan, in chunks: facets, pixels and heights, each (N,).
 
     The height is that of the facet at the pixel centre.
 
@@ -160,8 +164,8 @@ def _heights(
 ) -> tuple[NDArray[np.int64], FloatArray]:
     """Return the indices of the pixel centres that lie in their facet, and the heights of the facets there.
 
-    planes : (9, F) from `_planes`; repeats : (F,) number of pixels of each facet, which are consecutive
-    column, row : (N,) of all pixels
+    planes : (9, F) from `_planes`; column, row : (N,) of all pixels, facet after facet
+    repeats : (F,) number of consecutive pixels of each facet
     """
 
     def at(pixels: NDArray[np.int64] | slice, function: int) -> FloatArray:

@@ -53,7 +53,7 @@ def _sides(
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield the top and both slopes of a berm along each straight part of its line: corners (4, 2), heights (4,) m.
 
-    line : (P, 2) m; across : (P, 2) vector to the left at each point of the line, such that offsets at bends fit
+    line : (P, 2) m; across : (P, 2) (-), offset to the left at each point of the line for a distance of 1 m from it
     inner, outer : m, distances of the edges of the crest and of the foot from the line; height : m, of the crest
     """
     edges = [line + offset * across for offset in (-outer, -inner, inner, outer)]

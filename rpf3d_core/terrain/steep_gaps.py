@@ -15,10 +15,9 @@ The plane of such a ring is steeper than 78 degrees.
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
-    """Separate the holes in steep slopes from the border; return the other border sides, and triangles that close them.
+    """Return the border sides (N, 3, 3) m that are not around a hole in a steep slope, and triangles for the holes.
 
-    The sides (N, 3, 3) m are those that are not around a hole in a steep slope. The triangles (T, 3, 3) m close the
-    holes in steep slopes.
+    The triangles (T, 3, 3) m close the holes in steep slopes.
 
     A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
     component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed

@@ -147,7 +147,8 @@ def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent
 def _grid(path: Path, drawing: Drawing, head: int, flags: int, points: FloatArray) -> Part:
     """Return the triangles of a POLYLINE that is a grid of M rows of N vertices, with the strips that close it.
 
-    head : entity of the POLYLINE; points : (M * N, 3)
+    head : number of the POLYLINE entity; flags : its group code 70, with bits for closed rows and closed columns
+    points : (M * N, 3)
     """
     rows, columns = (int(n) for n in _whole(drawing.table(np.array([head]), (71, 72)))[0])
     if rows < 2 or columns < 2 or rows * columns != len(points):

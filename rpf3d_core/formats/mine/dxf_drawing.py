@@ -19,10 +19,11 @@ CLOSED, CURVE_3D, MESH_2D, POLYFACE = 1, 8, 16, 64
 
 
 class Drawing(NamedTuple):
-    """The entities of a DXF file.
+    """The E entities of a DXF file, and the P pairs that they consist of.
 
+    pairs : the pairs in the order of the file
     entity : (P,) number of the entity that each pair belongs to
-    kind : (E,) index of the entity's type in `pairs.texts`; layer : (E,) index of its layer, -1 without
+    kind : (E,) index of the entity's type in `pairs.texts`; layer : (E,) index of its layer in `pairs.texts`, or -1
     drawn : (E,) true for entities of the section ENTITIES
     unit : value of $INSUNITS; 0 if the file states none
     """

@@ -18,7 +18,11 @@ UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 
 
 class Line(NamedTuple):
-    """A line of a DXF file. points : (P, 3) m; closed : True if the last point joins the first; layer : its name."""
+    """A line of a DXF file.
+
+    points : (P, 3), in the unit of the file; closed : True if the last point is connected to the first
+    layer : name of the layer that the line belongs to
+    """
 
     points: FloatArray
     closed: bool
@@ -93,7 +97,10 @@ def _refuse_arcs(path: Path, bulges: FloatArray, layer: str) -> None:
 
 
 def _turned(path: Path, drawing: Drawing, entity: int, points: FloatArray) -> FloatArray:
-    """Return points (P, 3) in world coordinates, from those in the entity's own plane, which must be level."""
+    """Return points (P, 3) of an entity in world coordinates; raise an InputError if the entity's plane is not level.
+
+    points : (P, 3) in the coordinates of the entity's plane
+    """
     normal = tuple(drawing.table(np.array([entity]), (210, 220, 230))[0].tolist())
     if np.isnan(normal).any() or normal == UP:
         return points

@@ -163,7 +163,10 @@ def _surface(path: Path, content: _Content, k: int) -> tuple[NDArray[np.float64]
 
 
 def _numbers(path: Path, texts: list[str], what: str, must: str, kind: Any) -> NDArray[Any]:
-    """Return the three numbers of each text as rows (N, 3); what, must : words for the message of a wrong text."""
+    """Return the three numbers of each text as rows (N, 3), of the type `kind`; raise a TerrainError for a wrong text.
+
+    what, must : what the texts are, and what each must be, for the message
+    """
     words = " ".join(texts).split()
     try:
         if len(words) != 3 * len(texts):

@@ -8,7 +8,7 @@ from rpf3d_core.formats.extras import library_of
 
 
 def needed(path: Path, library: str) -> Any:
-    """Return a library that reads a file.
+    """Return a library of the extra `mine`, imported by its name; the message of an error names the file `path`.
 
     Raises
     ------

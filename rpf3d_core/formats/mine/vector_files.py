@@ -28,7 +28,7 @@ def read_vector(path: Path, family: str, layer: str = "") -> list[dict[str, Any]
     Raises
     ------
     InputError
-        The library is missing, the file is damaged, or it has no such layer, or several without a given name.
+        The library is missing, the file is damaged or has no such layer, or `layer` is "" and several layers fit.
     """
     needed(path, "pyogrio")
     arrays = read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_arrays", family, layer)

@@ -32,7 +32,10 @@ def read_xyz(path: Path) -> Cloud:
 
 
 def _all_at_once(path: Path) -> FloatArray | None:
-    """Return the points (N, 3) m of a file; None if a line cannot be converted, so that each line must be checked."""
+    """Return the points (N, 3) m of a file, converted in one step; None if this fails.
+
+    The caller then reads the file line by line.
+    """
     try:
         with path.open(encoding="utf-8-sig") as file:
             head = file.read(HEAD)

@@ -43,13 +43,12 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
 def net_sides(gone: Corners, came: Corners) -> Corners:
     """Return the change of a border when a patch removes and adds triangles: sides (N, 3) that `border_after` adds.
 
-    Each side is given by three vertices: begin, end and third corner.
+    Each side is given by three vertices: begin, end and third corner of its triangle.
+
+    A side that leaves the border is included in the opposite direction; `border_after` then cancels both sides. If a
+    removed triangle opens a side of its neighbour, this side has the third corner of the removed triangle.
 
     gone : (G, 3) corners of the removed triangles; came : (C, 3) corners of the added triangles
-
-    A side that leaves the border, because it gets a neighbour, is included in the opposite direction; `border_after`
-    then cancels both. If a removed triangle leaves a side of its neighbour open, the third corner is the third corner
-    of the removed triangle.
     """
     triangles = np.concatenate([gone[:, [0, 2, 1]], came]).astype(np.int64)
     sides = np.concatenate([triangles[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
@@ -104,13 +103,12 @@ def _marks(vertices: int) -> NDArray[np.int64]:
 
 @loop
 def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
-    """Write a balance for each vertex, which shows quickly that a vertex is not on the border: the balance is then 0.
+    """Write a balance (V,) for each vertex: 0 if the vertex is not on the border, almost certainly not 0 if it is.
 
-    The balance of a vertex is the sum of the marks at the ends of the sides that start at the vertex, minus the sum of
-    the marks at the starts of the sides that end at the vertex. If every side at the vertex has an opposite side, the
-    balance is 0. So a vertex with another balance is on the border.
+    The balance adds the mark of the other vertex for each side that starts at the vertex, and subtracts this mark for
+    each side that ends at the vertex. Two opposite sides therefore cancel out.
 
-    marks : (V,) a pseudo-random number for each vertex (`_marks`)
+    triangles : (F, 3); marks : (V,) a pseudo-random number for each vertex (`_marks`); balance : all 0 before the call
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -126,7 +124,8 @@ def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
 
     Return the number of these sides.
 
-    sides : (N, 3), receives begin, end and third corner of the first N of them; N may be 0, to count them only
+    balance : (V,) from `_weigh_sides`
+    sides : (N, 3), receives begin, end and third corner of the first N such sides; with N = 0, sides are only counted
     """
     count = 0
     for f in range(len(triangles)):

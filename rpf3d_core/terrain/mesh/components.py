@@ -34,8 +34,9 @@ def components(count: int, a: Index, b: Index) -> Index:
 def _join(above: Any, a: Any, b: Any) -> None:
     """Find the components of a graph: write the smallest node of each node's component into `above` (N,).
 
-    For each pair of connected nodes, the larger of the two roots is attached to the smaller root; then every node is
-    attached to its root. Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A
+    The root of a node is the last node of the chain that leads from each node to the node to which it is attached. For
+    each pair of connected nodes, the larger root is attached to the smaller root; then every node is attached to its
+    root. Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A
     node is always attached to a smaller node. So the last loop, in ascending order, finds each parent already attached
     to its root.
 

@@ -133,9 +133,9 @@ def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
 
 
 def _pieces(piece: Index, edges: Edges) -> Index:
-    """Return the component (F,) of each facet, if facets are connected by every shared edge; the report counts these.
+    """Return the component (F,) of each facet, connected across all edges, also edges of more than two facets.
 
-    piece : (F,) component of each facet, if facets are connected only by edges of exactly two facets
+    piece : (F,) component of each facet, connected only across edges of exactly two facets (`Winding`)
     """
     crowded = np.repeat(edges.uses > 2, edges.uses)
     if not crowded.any():

@@ -42,9 +42,9 @@ def turn_wrong_pieces(
 
 @loop
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
-    """Write the facet of each directed edge that starts at a vertex from `begin` to `end` - 1, in the order of `to`.
+    """Write the facet of each directed edge into `of`, for the edges that start at the vertices `begin` to `end` - 1.
 
-    cursor : for each vertex, the next free index in `of`; of : receives the facets
+    cursor : (V + 1,) next free index in `of` for each vertex, changed; of : in the order of `to` (`turn_wrong_pieces`)
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -57,7 +57,10 @@ def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None
 
 @loop
 def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
-    """Attach each facet to the smallest facet of its component, as in `components`; mark facets on a border."""
+    """Write the smallest facet of each facet's component into `above` (F,), and true for border facets into `border`.
+
+    starts, to : directed edges, as in `turn_wrong_pieces`; of : the facet of each directed edge
+    """
     for f in range(len(above)):
         above[f], border[f] = f, False
     for v in range(len(starts) - 1):
@@ -85,8 +88,8 @@ def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
 def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -> None:
     """Write the area in plan (m^2) and three times the volume (m^3) of each component into `sums` (F, 2).
 
-    Their signs show to which side the component faces. The row of a component is its smallest facet. `border` becomes
-    true for the smallest facet of each open component.
+    The signs of both show to which side the component faces. The row of a component is its smallest facet, from `above`
+    (F,). In `border` (F,), the smallest facet of each open component becomes true.
     """
     for f in range(len(above)):
         sums[f, 0], sums[f, 1] = 0.0, 0.0
@@ -102,7 +105,10 @@ def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -
 
 @loop
 def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Turn over the facets of components that face the wrong side: with a negative area in plan or negative volume."""
+    """Turn over the facets of components that face the wrong side.
+
+    These are open components with a negative area in plan, and closed components with a negative volume.
+    """
     for f in range(len(above)):
         piece = above[f]
         if sums[piece, 0 if border[piece] else 1] < 0.0:

@@ -14,7 +14,7 @@ LARGEST_BITS = 63
 
 
 def bits_left(count: int) -> int:
-    """Return the largest number of bits that each of `count` keys may have, for `sort_keys` to use its fast method."""
+    """Return the largest number of bits of a key with which `sort_keys` can sort `count` keys by its fast method."""
     return LARGEST_BITS - count.bit_length()
 
 
@@ -37,14 +37,20 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
 
 @loop
 def _pack(keys: Any, shift: int) -> None:
-    """Append to each key its position, in the low bits, so that sorting the keys moves the positions too."""
+    """Append to each key (N,) its position, in the low bits, so that sorting the keys moves the positions too.
+
+    shift : number of bits of a position
+    """
     for i in range(len(keys)):
         keys[i] = (keys[i] << shift) + i
 
 
 @loop
 def _unpack(keys: Any, shift: int, place: Any) -> None:
-    """Split packed integers into keys and positions again."""
+    """Split packed integers into keys, which stay in `keys` (N,), and positions, which are written into `place` (N,).
+
+    shift : number of bits of a position
+    """
     for i in range(len(keys)):
         place[i] = keys[i] & ((1 << shift) - 1)
         keys[i] >>= shift

@@ -24,9 +24,9 @@ def pieces_of(terrain: Terrain) -> IntArray:
 
 
 def rims_of(terrain: Terrain) -> NDArray[np.uint8]:
-    """Return (F,) which edges of each facet are at the rim of a piece; bit k is the edge from corner k to the next one.
+    """Return bits (F,) for each facet: bit k is 1 if the edge from corner k to the next corner is at the rim.
 
-    An edge is at the rim if no other facet has the same edge.
+    An edge is at the rim of a piece if no other facet has the same edge.
     """
     edges, rims = edges_of(terrain.triangles, len(terrain.vertices)), np.zeros(len(terrain.triangles), np.uint8)
     alone = edges.uses == 1

@@ -93,17 +93,20 @@ def _sorted_along(along: FloatArray) -> tuple[Index, float]:
 
 @loop
 def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
-    """Write the distance of each point along OBLIQUE from the lowest point, as a number of whole steps."""
+    """Write into `steps` (N,) how many whole steps along OBLIQUE each point is from the first point in this direction.
+
+    along : (N,) m, distances along OBLIQUE; low : the smallest distance, m; per_metre : number of steps in a metre
+    """
     for p in range(len(along)):
         steps[p] = np.int64((along[p] - low) * per_metre)
 
 
 @loop
 def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
-    """Number the runs of equal points in the sorted order, so that equal points are compared once; count the runs.
+    """Number the runs of equal points in the sorted order, so that equal points are compared once; return their count.
 
-    Write the first point of each run into `first`, and the run of each sorted point into `run`. Return the number of
-    runs.
+    x, y, z : (N,) m; order : (N,) the points in sorted order
+    first : receives the first point of each run; run : (N,) receives the run of each sorted point
     """
     count = 0
     for place in range(len(order)):
@@ -117,7 +120,7 @@ def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) ->
 
 
 def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
-    """Return for each point the smallest point number in its chain of near points, (M,): the vertex of the whole chain.
+    """Return the smallest point number (M,) in each point's chain of near points; the chain becomes a vertex there.
 
     places : (M, 3) m, the points sorted along OBLIQUE with a precision of one step (m); along : (M,) m, their distances
         along OBLIQUE
@@ -154,9 +157,11 @@ def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window:
 def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
     """Number the vertices of the welded mesh: write the vertex of each point into `index`; return the vertex count.
 
-    kept : receives the point of each vertex
-
     The first point of a chain has the smallest number, so its vertex is known before the other points need the vertex.
+
+    order : (N,) points in sorted order; run : (N,) run of equal points of each sorted point
+    first : smallest point number in the chain of each run
+    index : (N,) receives the vertices; kept : receives the point of each vertex
     """
     for place in range(len(order)):
         index[order[place]] = first[run[place]]

@@ -81,7 +81,7 @@ def _faces_wrong(first: FloatArray, areas: FloatArray, piece: Index, edges: Edge
 
     An open component must face up, a closed component outwards.
 
-    first : (F, 3) m, the first corner of each facet; areas : (F, 3) m^2, as in `Winding`
+    first : (F, 3) m, the first corner of each facet; areas : (F, 3) m^2 and piece : (F,), as in `Winding`
     """
     upward = np.bincount(piece, areas[:, 2], len(piece))
     has_border = np.zeros(len(piece), bool)

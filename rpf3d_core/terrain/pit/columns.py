@@ -165,8 +165,9 @@ def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatA
 def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
     """Return the distance (W, N), m, by which rows of a bench face move where the ramp cuts it, so that berms taper.
 
-    If a share f of the face lies below the ramp, the berm at the toe of the face is f w wide and the berm at its crest
-    (1 - f) w, where w is the bench width. Along the climbing ramp, the lower berm widens and the upper berm narrows.
+    Let f be the share of the face that lies below the ramp, and w the bench width. The berm at the toe of the face is
+    then f w wide, and the berm at the crest of the face (1 - f) w. Along the climbing ramp, the lower berm widens and
+    the upper berm narrows.
 
     width : (N,) m, bench width in each column
     """
@@ -178,7 +179,10 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
 
 
 def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
-    """Return (W, N) true for points of inner bench rows that do not fit on a tapered berm, and are omitted."""
+    """Return (W, N) true for points of inner bench rows that are omitted, because a tapered berm is too narrow.
+
+    width : (N,) m, bench width in each column
+    """
     bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
     edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
     steps_up = rows.face[:, None] - crossing.face
@@ -188,7 +192,10 @@ def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) 
 
 
 def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing) -> Mask:
-    """Return (W, N) true for points that nearly coincide with an edge of the ramp; points of the ramp replace them."""
+    """Return (W, N) true for points that nearly coincide with an edge of the ramp; points of the ramp replace them.
+
+    offset : (W, N) m, of the points from the floor outline
+    """
     feature = ((rows.kind == TOE) | (rows.kind == CREST))[:, None]
     gap = np.where(feature, spacing.feature_gap, spacing.row_gap)
     rise = np.abs(rows.height[:, None] - crossing.height)
@@ -288,6 +295,7 @@ def key_at_top(
 
     The last line across the ramp counts there as natural ground, with the crest at its inner edge.
 
+    offset : (P,) m, of the points; at_top : (P,) true for points on the last line across the ramp
     rows : number of rows of the wall; last : column of the last line across the ramp, -1 without a ramp
     """
     if not at_top.any():
@@ -304,6 +312,8 @@ def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot
     """Return the sorting keys (P,) of points for the triangles to the previous column, corrected at the ramp's foot.
 
     The first line across the ramp counts there as floor, with the toe at its outer edge.
+
+    offset : (P,) m, of the points; at_foot : (P,) true for points on the first line across the ramp
     """
     if not at_foot.any():
         return key

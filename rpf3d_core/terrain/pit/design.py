@@ -177,8 +177,8 @@ def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
 
     Results: x, y (m), outward unit normal nx, ny, speed along the outline (m/rad), curvature (1/m).
 
-    The outline is an ellipse of the given elongation with a few waves, a polar curve r(angle). All results are exact
-    formulas.
+    The outline is an ellipse of the given elongation with a few waves, a polar curve r(angle). All results come
+    from exact formulas, without numerical derivatives.
     """
     r, r1, r2 = radius(pit, angle)
     cos, sin = np.cos(angle), np.sin(angle)

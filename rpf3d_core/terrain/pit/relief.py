@@ -84,9 +84,9 @@ def roughness(design: Design, points: FloatArray) -> FloatArray:
 def steepness(design: Design, columns: Columns) -> FloatArray:
     """Return the factor (P,) that turns roughness normal to the surface into a displacement along z, for all points.
 
-    On bench faces the factor is above 1; at the edges of bench faces it follows from the mean slope. On the floor and
-    the ramp it is SMOOTH_SHARE. Points move along z and not along the normal, so that every facet's normal points
-    upwards for any roughness.
+    On bench faces the factor is above 1; at the edges of bench faces it follows from the mean slope. On benches and
+    natural ground the factor is 1, on the floor and the ramp SMOOTH_SHARE. Points move along z and not along the
+    normal, so that every facet's normal points upwards for any roughness.
     """
     steep = math.radians(design.pit.face_angle_deg)
     of_kind = np.ones(max(TOE, FACE, CREST, BENCH) + 1)

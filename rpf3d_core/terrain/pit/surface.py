@@ -93,8 +93,8 @@ def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int
 def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IndexArray]:
     """Return the points (N, 3) m and triangles (T, 3) that fill the middle of the floor, inside the mesh of the walls.
 
-    The points form rings that shrink towards the middle, with fewer and fewer points. Their numbers follow those of the
-    points of the columns.
+    The points form rings around the middle; inner rings have fewer points. The points are numbered after the points of
+    the columns.
     """
     ring = np.searchsorted(columns.column, np.arange(columns.around))
     p = np.arange(columns.around) / columns.around

@@ -58,8 +58,8 @@ def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
 def floor_triangles(design: Design, spacing: Spacing, columns: int) -> int:
     """Return the number of triangles that fill the middle of the floor, to plan the number of columns.
 
-    There are a + b triangles between a ring of a points and the next ring of b points, and a triangles between the
-    innermost ring of a points and the middle.
+    Between a ring of m points and the next ring of n points lie m + n triangles. Between the innermost ring of n points
+    and the middle lie n triangles.
     """
     sizes = [columns, *floor_ring_sizes(design, spacing, columns)]
     return sum(sizes[:-1]) + sum(sizes[1:-1])
