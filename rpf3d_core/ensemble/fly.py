@@ -27,7 +27,8 @@ def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) ->
     """Return the name of the engine to use: `name` itself or, for `auto`, the engine that finishes first.
 
     Both engines give the same result.
-    compiled : True if numba is installed; sized : True if rocks touch the ground as spheres, not as points
+    rocks : number of rocks to fly; compiled : True if numba is installed
+    sized : True if rocks touch the ground as spheres, not as points
     """
     if name != "auto":
         return name
@@ -59,7 +60,7 @@ def fly_ensemble(
     Returns
     -------
     Flights
-        The same bits for any engine, number of threads and batch size.
+        The result does not depend on the engine, the number of threads or the batch size, not even in the last bit.
     """
     began = time.perf_counter()
     precompile_flights(engine, flight.models, flight.materials, flight.settings)

@@ -12,10 +12,10 @@ Rows = TypeVar("Rows", Impacts, Paths)
 
 
 def joined(parts: Sequence[Flights]) -> Flights:
-    """Return the flights of several parts of an ensemble as one result, the same for any order of the parts.
+    """Return the flights of several parts of an ensemble as one result; the order of the parts does not matter.
 
-    The rocks are sorted by source, then rock, then fragment. compile_s (s) is the maximum of all parts, fly_s (s) the
-    sum.
+    The rocks are sorted by source, then rock, then fragment. `compile_s` of the result is the maximum of all parts, and
+    `fly_s` is their sum (both s).
     """
     deposits = [part.deposits for part in parts]
     keys = [np.concatenate([getattr(some, name) for some in deposits]) for name in ("piece", "rock", "source")]

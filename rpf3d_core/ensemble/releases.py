@@ -236,7 +236,7 @@ def _along(points: FloatArray, breaks: Sequence[int], share: FloatArray) -> Floa
 
 
 def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) -> FloatArray:
-    """Return the release positions x, with heights replaced by the highest terrain there plus `above_ground`."""
+    """Return positions (R, 3) m at the places x (R, 3) in plan, `above_ground` (m) above the highest terrain there."""
     top = np.array(x)
     top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
     found = engine.ground_below(top)

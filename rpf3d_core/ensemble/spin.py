@@ -44,9 +44,9 @@ def has_poses(pieces: FloatArray) -> bool:
 
 
 class Spins(NamedTuple):
-    """The rotation of rocks as a squared speed (m^2/s^2) that adds to v^2 in the kinetic energy.
+    """The rotation of rocks as squared speeds (m^2/s^2), which are added to v^2 in the kinetic energy.
 
-    For spheres it is 2/5 (R w)^2, for rocks with a shape twice the rotational energy per unit of mass.
+    The squared speed of a sphere is 2/5 (R w)^2. For rocks with a shape, it is twice the rotational energy per mass.
 
     pieces : (S, 2) at the start and at the end of each path segment; impacts : (I,) just before each impact
     """

@@ -57,7 +57,10 @@ def share_of(count: int, total: int) -> dict[str, Any]:
 
 
 def words_on_pieces(rocks: int, pieces: int) -> str:
-    """Return a sentence for runs with fragments: shares are relative to rocks and fragments, not to released rocks."""
+    """Return the sentence that warns about shares of a run with fragments: released rocks and fragments count alike.
+
+    rocks : number of released rocks and fragments together; pieces : number of fragments
+    """
     return (
         f"{pieces:,} of {rocks:,} rocks are pieces of the other {rocks - pieces:,}: shares and reach probability are "
         "of all of them together, not of rocks released, and their intervals are too narrow"
