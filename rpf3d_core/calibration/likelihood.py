@@ -31,8 +31,10 @@ REDRAWS = 16
 class Densities(NamedTuple):
     """Densities of C observations under S parameter sets and M misfits, by group of releases.
 
-    values : (S, GROUPS, M, C); rounds : (S,) number of the round of each set; counts : (C,) how often each was observed
-    anywhere : (C,) density of an observation from anywhere in the range, in the unit of its density; 0 to leave it out
+    values : (S, GROUPS, M, C) densities; rounds : (S,) number of the round of each set
+    counts : (C,) number of rocks behind each observation
+    anywhere : (C,) density of an observation that does not come from the model but from anywhere in the possible range,
+        in the unit of its density; 0 if all observations come from the model
     """
 
     values: FloatArray
@@ -45,7 +47,7 @@ class Weighed(NamedTuple):
     """The log-likelihood of S sets with its noise.
 
     log_densities : (D, S, M, C) logarithms of the averaged densities: first of all groups, then of each draw of groups
-    counts : (C,) how often each was observed
+    counts : (C,) number of rocks behind each observation
     """
 
     log_densities: FloatArray

@@ -68,8 +68,9 @@ class Observed(NamedTuple):
 
 
 class Proposed(NamedTuple):
-    """The proposals of all rounds up to the next one, and the power of the likelihood at which the last was made.
+    """The proposals of all rounds, including the next round.
 
+    mixtures : proposal of each round; power : power of the likelihood with which the last proposal was made
     covariance : (U, U) of the flown sets in z, with the weights of the last proposal
     """
 
@@ -79,11 +80,12 @@ class Proposed(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """The posterior from all flown sets, with effective samples, and noise of the log-likelihood.
+    """The posterior from all S flown sets.
 
-    z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,)
-    misfits : (M,) probabilities of the misfits; log_ratio : (S,) log prior minus log proposal
-    weighed : densities with their noise
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,) of the sets, sum 1
+    misfits : (M,) probabilities of the misfits; log_ratio : (S,) from `population.log_importance`
+    weighed : log densities with their noise; effective : effective samples
+    noise : standard deviation of a set's log-likelihood that is due to the finite number of rocks
     """
 
     z: FloatArray

@@ -96,7 +96,7 @@ def place_of_sample(scene: Scene) -> Surroundings | None:
 
 
 def outside_sample(scene: Scene) -> tuple[str, ...]:
-    """Return the key paths of the priors that a scene uses in addition to a sample, which has no column for them.
+    """Return the key paths of the priors that a scene with a sample still uses, because the sample has no such column.
 
     The result is empty for a scene without a sample.
 
@@ -121,9 +121,9 @@ def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
 
 
 def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
-    """Return the key paths of the coefficients of the ground that have one value in all parameter sets of a scene.
+    """Return the key paths of the ground coefficients that a scene states as known: equal in all parameter sets.
 
-    zones : names of the zones of the terrain; materials without a zone are left out
+    zones : names of the zones of the terrain; materials that no zone uses are left out
 
     Raises
     ------
@@ -138,9 +138,11 @@ def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
 
 
 def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str]) -> dict[str, PriorSpec]:
-    """Return the priors, except those whose values are all covered by other key paths, such as `materials.*.friction`.
+    """Return the priors that are still needed if the values at other key paths are known.
 
-    known : the other key paths
+    A prior is left out if the other key paths cover all its values. The key path `materials.*.friction`, for example,
+    covers a prior of the friction of any material.
+    priors : priors by key path; known : the other key paths
 
     Raises
     ------
@@ -152,7 +154,9 @@ def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str
 
 
 def _picked(sample: ParameterSets, places: FloatArray, scene: Scene) -> FloatArray:
-    """Return the rows (S, U) of a sample that numbers (S,) in [0, 1) select, each row in proportion to its weight.
+    """Return S rows (S, U) of a sample, each row selected as often as its weight requires.
+
+    places : (S,) evenly spread numbers in [0, 1), which select the rows; scene : names the file, for the error
 
     Raises
     ------
