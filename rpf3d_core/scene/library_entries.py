@@ -60,14 +60,17 @@ STONE_SPREAD = 0.10
 
 
 def _share(mean: float, sd: float, low: float | None = None, high: float | None = None) -> Range:
-    """Return the range of a restitution: mean and sd, cut off at low and high; if None, at two sd and within [0, 1]."""
+    """Return the range of a coefficient of restitution (-), from its mean and its standard deviation `sd`.
+
+    low, high : ends of the range; None for two standard deviations from the mean, within [0, 1]
+    """
     first, last = max(mean - TWO * sd, 0.0), min(mean + TWO * sd, 1.0)
     ends = (first if low is None else low, last if high is None else high)
     return Range(low=round(ends[0], 6), high=round(ends[1], 6), mean=mean, sd=sd)
 
 
 def _around(value: float) -> Range:
-    """Return the range of 10 % around a value of STONE, from which r.stone draws by default."""
+    """Return the range from 10 % below to 10 % above a value of STONE; by default, r.stone draws from this range."""
     return Range(low=round(value * (1.0 - STONE_SPREAD), 6), high=round(value * (1.0 + STONE_SPREAD), 6))
 
 
