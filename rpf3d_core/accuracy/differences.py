@@ -47,7 +47,7 @@ def map_distance(a: Reached, b: Reached) -> float:
 
 
 def _shares(some: Reached, cells: IntArray) -> FloatArray:
-    """Return the reach probability (S,) (-) in cells (S,), which ascend and include all reached cells."""
+    """Return the reach probability (S,) (-) in cells (S,) from a map; cells : ascending, with all reached cells."""
     shares = np.zeros(len(cells))
     shares[np.searchsorted(cells, some.cells)] = some.rocks / max(some.flown, 1)
     return shares

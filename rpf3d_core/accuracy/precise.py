@@ -68,10 +68,10 @@ class ImpactErrors(NamedTuple):
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
     """Return the rounding errors of some rocks by impact number: of all first impacts, of all second impacts, ...
 
-    Return [] for rebound models that are not in `FOLLOWED`, and for scenes with effects: their impacts cannot be
-    computed again.
+    The result is [] if the impacts cannot be computed again: with a rebound model that is not in `FOLLOWED`, or with
+    effects.
 
-    flights : with all impacts and paths
+    flights : flights of the rocks, with all impacts and paths; rocks : number of rocks to compute again
     """
     models = prepared.flight.models
     if type(models.rebound) not in FOLLOWED or models.effects is not None:
@@ -173,14 +173,21 @@ def impacts_in_digits(
 
 
 class Landed(NamedTuple):
-    """A rock on a facet just before the rebound; struck : with the velocity of arrival; n : a normal of the facet."""
+    """A rock on a facet just before the rebound.
+
+    struck : time, place and velocity of arrival; n : a normal of the facet, of any length and to either side
+    """
 
     struck: Struck
     n: Point
 
 
 def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, recorded: Decimal) -> Landed:
-    """Return the rock at its next impact, on the facet with corners (3, 3) m, near the recorded time (s)."""
+    """Return the rock at its next impact, just before the rebound.
+
+    last : the rock after its previous impact; corners : (3, 3) m, of the facet of the next impact
+    g : m/s^2, gravity; recorded : s, recorded time of the next impact, which selects one of the two roots
+    """
     a, b, c = (_decimals(corner) for corner in corners)
     n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
     fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)

@@ -1,13 +1,13 @@
 """Densities of simulated results at observed values: kernel estimates for one parameter set, by groups of releases.
 
-Each field observation has a column: the density of the simulated results at the observed value. Rocks that did not
-deposit count among all rocks, so each of them lowers the density: a rock that left the terrain is wrong, not missing.
-The rocks of a parameter set are divided into groups of releases, and the density of each group is kept, so that the
-noise due to the finite number of rocks can be measured (`likelihood`).
+Each field observation has a column: the density of the simulated results at the observed value. A simulated rock that
+left the terrain or did not stop lowers the density of stops, because its result is wrong and not missing. The rocks of
+a parameter set are divided into groups of releases. The density of each group is kept, to measure the noise that is due
+to the finite number of rocks (`likelihood`).
 
-No model is exact, so an observed stop is taken as a simulated stop plus an error. The error has the field's measuring
-error and the model's own, the misfit, whose size is unknown: densities are computed for several misfits, between which
-the data decides.
+No model is exact, so an observed stop is taken as a simulated stop plus an error. The error is the measuring error of
+the field data plus the misfit, the error of the model. The size of the misfit is unknown, so densities are computed for
+several misfits, and the data decides between them.
 """
 
 from typing import NamedTuple

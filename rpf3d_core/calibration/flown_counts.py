@@ -58,8 +58,9 @@ def extent_of(batch: Batch, directions: Directions) -> Extent:
 def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
     """Return the probability (M, R) that each rock passed a gate, for each misfit (M,) m.
 
-    at : m, distance of the gate. The error of the model belongs to the farthest point of a path, and not to its
-    beginning, which is known. So a rock that begins beyond the gate passes it only if its simulated path crosses it.
+    The farthest point of a path has the error of the model. The beginning of a path is known and has no error. So a
+    rock that begins beyond the gate passes the gate only if the simulated path crosses the gate.
+    extent : how far each rock went; at : m, distance of the gate along the slope
     """
     before = extent.begin < at
     return np.stack([np.where(before, _beyond(extent.most - at, sd), extent.least < at) for sd in misfits.tolist()])

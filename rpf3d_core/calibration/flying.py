@@ -150,8 +150,9 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 def releases_of_round(slope: Slope, number: int) -> Releases:
     """Return the releases that all sets of a round share; each round has other rocks, evenly spread over all sources.
 
-    If the masses or shapes of the observed blocks are known, they replace those of the scene, block after block. Each
-    round assigns the blocks to the releases in another random order.
+    If the masses or shapes of the observed blocks are known, they replace the masses or shapes of the simulated rocks:
+    one block for each release, and again from the first block. Each round assigns the blocks in another random order.
+    number : number of the round, from 0
     """
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))

@@ -44,8 +44,8 @@ def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, co
     """Return the weights (F, S, M) of the sets and misfits for each fold, from the observations outside this fold.
 
     log_ratio : (S,) from `population.log_importance`; folds : (N,) fold of each of the first N observations
-    counts : (K,) numbers of the observations that are counts of rocks; no fold uses them, because they may be of the
-        same rocks as the stops that are kept out
+    counts : (K,) numbers of the observations that are counts of rocks. No fold uses the counts, because a count may
+        include rocks whose stops are kept out
     """
     rows = []
     for fold in range(int(folds.max()) + 1):

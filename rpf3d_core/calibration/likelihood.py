@@ -1,9 +1,10 @@
-"""The likelihood of all parameter sets from their densities, its noise, and the weights that include the noise.
+"""The likelihood of all parameter sets, the noise of this likelihood, and weights of the sets that include the noise.
 
-The density of a set is averaged over the sets near it in z, the space of `normal_space`, with a kernel that is narrow
-against the posterior. The remaining noise is measured by drawing the groups of releases again with replacement. All
-sets of a round fly the same releases, so their groups are drawn together; each round has releases of its own. The
-weights are the mean over these draws, so intervals include the noise.
+The likelihood follows from the densities of the observations. The density of a set is averaged over sets that are near
+in z, the space of `normal_space`, with a kernel that is narrow against the posterior. The remaining noise is measured
+by drawing the groups of releases again with replacement. All sets of a round fly the same releases, so the groups of a
+round are drawn together; other rounds fly other releases. The weights are the mean over these draws, so intervals
+include the noise.
 """
 
 from typing import NamedTuple

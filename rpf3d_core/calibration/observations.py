@@ -78,7 +78,7 @@ class Field(NamedTuple):
 
 
 def calibration_of(scene: Scene) -> CalibrationSpec:
-    """Return the section `calibration` of a scene, with all its unknowns: also those that the scene itself has.
+    """Return the section `calibration` of a scene; its unknowns then include the unknowns of the scene itself.
 
     Raises
     ------

@@ -58,10 +58,10 @@ class Control(NamedTuple):
 
 
 class Result(NamedTuple):
-    """All flown sets of a calibration, in the order in which they were drawn, with their posterior and proposals.
+    """All flown sets of a calibration, with the posterior and the proposals of all rounds.
 
-    numbers : number of the round of each set
-    power : power of the likelihood at which the last proposal was made; 1 if the proposals follow the full likelihood
+    flown : the sets in the order in which they were drawn; numbers : number of the round of each set
+    power : power of the likelihood with which the last proposal was made; 1 for the full likelihood
     """
 
     posterior: Posterior

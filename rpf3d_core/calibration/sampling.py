@@ -59,8 +59,8 @@ class Round(NamedTuple):
 class Observed(NamedTuple):
     """The C observations, as the likelihood needs them.
 
-    counts : (C,) number of rocks behind each observation, the power of its density in the likelihood
-    anywhere : (C,) density of the observation if it could lie anywhere in its range, such as on the whole terrain
+    counts : (C,) number of rocks behind each observation: the power of the observation's density in the likelihood
+    anywhere : (C,) density of an observation that may lie anywhere in the possible range, such as on the whole terrain
     """
 
     counts: FloatArray

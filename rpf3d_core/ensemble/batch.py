@@ -39,9 +39,9 @@ class Batch(Written):
     """N flown rocks: their records, their results at the end of the flight, and the rocks that broke.
 
     finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin; (N, 15) with
-        `BODY_FINALS` if they have a shape
+        `BODY_FINALS` if rocks have a shape
     counts : (N, 4) columns `COUNT_COLUMNS`; (N, 5) with `BODY_COUNTS` if rocks have a shape
-    broken : the rocks of the batch that broke; `NONE_BROKEN` if they have not been gathered
+    broken : the broken rocks of the batch; `NONE_BROKEN` if broken rocks have not been gathered
     """
 
     finals: FloatArray
@@ -73,9 +73,9 @@ def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
 
 
 def only(batch: Batch, rocks: Rocks) -> Batch:
-    """Return a batch of the flagged rocks (N,) only, such as those to display, with their records and results.
+    """Return a batch of the flagged rocks only, with their records and results, for example to display these rocks.
 
-    In the result, `broken` is `NONE_BROKEN`.
+    rocks : (N,) True for a rock to keep. In the result, `broken` is `NONE_BROKEN`.
     """
     lengths = np.diff(batch.first, axis=0)
     struck, moved = np.repeat(rocks, lengths[:, 0]), np.repeat(rocks, lengths[:, 1])

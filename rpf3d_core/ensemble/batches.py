@@ -191,7 +191,7 @@ def _flown_by(
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
     """Return the rocks of all parts as one batch, sorted by row; the rocks may have flown in any order.
 
-    finals, counts : results of all R rocks of the run, as in `Crew`, of which only some may have flown
+    finals, counts : results of all R rocks of the run, as in `Crew`; rows of rocks that did not fly are left out
     """
     if not parts:
         return NOTHING

@@ -82,7 +82,11 @@ def spread_over(rocks: int, some: int) -> IntArray:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """Return the deposits, impacts and paths of some batches, whose rocks are in the order of the releases."""
+    """Return the deposits, impacts and paths of some batches as tables.
+
+    batches : together in the order of the releases; releases : of the rocks in the batches
+    engine : name of the engine; compile_s, fly_s : wall seconds
+    """
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s

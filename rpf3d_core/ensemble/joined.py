@@ -1,4 +1,4 @@
-"""Join the flights of several parts of an ensemble, such as those of several processes."""
+"""Join the flights of several parts of an ensemble, such as parts that several processes flew."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace

@@ -39,7 +39,10 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
 
 
 def has_poses(pieces: FloatArray) -> bool:
-    """Return True if the rows of path segments (S, C) are those of rocks with a shape, with orientation and energy."""
+    """Return True if path segments have columns for orientation and energy, as only rocks with a shape have.
+
+    pieces : (S, C) path segments, as in `Written`
+    """
     return bool(pieces.shape[1] > POSE)
 
 

@@ -35,8 +35,8 @@ def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatA
     """Return the lower (N,) and upper (N,) ends of the 95 % confidence intervals of shares count / total.
 
     count : (N,); total : >= 1, one number for all shares or (N,)
-    A count may be an effective number: the number of rocks whose unweighted share is as certain as a weighted share.
-    Counts may therefore have fractions. Source: as `wilson_interval`.
+    A count may have a fraction, if rocks count by weight: it is then the number of rocks of equal weight whose share
+    would be equally certain (`hazard.passages`). Source: as `wilson_interval`.
     """
     z2 = NORMAL_QUANTILE_95**2
     share = count / total

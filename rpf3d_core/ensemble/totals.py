@@ -27,7 +27,8 @@ class Totals:
 
     Rocks that failed are counted, but are in no distribution.
 
-    position : function for the coordinate in which stops are compared with field data; None without field data
+    position : function that measures the positions of stops along the direction of comparison, as from
+        `prepared.position_of_stops`; None without observed end points
     pieces : number of rocks that are fragments; dust : mass of fragments too small to fly, in DUST_UNITS
     spins : True if rocks spin; only then rotational and total energies are gathered
     why : number of rocks with a shape that stopped, by reason (`bodies.WHY_STOPPED`); empty for points and spheres

@@ -133,7 +133,8 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
     """Return the number of rocks that stopped in each zone of the pit; a rock on a spill counts for the bench below it.
 
-    The thesis counts in the same way: 14 % of its rocks stopped on spills, but its areas without spills sum to 98 %.
+    The thesis counts in the same way. In the thesis, 14 % of the rocks stopped on spills, but the shares of all other
+    areas already sum to 98 %.
 
     Raises
     ------

@@ -152,7 +152,7 @@ def _nearest(path: KeyPath, root: Root) -> str | None:
 
 
 def nearest_key(word: str, known: Sequence[str]) -> str | None:
-    """Return the known key that a wrong key probably means, by spelling, meaning or similarity; None if none is near."""
+    """Return the known key that a wrong key probably means, by spelling, meaning or similarity; or None."""
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
     found = [*misspelt, *keys_meant(word, known), *similar]

@@ -1,8 +1,8 @@
 """The entries of the library of ground materials, as their sources publish them; every figure is a range.
 
 A mean with a standard deviation is cut off at the bounds of the source or, without such bounds, at two standard
-deviations, within [0, 1] for restitution. Values of points belong to models of points: they are wrong for rocks with a
-shape (physics reference 0.5), whose entries are separate.
+deviations, within [0, 1] for restitution. Values for models of points are wrong for rocks with a shape (physics
+reference 0.5), so rocks with a shape have separate entries.
 """
 
 from collections.abc import Mapping
@@ -40,7 +40,7 @@ class LibraryMaterial(NamedTuple):
 
     @property
     def assumed(self) -> "dict[str, Range]":
-        """The ranges that a scene assumes for coefficients that this entry lacks, if its models use them; by key."""
+        """The ranges, by key, of coefficients that this entry lacks; a scene assumes a range if its models need it."""
         of_bodies = self.kind == BODIES
         return {key: span for key, span in UNSTATED.items()
                 if key not in self.ranges and of_bodies == (key == "rolling_resistance")}  # fmt: skip
@@ -77,7 +77,7 @@ def _around(value: float) -> Range:
 def _points(
     normal: Range, tangential: Range | None, angle: Range | None = None, rolling: Range | None = None
 ) -> dict[str, Range | float]:
-    """Return the ranges of a material of points by key, without those that the source does not have."""
+    """Return the ranges of a material of points, by key; a range that the source does not have (None) is left out."""
     keys = ("normal_restitution", "tangential_restitution", "friction_angle_deg", "rolling_friction")
     given = zip(keys, (normal, tangential, angle, rolling), strict=True)
     return {key: span for key, span in given if span is not None}

@@ -119,9 +119,9 @@ def _is_turned_over(faults: FaultReport) -> bool:
 def _are_axes_known(terrain: Extent, others: Sequence[Extent], up: str) -> bool:
     """True if coordinates show which of the terrain's axes points north.
 
-    The coordinates of the terrain may show the order of the axes: northings are larger than eastings. The file of
-    another input shows the order if it lies on the terrain, but would not with its axes swapped. Coordinates in the
-    scene file show nothing, because `rpf3d new` takes them from the terrain.
+    The coordinates of the terrain show the order of the axes if the northings are larger than any easting can be. The
+    file of another input shows the order if the input lies on the terrain, but would lie elsewhere with swapped axes.
+    Coordinates in the scene file show nothing, because `rpf3d new` takes these coordinates from the terrain.
     terrain : extent of the terrain; others : extents of the other inputs; up : the axis that points up in the input
     """
     ground = _plan(terrain, up)

@@ -20,7 +20,7 @@ class Ready(Protocol):
 
     @property
     def scene(self) -> Scene:
-        """The scene of which a parameter set replaces values."""
+        """The scene in which a parameter set replaces values."""
 
     @property
     def terrain(self) -> Terrain:

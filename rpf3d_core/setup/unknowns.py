@@ -25,9 +25,9 @@ from rpf3d_core.unknowns.points import spread_points
 def sets_of_scene(scene: Scene) -> ParameterSets:
     """Return the parameter sets that a run of a scene with unknowns flies; all sets have the same weight.
 
-    The points are evenly spread. If the scene has a sample, the first coordinate of each point selects a row of the
-    sample, in proportion to the weights. The other coordinates are the quantiles of the priors. A parameter that has a
-    column in the sample is drawn from the sample, whatever its prior.
+    Each set belongs to a point of an evenly spread sequence. The coordinates of the point are the quantiles of the
+    priors. If the scene has a sample, the first coordinate instead selects a row of the sample, in proportion to the
+    weights. A parameter that has a column in the sample is taken from the sample, whatever its prior.
 
     Raises
     ------
@@ -68,9 +68,9 @@ def sampled(scene: Scene) -> tuple[str, ...]:
 
 
 def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
-    """Return the share (-) of the rocks that start far from where the sample of the scene was calibrated.
+    """Return the share (-) of the rocks that start far from the place where the scene's sample was calibrated.
 
-    It is 0 for a scene without a sample, and for a sample whose file does not state where it was calibrated.
+    The share is 0 for a scene without a sample, and if the file of the sample does not state the place.
 
     releases : (N, 2) m, in plan, in the input's coordinates with z upwards
 
@@ -84,7 +84,7 @@ def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
 
 
 def place_of_sample(scene: Scene) -> Surroundings | None:
-    """Return where the sample of a scene was calibrated; None without a sample, or if its file does not state it.
+    """Return the place where the sample of a scene was calibrated; None without a sample or if the place is unknown.
 
     Raises
     ------
