@@ -139,7 +139,10 @@ def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, fl
 
 
 def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[int]) -> list[Surface]:
-    """Return the ground at each impact of a rock, with the random values drawn for this impact."""
+    """Return the ground at each impact of a rock, with the random values drawn for this impact.
+
+    row : row of the rock in `Deposits`; facets : facet of each impact, in order of time
+    """
     materials: Any = prepared.flight.materials
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
     key = RockKey(seed=prepared.flight.settings.seed, source=source, rock=rock)
@@ -206,7 +209,8 @@ def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
 def constant(surface: Surface, v: Point, n: Point) -> Point:
     """Return the velocity after an impact with constant restitution, with DIGITS digits.
 
-    Equations 3-1 to 3-3 of the thesis as vectors. The model is the same as in `kinetics.rebound.constant_restitution`.
+    The model is that of `kinetics.rebound.constant_restitution`: equations 3-1 to 3-3 of the thesis as vectors.
+    surface : ground at the impact; v : m/s, velocity before the impact; n : normal of the facet, of any length
     """
     return _lumped(surface, v, n, Decimal(float(surface.R_t)))
 
@@ -214,7 +218,8 @@ def constant(surface: Surface, v: Point, n: Point) -> Point:
 def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
     """Return the velocity after an impact in which friction limits the loss of speed along the ground (DIGITS digits).
 
-    The model is the same as in `kinetics.rebounds.coulomb_limited`.
+    The model is that of `kinetics.rebounds.coulomb_limited`.
+    surface, v, n : as in `constant`
     """
     R_n, R_t, mu = (Decimal(float(value)) for value in (surface.R_n, surface.R_t, surface.mu))
     into2 = _dot(v, n) ** 2 / _dot(n, n)
@@ -224,7 +229,10 @@ def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
 
 
 def _lumped(surface: Surface, v: Point, n: Point, kept: Decimal) -> Point:
-    """Return the velocity after an impact of a lumped mass; kept : share of the speed along the ground after it (-)."""
+    """Return the velocity after an impact of a lumped mass; surface, v, n : as in `constant`.
+
+    kept : speed along the ground after the impact, as a share of the speed along the ground before the impact (-)
+    """
     into, R_n = _dot(v, n) / _dot(n, n), Decimal(float(surface.R_n))
     x, y, z = (kept * (a - into * b) - R_n * into * b for a, b in zip(v, n, strict=True))
     return x, y, z

@@ -109,7 +109,8 @@ def _shares_inside(rank: FloatArray) -> dict[str, dict[str, float]]:
 def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown | None, seed: int) -> Findings:
     """Return the findings of a calibration from its flown sets.
 
-    book : the flight of the book's values, or None
+    result : the flown sets with their posterior; book : the flown parameter set of the book values, or None
+    seed : of the random order in which observations are divided into folds
     """
     post, priors = result.posterior, [prior.distribution for prior in spec.unknowns.values()]
     values = values_of(priors, post.z)
@@ -146,7 +147,11 @@ def _counts_beside(slope: Slope) -> IntArray:
 
 
 def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> dict[str, Any]:
-    """Return scores and ranks of observations, each predicted without its own fold."""
+    """Return scores and ranks of observations, by the names in `Findings`.
+
+    Each observation is predicted from the observations outside its fold.
+    book : the flown parameter set of the book values, or None
+    """
     field, post = slope.field, result.posterior
     count = _columns(slope)
     folds = folds_of(count, seed)

@@ -282,7 +282,8 @@ def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> 
 def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:
     """Return the densities (GROUPS, N) of values observed at a gate.
 
-    gate : passages of the R rocks; mass : (R,) kg; mixed : (R,) order of the rocks in the groups
+    one : the observed values; gate : passages of the R rocks through the gate; mass : (R,) kg
+    mixed : (R,) random order of the rocks, by which they are divided into groups
     """
     energy = 0.5 * mass * gate.speed**2 / JOULE_PER_KJ
     simulated = {"speed": gate.speed, "height": gate.height, "energy": energy}[one.kind]

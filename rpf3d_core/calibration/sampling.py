@@ -114,7 +114,7 @@ def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
 
 
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
-    """Return the proposals with the proposal of the next round added, which is made from all rounds flown so far."""
+    """Return the proposals of all rounds and of the next round, whose proposal follows from all rounds flown so far."""
     z, log_ratio = _together(rounds, proposed.mixtures)
     densities = _densities(rounds, observed)
     both = weighed(densities, nearness(z, proposed.covariance), group_shares(len(rounds), seed, 0))
@@ -138,12 +138,19 @@ def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed
 
 
 def is_enough(posterior: Posterior, power: float) -> bool:
-    """Return True if a calibration may end before its last round."""
+    """Return True if a calibration may end before its last round, because enough is known.
+
+    Enough means: the full likelihood was used, effective samples are many, and the noise of the likelihood is small.
+    power : power of the likelihood with which the last proposal was made; 1 for the full likelihood
+    """
     return power == 1.0 and posterior.effective >= ENOUGH and posterior.noise <= MOST_NOISE
 
 
 def _together(rounds: Sequence[Round], mixtures: Sequence[Mixture]) -> tuple[FloatArray, FloatArray]:
-    """Return the sets z (S, U) of all rounds, and log prior minus log proposal (S,) of each."""
+    """Return the sets z (S, U) of all rounds, and the logarithm of the importance (S,) of each set.
+
+    mixtures : proposal of each round
+    """
     z = np.concatenate([one.z for one in rounds])
     return z, log_importance(z, mixtures[: len(rounds)], [len(one.z) for one in rounds])
 

@@ -45,7 +45,7 @@ def one_after_another(parts: Sequence[tuple[Deposits, Impacts]]) -> tuple[Deposi
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
     """Return tables of impacts or paths joined into one table, in the order of the rocks.
 
-    place : (R,) new row of each rock; the rocks of all parts are counted in sequence
+    deposits : of each part; place : (R,) new row of each rock, the rocks of all parts being counted in sequence
     """
     before = np.cumsum([0, *(len(some.rock) for some in deposits)])
     moved = [replace(table, row=place[table.row + n]) for table, n in zip(tables, before[:-1], strict=True)]

@@ -190,7 +190,9 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 
 @kernel
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
-    """Return the velocity of a fragment of a rock that broke and left ground of unit normal n with velocity v.
+    """Return the velocity (m/s) of a fragment of a rock that broke at an impact.
+
+    v : m/s, velocity of the rock after the impact; n : unit normal of the ground
 
     The directions are spread evenly over a cone about v. A direction that is too close to the ground is raised.
     tilt, turn : uniform numbers in [0, 1)

@@ -117,7 +117,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Return the releases of each source for some of its rock numbers, which may exceed `Source.rocks`.
+    """Return the releases of some rocks of each source; numbers of rocks may exceed `Source.rocks`.
 
     ranges : for each source, a range of rock numbers, or the numbers themselves (N,)
 
@@ -216,6 +216,8 @@ def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rock
     """Return random deviations (R, 3) of positions or velocities, within given half-widths (3,).
 
     No number is drawn for a half-width of 0.
+    half : half-widths along the three axes; purposes : of the random numbers, one for each axis
+    number : index of the source; rocks : (R,) numbers of the rocks within the source
     """
     deviations = np.zeros((len(rocks), 3))
     for k, purpose in enumerate(purposes):

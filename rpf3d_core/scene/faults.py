@@ -57,7 +57,9 @@ Root = type[BaseModel] | None
 
 
 def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
-    """Yield each error of a file as a line number and a sentence, without errors that another error causes."""
+    """Yield each error of a file as a line number and a sentence, without errors that another error causes.
+
+    details : the errors as pydantic states them; document : the file, with the lines of its keys"""
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
         (*path[:-1], _nearest(path, root))

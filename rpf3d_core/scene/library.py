@@ -170,7 +170,10 @@ def _assumed_for(scene: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _name_of(model: Any, default: str) -> str:
-    """Return the name of a rebound or ground model from its value in a scene: a name, a mapping, an object or None."""
+    """Return the name of a rebound or ground model from its value in a scene.
+
+    model : a name, a mapping of a name to parameters, an object of the scene model, or None; default : name for None
+    """
     if model is None:
         return default
     if isinstance(model, Mapping):

@@ -148,7 +148,10 @@ def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None)
 
 
 def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
-    """Yield a sentence with the most plausible reason why an input lies off the terrain; nothing if no reason fits."""
+    """Yield a sentence with the most plausible reason why an input lies off the terrain; nothing if no reason fits.
+
+    other : extent of the input; crs : reference system of the terrain; up : the axis that points up in the input
+    """
     box, ground = _plan(other, up), _plan(terrain, up)
     if _looks_like_degrees(box) and not _looks_like_degrees(ground):
         yield _degrees_in_words(other, ground, crs)
@@ -196,7 +199,10 @@ def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
 
 
 def transforming(other: Extent, begin: str, end: str) -> str:
-    """Return the command that transforms the file of an input from one reference system to another."""
+    """Return the command that transforms the file of an input from one reference system to another.
+
+    begin : reference system of the file; end : reference system to which the file is transformed
+    """
     kind = "line" if other.name.startswith("berm ") else "polygon" if math.isnan(other.low[2]) else "point"
     file = other.file.name if other.file else ""
     name = f"{other.file.stem if other.file else other.name}_{end.rpartition(':')[2]}.geojson"

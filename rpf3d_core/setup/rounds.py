@@ -178,7 +178,9 @@ def _passes(group: IntArray, deck: IntArray, owner: IntArray, sets: int) -> IntA
 
 
 def _spread_ranks(size: int) -> IntArray:
-    """Return the rank (N,) of each of N places in an order whose first 2^k places are evenly spread, for each k.
+    """Return the rank (N,) of each of N = `size` places in an order that spreads its first places evenly.
+
+    The first 2^k places in this order are evenly spread, for each k.
 
     Source: van der Corput (1935), Verteilungsfunktionen: the bits of the rank in reverse order.
     """

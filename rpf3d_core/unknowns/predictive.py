@@ -120,7 +120,7 @@ def ranked_if_enough(values: FloatArray) -> Interval:
 def _at_rank(some: FloatArray, sets: NDArray[np.int64], rank: FloatArray) -> FloatArray:
     """Return the values (N,) at ranks (N,), counted from 1, of sorted values (S, N), linear between ranks.
 
-    sets : (N,) number of values in each column that are not NaN; NaN are last
+    some : (S, N) values, sorted in each column, NaN last; sets : (N,) number of values in each column that are not NaN
     """
     place = np.clip(rank, 1.0, np.maximum(sets, 1)) - 1.0
     low = np.floor(place).astype(np.int64)
