@@ -73,7 +73,8 @@ class PriceList:
 
     digest : of the scene; rocks : number of rocks of a run
     auto : True if the scene has `rocks: auto`; `rocks` is then the number of the first round
-    method : the method setting of the scene; cell : side of a map cell, m
+    method : the method setting of the scene; cell : side of a map cell, m; triangles : number of triangles
+    numerical : lines for methods; geometric : lines for terrains; statistical : lines for numbers of rocks
     parametric : a single line, or none if the scene has no unknowns
     off_exact : errors of exact contacts compared with 50 digits, by impact number
     """

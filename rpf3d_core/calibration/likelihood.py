@@ -94,7 +94,7 @@ def weighed(densities: Densities, near: FloatArray, shares: FloatArray) -> Weigh
 
 
 def _mixed(densities: Densities, share: FloatArray) -> FloatArray:
-    """Return the densities (S, M * C) of all rocks of each set; share : (T, GROUPS) of each group in each round."""
+    """Return the densities (S, M * C) of all rocks of each set; share : (T, GROUPS) weights as `group_shares`."""
     mixed = np.einsum("sg,sgk->sk", share[densities.rounds], densities.values.reshape(*densities.values.shape[:2], -1))
     return np.asarray(mixed)
 

@@ -1,8 +1,8 @@
-"""Population Monte Carlo: propose parameter sets near the good ones, and weigh all sets of all rounds together.
+"""Population Monte Carlo: draw new parameter sets near sets of high weight, and weigh the sets of all rounds together.
 
 The first round is spread over the prior. Each further round draws from a mixture of kernels at the sets flown so far,
-with a share of draws from the prior. The weight of a set is prior times likelihood divided by the density with which
-all rounds together propose it, so no flown set is lost.
+and a share of its sets from the prior. The weight of a set is the prior density times the likelihood, divided by the
+density with which all rounds together propose the set. So the sets of all rounds count in the result.
 
 Sources
 -------
@@ -32,7 +32,8 @@ LEAST_KEPT = 25.0
 class Mixture(NamedTuple):
     """A proposal: normal kernels of one shape at K centres, and the prior with the share FROM_PRIOR.
 
-    centres : (K, U); shares : (K,), their sum is 1; root : (U, U) lower triangular root of the kernels' covariance
+    centres : (K, U) in the space of `normal_space`; shares : (K,) of the kernels, sum 1
+    root : (U, U) lower triangular root of the kernels' covariance
     A mixture without centres (K = 0) is the prior alone.
     """
 

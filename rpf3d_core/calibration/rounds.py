@@ -34,7 +34,11 @@ SAVED_EVERY = 5.0
 
 
 class Status(NamedTuple):
-    """The progress of a calibration: sets flown, round, effective samples (None if unknown), estimated seconds left."""
+    """The progress of a calibration.
+
+    sets : number of flown sets; round : number of the round, from 0; effective : effective samples, None if unknown
+    left_s : s, estimated time until the flights end
+    """
 
     sets: int
     round: int

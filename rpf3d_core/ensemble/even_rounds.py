@@ -49,7 +49,10 @@ def is_spread(sources: Sequence[Source], total: int) -> bool:
 
 
 def every_point(sources: Sequence[Source]) -> list[range]:
-    """Return, for each source, the numbers of its first rocks: one for each release point; one for a line or area."""
+    """Return, for each source, the numbers of as few rocks as use every release point once.
+
+    A source with random places (line or area) has one number.
+    """
     return [range(_points(source)) for source in sources]
 
 

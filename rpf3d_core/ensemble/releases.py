@@ -141,7 +141,7 @@ def releases_in(
 
 
 def _shapes(rock: DrawnBody, seed: int, each: Sequence[tuple[int, IntArray]]) -> dict[str, Any]:
-    """Return shapes and orientations of the rocks of all sources.
+    """Return the columns `shape` and `pose` of `Releases` for the rocks of all sources, drawn at random.
 
     each : number of each source, and the numbers of its rocks
     """

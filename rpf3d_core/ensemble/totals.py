@@ -33,7 +33,10 @@ class Totals:
     spins : True if rocks spin; only then rotational and total energies are gathered
     why : number of rocks with a shape that stopped, by reason (`bodies.WHY_STOPPED`); empty for points and spheres
     lifted, most_lifted : number of rocks with a shape lifted off the ground at their release, largest lift (m)
-    path : length of all paths together, in PATH_UNITS; runout : m, of deposits; other fields as in `Deposits`
+    outcomes : number of rocks by outcome; impacts : number of impacts of all rocks
+    path : length of all paths together, in PATH_UNITS; runout : m; stops : m, from `position`
+    max_speed, max_energy, max_height, ground_speed, max_rotational_energy, max_total_energy : samples of the columns of
+        `Deposits`
     """
 
     position: Position | None = None

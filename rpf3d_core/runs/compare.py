@@ -73,7 +73,8 @@ class ShareDifference(NamedTuple):
 class Energies(NamedTuple):
     """The p95 energy (J) of a zone or area of interest in two runs A and B; None for fewer than 20 rocks.
 
-    It is the 95th percentile of the largest energy of each rock there.
+    The p95 energy is the 95th percentile of the largest energy of each rock in the place.
+    kind : ZONE or AREA; place : name of the zone or area; a, b : p95 energy in run A and in run B, J
     """
 
     kind: str

@@ -27,6 +27,7 @@ class SceneField:
     key : key in the scene file, with dots; in a mapping of zones, the key below `default`
     kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
     default : default value; None if the field is required or the default is not a bool, int, float or str
+    description : valid values and meaning in words
     choices : valid values of a str or an int, () if all values are valid
     bounds : bounds of a number, by pydantic's names ge, gt, le, lt
     within : key of the model, effect or optional section that contains the field; "" if the section always exists
