@@ -118,7 +118,7 @@ def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, cont
 
 
 def _many(scene: Scene) -> Scene:
-    """Return the scene with a number of rocks for which `engine: auto` selects the compiled engine."""
+    """Return the scene with enough rocks that `engine: auto` selects the compiled engine."""
     return scene if scene.engine != "auto" else with_choices(scene, max(100_000, len(scene.sources)), None, None)
 
 

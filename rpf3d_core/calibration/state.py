@@ -65,7 +65,13 @@ def check_folder(out: Path, scene: Scene) -> None:
 
 
 def _read_plan(path: Path) -> dict[str, Any]:
-    """Return the content of plan.json, which identifies a calibration; raise `InputError` if it is damaged."""
+    """Return the content of plan.json, the file that identifies a calibration.
+
+    Raises
+    ------
+    InputError
+        The file is damaged.
+    """
     try:
         plan = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as fault:

@@ -1,8 +1,8 @@
 """Fly one scene in parts, or many scenes and seeds, in several processes or on several machines.
 
 The work is submitted to an executor. Any `concurrent.futures.Executor` works: a process pool on one machine,
-`distributed.Client.get_executor()` or `mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker needs the scene's
-files at the same paths: it receives the scene, reads the files, and returns counts.
+`distributed.Client.get_executor()` or `mpi4py.futures.MPIPoolExecutor` on a cluster. A worker receives the scene, reads
+the scene's files, and returns counts. So the files must have equal paths for all workers.
 """
 
 import threading

@@ -191,7 +191,7 @@ def verdict_of(report: Report) -> str:
 
 
 def half_width(counted: Counted) -> float:
-    """Return the uncertainty (-) of a share: the half-width of its normal 95 % interval, as it is usually quoted."""
+    """Return the uncertainty (-) of a share: the half-width of the normal 95 % interval, the figure that is common."""
     return NORMAL_QUANTILE_95 * math.sqrt(counted.share * (1.0 - counted.share) / counted.of)
 
 

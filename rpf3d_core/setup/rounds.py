@@ -14,7 +14,10 @@ from rpf3d_core.setup.cells import FIRST_ROUND
 
 
 class Round(NamedTuple):
-    """The rocks of one round or part: for each source, the number of its first rock and the number after its last."""
+    """The rocks of one round or part of a run.
+
+    first, last : for each source, the number of the first rock, and the number after the last rock
+    """
 
     first: Sequence[int]
     last: Sequence[int]
