@@ -90,17 +90,20 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 
 
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
-    """Return the setting with the fewest rocks within a target (-), with exact contacts and the full terrain.
+    """Return the setting with the fewest rocks that meets a target, with exact contacts and the full terrain.
 
-    Rocks with a shape keep the accuracy of contact that the scene has. Return None if no number of rocks meets the
-    target. A run with `--accuracy` uses this choice.
+    Rocks with a shape keep the scene's accuracy of contact. Return None if no number of rocks meets the target. A run
+    with `--accuracy` uses this setting.
+    target : largest total error (-)
     """
     of_bodies = prices.method["method"] == "contact"
     return _chosen(prices, _of(prices.numerical, prices.method if of_bodies else EVENTS), _whole(prices), target)
 
 
 def exact_run(scene: str | Path, prices: PriceList, target: float) -> tuple[Scene, int]:
-    """Return the scene with exact contacts and the full terrain, and how many rocks a run within a target (-) needs.
+    """Return the scene with exact contacts and the full terrain, and the number of rocks that meets a target.
+
+    target : largest total error (-)
 
     Raises
     ------

@@ -20,7 +20,8 @@ class Metres(NamedTuple):
 class AnswerDifference(NamedTuple):
     """The difference between two results of the same rocks: how much error a setting adds to the exact result.
 
-    of_map : `map_distance` (-); of_shares : largest difference of a share over all places (-)
+    of_map : difference of the maps (-), as from `map_distance`; of_shares : largest difference of a share over all
+        places (-)
     first_impact, stop : m, distance between the first impacts and between the stopping places of the same rock
     bounce : m, difference of the heights of the first bounce; other_outcome : share of rocks with other outcomes (-)
     """
@@ -47,7 +48,7 @@ def map_distance(a: Reached, b: Reached) -> float:
 
 
 def _shares(some: Reached, cells: IntArray) -> FloatArray:
-    """Return the reach probability (S,) (-) in cells (S,), which ascend and include all reached cells."""
+    """Return the reach probability (S,) (-) in cells (S,) from a map; cells : ascending, with all reached cells."""
     shares = np.zeros(len(cells))
     shares[np.searchsorted(cells, some.cells)] = some.rocks / max(some.flown, 1)
     return shares
@@ -123,7 +124,7 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
 
 
 def metres(distances: FloatArray) -> Metres:
-    """Return the median and 95th percentile of the distances between two results (N,) m; NaN values are ignored."""
+    """Return median and 95th percentile of distances (N,) m between two results; NaN values are ignored."""
     known = distances[np.isfinite(distances)]
     if len(known) == 0:
         return Metres(None, None)

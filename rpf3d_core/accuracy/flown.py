@@ -23,8 +23,9 @@ PILOT = 40
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The map of flown rocks, for comparisons: the reached cells (S,) of the raster, and the rocks in each cell (S,).
+    """The map of flown rocks, for comparisons.
 
+    cells : (S,) numbers of the reached cells of the raster, ascending; rocks : (S,) number of rocks in each cell
     flown : number of all flown rocks
     """
 
@@ -94,10 +95,10 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 def affordable(rocks: int, seconds: float, budget: float) -> int:
     """Return how many rocks can be flown within a time budget (s): the given number, halved until they fit.
 
-    At least PILOT rocks are flown. With halving, all machines of about the same speed fly the same rocks and find the
-    same errors.
+    The result is at least PILOT, unless fewer rocks are given. Because the number is halved, machines of similar speed
+    fly equally many rocks, and so find equal errors.
 
-    seconds : time of one rock
+    rocks : the given number; seconds : s, time of one rock
     """
     while rocks * seconds > budget and rocks > PILOT:
         rocks = max(rocks // 2, PILOT)

@@ -14,7 +14,7 @@ MOST_LAYERS = 8
 
 
 class HeightField(NamedTuple):
-    """The ground found at N places in plan: its altitude, its facet, and which side of the facet is up.
+    """The ground found at N places in plan: altitude, facet, and which side of the facet is up.
 
     z : (N,) altitude, m, NaN without ground; facet : (N,), -1 without ground
     side : (N,) 1.0 if the search from above met the free side of the facet, -1.0 if it met the back
@@ -35,8 +35,9 @@ def highest_ground(engine: Engine, x: FloatArray) -> HeightField:
 def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
     """Return the ground nearest to altitudes z (N,) m, for places (N, 3) m with several layers of ground.
 
-    Only ground with its free side up counts. The highest ground always counts, because the facets of some terrains
-    face down.
+    Only ground with the free side up counts, except for the highest ground: it always counts, because the facets of
+    some terrains face down.
+    x : (N, 3) m, places, of which only the plan coordinates matter
     """
     best = found = highest_ground(engine, x)
     for _ in range(MOST_LAYERS):
@@ -53,7 +54,10 @@ def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
 
 
 def _next_ground(engine: Engine, x: FloatArray, above: HeightField) -> HeightField:
-    """Return the next layer of ground below the given ground at N places (N, 3) m."""
+    """Return the next layer of ground at N places x (N, 3) m, below the layer that was found before.
+
+    above : the layer that was found before
+    """
     facets, under = engine.facets, np.array(x)
     under[:, 2] = np.where(above.facet >= 0, above.z - REACH * facets.tolerance, facets.low[2] - ABOVE_EVERYTHING)
     return _ground_below(engine, under)

@@ -57,7 +57,10 @@ def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample)
 
 
 def over_terrain(prepared: Prepared, terrain: Terrain, engine: Engine) -> Prepared:
-    """Return the scene with its terrain replaced, to fly the same rocks there; zones and map cells stay the same."""
+    """Return the scene with another terrain, to fly the scene's rocks there; zones and map cells stay the same.
+
+    terrain : the other terrain; engine : engine over the other terrain
+    """
     return replace(prepared, terrain=terrain, engine=engine)
 
 

@@ -1,6 +1,6 @@
 """Measure the numerical error of fixed time steps: fly the same rocks with exact contacts and in fixed steps.
 
-By events means with exact contacts, without a time step.
+In this package, "by events" means with exact contacts, without a time step.
 """
 
 import time
@@ -83,6 +83,7 @@ class Measured(NamedTuple):
     """The measured error and cost of one setting, with the number of rocks behind the measurement.
 
     off : difference from the result of the same rocks by events
+    setting : the measured setting; rocks : number of rocks flown with it
     tunnelled : share of rocks (-) that ended under the ground; steps : mean number of steps of a rock
     vtk : price if VTK, called from Python, finds the closest facet, as in the thesis; None on a raster, which needs no
         closest facet
@@ -167,11 +168,11 @@ def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engin
 def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
     """Return the computing time of a fixed-step setting, timed with a few rocks.
 
-    If one rock would exceed the time budget, the time of a step is taken from an earlier setting.
+    If one rock would exceed the time budget, no rock is timed, and the time of a step is that of an earlier setting.
 
-    steps : mean number of steps of all rocks; with this number, the price does not depend on the flight times of the
-        few timed rocks
-    step : seconds of a step in an earlier setting
+    steps : mean number of steps of all rocks; the time of a step times this number is the time of a rock, so the flight
+        times of the few timed rocks do not matter
+    step : s, time of a step in an earlier setting
     """
     if steps * step > BUDGET:
         return Price(seconds_per_1000=1000.0 * steps * step, step=step, by_clock=False)
@@ -186,10 +187,10 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
-    """Return (R,) true for each rock that passed through the ground: it left the terrain with ground above it.
+    """Return flags (R,): True for a rock that passed through the ground, and so left the terrain below the ground.
 
-    A rock that passes through the lowest ground leaves the terrain's box at once, at most one tolerance deep. Such a
-    rock counts too, unless it leaves the box at a side.
+    A rock that passes through the lowest ground leaves the terrain's box at once, at most one tolerance below the
+    ground. Such a rock is also flagged, unless it leaves the box at a side.
     """
     slack = NEAR * engine.facets.tolerance
     depth = np.nan_to_num(highest_ground(engine, deposits.x).z - deposits.x[:, 2], nan=-np.inf)
@@ -202,9 +203,10 @@ def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
 def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> float:
     """Return an upper bound (-) for the effect of rounding errors on the map of reach probability.
 
-    The bound is the distance between the map and the map of the same rocks, all moved east by one tolerance (m). One
-    tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is an upper bound for
-    the effect of rounding on the map, even in a chaotic scene.
+    The bound is the distance between two maps: of the rocks as released, and of the rocks released one tolerance (m)
+    farther east. One tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is
+    an upper bound, even in a scene in which small differences grow fast.
+    exact : result of the releases by events
     """
     moved = replace(releases, x=releases.x + np.array([prepared.engine.facets.tolerance, 0.0, 0.0]))
     return map_distance(fly(prepared, moved).reached, exact.reached)

@@ -27,8 +27,9 @@ BUDGET = 12.0
 
 
 class OverSets(NamedTuple):
-    """The parametric error of a scene, from S parameter sets with two lots of `rocks` rocks each.
+    """The parametric error of a scene, from two groups of rocks, here called lots, for each of some parameter sets.
 
+    sets : number of parameter sets; rocks : number of rocks of each lot
     of_map : root of the mean square distance (-) between the maps of two sets, beyond chance
     distance : root of the mean square distance (-), chance included
     of_shares : largest difference (-) of a share between two sets
@@ -67,7 +68,9 @@ def _flown(prepared: Prepared, values: dict[str, float], rocks: int, lot: int) -
 def compared(pairs: Sequence[tuple[FlownSample, FlownSample]]) -> OverSets:
     """Return the parametric error from two lots of rocks of each parameter set.
 
-    Two lots of one set differ by chance. Lots of two sets differ by chance in the same way, and by the sets.
+    Two lots of one set differ by chance alone. Two lots of different sets differ by as much chance, and also because
+    the sets differ.
+    pairs : the two lots of each set
     """
     crossed = [(pairs[i][0], pairs[j][1]) for i in range(len(pairs)) for j in range(len(pairs)) if i != j]
     distance = _root_mean_square([map_distance(a.reached, b.reached) for a, b in crossed])

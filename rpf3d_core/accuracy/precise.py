@@ -68,10 +68,10 @@ class ImpactErrors(NamedTuple):
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
     """Return the rounding errors of some rocks by impact number: of all first impacts, of all second impacts, ...
 
-    Return [] for rebound models that are not in `FOLLOWED`, and for scenes with effects: their impacts cannot be
-    computed again.
+    The result is [] if the impacts cannot be computed again: with a rebound model that is not in `FOLLOWED`, or with
+    effects.
 
-    flights : with all impacts and paths
+    flights : flights of the rocks, with all impacts and paths; rocks : number of rocks to compute again
     """
     models = prepared.flight.models
     if type(models.rebound) not in FOLLOWED or models.effects is not None:
@@ -139,7 +139,10 @@ def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, fl
 
 
 def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[int]) -> list[Surface]:
-    """Return the ground at each impact of a rock, with the random values drawn for this impact."""
+    """Return the ground at each impact of a rock, with the random values drawn for this impact.
+
+    row : row of the rock in `Deposits`; facets : facet of each impact, in order of time
+    """
     materials: Any = prepared.flight.materials
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
     key = RockKey(seed=prepared.flight.settings.seed, source=source, rock=rock)
@@ -173,14 +176,21 @@ def impacts_in_digits(
 
 
 class Landed(NamedTuple):
-    """A rock on a facet just before the rebound; struck : with the velocity of arrival; n : a normal of the facet."""
+    """A rock on a facet just before the rebound.
+
+    struck : time, place and velocity of arrival; n : a normal of the facet, of any length and to either side
+    """
 
     struck: Struck
     n: Point
 
 
 def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, recorded: Decimal) -> Landed:
-    """Return the rock at its next impact, on the facet with corners (3, 3) m, near the recorded time (s)."""
+    """Return the rock at its next impact, just before the rebound.
+
+    last : the rock after its previous impact; corners : (3, 3) m, of the facet of the next impact
+    g : m/s^2, gravity; recorded : s, recorded time of the next impact, which selects one of the two roots
+    """
     a, b, c = (_decimals(corner) for corner in corners)
     n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
     fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)
@@ -199,7 +209,8 @@ def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
 def constant(surface: Surface, v: Point, n: Point) -> Point:
     """Return the velocity after an impact with constant restitution, with DIGITS digits.
 
-    Equations 3-1 to 3-3 of the thesis as vectors. The model is the same as in `kinetics.rebound.constant_restitution`.
+    The model is that of `kinetics.rebound.constant_restitution`: equations 3-1 to 3-3 of the thesis as vectors.
+    surface : ground at the impact; v : m/s, velocity before the impact; n : normal of the facet, of any length
     """
     return _lumped(surface, v, n, Decimal(float(surface.R_t)))
 
@@ -207,7 +218,8 @@ def constant(surface: Surface, v: Point, n: Point) -> Point:
 def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
     """Return the velocity after an impact in which friction limits the loss of speed along the ground (DIGITS digits).
 
-    The model is the same as in `kinetics.rebounds.coulomb_limited`.
+    The model is that of `kinetics.rebounds.coulomb_limited`.
+    surface, v, n : as in `constant`
     """
     R_n, R_t, mu = (Decimal(float(value)) for value in (surface.R_n, surface.R_t, surface.mu))
     into2 = _dot(v, n) ** 2 / _dot(n, n)
@@ -217,7 +229,10 @@ def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
 
 
 def _lumped(surface: Surface, v: Point, n: Point, kept: Decimal) -> Point:
-    """Return the velocity after an impact of a lumped mass; kept : share of the speed along the ground after it (-)."""
+    """Return the velocity after an impact of a lumped mass; surface, v, n : as in `constant`.
+
+    kept : speed along the ground after the impact, as a share of the speed along the ground before the impact (-)
+    """
     into, R_n = _dot(v, n) / _dot(n, n), Decimal(float(surface.R_n))
     x, y, z = (kept * (a - into * b) - R_n * into * b for a, b in zip(v, n, strict=True))
     return x, y, z

@@ -73,7 +73,8 @@ class PriceList:
 
     digest : of the scene; rocks : number of rocks of a run
     auto : True if the scene has `rocks: auto`; `rocks` is then the number of the first round
-    method : the method setting of the scene; cell : side of a map cell, m
+    method : the method setting of the scene; cell : side of a map cell, m; triangles : number of triangles
+    numerical : lines for methods; geometric : lines for terrains; statistical : lines for numbers of rocks
     parametric : a single line, or none if the scene has no unknowns
     off_exact : errors of exact contacts compared with 50 digits, by impact number
     """
@@ -103,7 +104,10 @@ def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
 
 
 def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
-    """Return the line of the price list for a fixed-step method: its setting, error and cost."""
+    """Return the line of the price list for a fixed-step method: its setting, error and cost.
+
+    sampled : statistical errors, which state how much of a difference is chance
+    """
     price = found.vtk or found.compiled
     more = {
         **_off(found.off, found.rocks, sampled),
@@ -128,7 +132,8 @@ def contact_setting(accuracy: float) -> dict[str, Any]:
 def priced_contact(found: InContact, sampled: list[Sampled]) -> Priced:
     """Return the line of the price list for an accuracy of the contact of rocks with a shape.
 
-    There is no height of a bounce: the speed of the centre after the first impact depends on the body's spin.
+    The line has no height of a bounce: the speed of the centre after the first impact depends on the body's spin.
+    sampled : statistical errors, from which the part of the difference that is chance follows
     """
     more = {**_off(found.off, found.rocks, sampled), "bounce_height_m": [None, None], "distance": found.off.of_map}
     return Priced(
@@ -140,7 +145,10 @@ def priced_contact(found: InContact, sampled: list[Sampled]) -> Priced:
 
 
 def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:
-    """Return the line of the price list for a coarser terrain: its error and cost; rocks : number of rocks flown."""
+    """Return the line of the price list for a coarser terrain: its error and cost.
+
+    rocks : number of rocks flown; sampled : statistical errors, which state how much of a difference is chance
+    """
     setting = {"part": found.part, "triangles": found.triangles}
     return Priced(
         setting=setting,

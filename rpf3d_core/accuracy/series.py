@@ -50,7 +50,7 @@ def _series(name: str, kind: str, colour: Colour, lines: Sequence[Priced], secon
 
 
 def _beside(line: Priced) -> str:
-    """Return the label of a point in the plot; the label includes the error if it is too small to be drawn."""
+    """Return the label of a point in the plot; the label states the error if the error is too small to be drawn."""
     word = word_of(line.setting)
     return word if line.error >= LEAST else f"{word}: {line.error:.1g}"
 

@@ -21,6 +21,7 @@ QUANTILE = 0.95
 class Sampled(NamedTuple):
     """The statistical errors of results from a number of rocks: the effect of chance that more rocks would reduce.
 
+    rocks : number of rocks
     of_map : estimated distance (-) between the map of these rocks and the map of infinitely many rocks
     apart : distance (-) between the maps of two different groups of this number of rocks
     half_width : half-width of the widest 95 % interval of a share (-)
@@ -39,8 +40,8 @@ class Sampled(NamedTuple):
 class Pair(NamedTuple):
     """Two groups of rocks of equal size but with different rocks, to measure the effect of chance.
 
-    one, other : maps of the two groups. The values below are of the first group.
-    half_width, energy, seconds : as in `Sampled`
+    one, other : maps of the two groups; half_width, energy : of the first group, as in `Sampled`
+    seconds : s of one core, mean of the two groups
     """
 
     one: Reached
@@ -152,10 +153,11 @@ def floor_of(rocks: int, sampled: list[Sampled]) -> float:
 def beyond_chance(distance: float, chance: float) -> float:
     """Return the part (-) of a distance of two maps that chance does not explain, 0 if chance explains all of it.
 
-    The effect of two settings (or grounds) and the effect of chance add in quadrature. The path of a rock with a shape
-    is chaotic: with another accuracy, a rock soon takes another path, and even the maps of the same rocks differ like
-    those of other rocks.
+    The squares of the two effects add up: the effect of two settings (or grounds), and the effect of chance. Chance
+    plays a part even if both settings fly the same rocks, if their shape makes the paths chaotic: with another accuracy
+    a rock soon takes another path, and the maps differ as much as maps of other rocks.
 
-    distance : of the maps of two settings; chance : of the maps of as many, but other, rocks of one setting
+    distance : between the maps of two settings
+    chance : between two maps of one setting, for other rocks, but as many
     """
     return math.sqrt(max(distance * distance - chance * chance, 0.0))

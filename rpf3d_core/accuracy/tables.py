@@ -134,7 +134,10 @@ def findings(prices: PriceList, target: float) -> list[str]:
 
 
 def _unbought(prices: PriceList, target: float) -> list[str]:
-    """Return a sentence if the parametric error is unknown, or above the target with any number of rocks."""
+    """Return a sentence if more rocks cannot meet the target, because the parametric error is above it or unknown.
+
+    The list is empty otherwise. target : largest total error (-)
+    """
     if not prices.parametric:
         return ["parametric error: not known, because the scene gives every value of the ground as known; give ranges "
                 "with `library` or `prior`, for it is often the largest"]  # fmt: skip
@@ -155,7 +158,7 @@ def _largest(prices: PriceList) -> str:
 
 
 def _left_out(prices: PriceList) -> list[str]:
-    """Return a sentence on what the price list of rocks with a shape lacks; an empty list for points and spheres."""
+    """Return a sentence on what is missing in the price list of rocks with a shape; [] for points and spheres."""
     if prices.method["method"] != "contact":
         return []
     return [

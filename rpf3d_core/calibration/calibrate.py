@@ -101,7 +101,8 @@ def deadline_after(budget: float | None) -> float:
 def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, control: Control) -> str:
     """Return a message on a budget that ended before the first flight: what took the time, and which budget is enough.
 
-    prepared_s : s, time of reading and compiling. One parameter set flies, to measure the time of SOME_ROUNDS rounds.
+    This function flies one parameter set, to estimate the time of the first SOME_ROUNDS rounds.
+    priors : prior of each unknown; prepared_s : s, time of reading and compiling
     """
     prepared, began = slope.prepared, time.monotonic()
     middle = [float(quantiles(prior, np.array([0.5]))[0]) for prior in priors]
@@ -117,14 +118,14 @@ def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, cont
 
 
 def _many(scene: Scene) -> Scene:
-    """Return the scene with a number of rocks for which `engine: auto` selects the compiled engine."""
+    """Return the scene with enough rocks that `engine: auto` selects the compiled engine."""
     return scene if scene.engine != "auto" else with_choices(scene, max(100_000, len(scene.sources)), None, None)
 
 
 def _book(slope: Slope, spec: CalibrationSpec) -> Flown | None:
-    """Return the flown parameter set with the book's values; None if the scene names no book values.
+    """Return the flown parameter set of the book values, `calibration.book`; None if the scene has no book values.
 
-    Unknowns that the book does not name keep the value of the scene.
+    Unknowns without a book value keep the value of the scene.
     """
     if not spec.book:
         return None

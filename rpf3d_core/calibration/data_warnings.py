@@ -44,7 +44,7 @@ def _of_place(slope: Slope) -> Iterator[str]:
 
 
 def _of_counts(field: Field) -> Iterator[str]:
-    """Yield sentences if counts are probably of the rocks with end points, or several counts of the same rocks."""
+    """Yield sentences if rocks are probably observed twice: by counts and end points, or by several counts."""
     places = sorted({one.place for one in field.counted if one.of == len(field.stops)})
     if places:
         yield (

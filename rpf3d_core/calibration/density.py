@@ -1,13 +1,13 @@
 """Densities of simulated results at observed values: kernel estimates for one parameter set, by groups of releases.
 
-Each field observation has a column: the density of the simulated results at the observed value. Rocks that did not
-deposit count among all rocks, so each of them lowers the density: a rock that left the terrain is wrong, not missing.
-The rocks of a parameter set are divided into groups of releases, and the density of each group is kept, so that the
-noise due to the finite number of rocks can be measured (`likelihood`).
+Each field observation has a column: the density of the simulated results at the observed value. A simulated rock that
+left the terrain or did not stop lowers the density of stops, because its result is wrong and not missing. The rocks of
+a parameter set are divided into groups of releases. The density of each group is kept, to measure the noise that is due
+to the finite number of rocks (`likelihood`).
 
-No model is exact, so an observed stop is taken as a simulated stop plus an error. The error has the field's measuring
-error and the model's own, the misfit, whose size is unknown: densities are computed for several misfits, between which
-the data decides.
+No model is exact, so an observed stop is taken as a simulated stop plus an error. The error is the measuring error of
+the field data plus the misfit, the error of the model. The size of the misfit is unknown, so densities are computed for
+several misfits, and the data decides between them.
 """
 
 from typing import NamedTuple
@@ -93,7 +93,10 @@ def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) 
 
 
 def grouped(rows: FloatArray) -> FloatArray:
-    """Return the sums (GROUPS, N) over the rocks of each group, from one value for each of R rocks, (N, R)."""
+    """Return the sums (GROUPS, N) of rows over the rocks of each group: rock k belongs to group k modulo GROUPS.
+
+    rows : (N, R) N values of each of R rocks
+    """
     count = rows.shape[1]
     padded = np.zeros((len(rows), -(-count // GROUPS) * GROUPS))
     padded[:, :count] = rows
@@ -106,7 +109,7 @@ def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike
     The mean over the groups is the density of all rocks.
 
     errors : (M,) m, standard deviations of measuring error and misfit together
-    alike : (N, R) weight of each rock for each observed block, >= 0; None if all rocks count alike for all blocks
+    alike : (N, R) weight of each rock in the prediction for each observed block, >= 0; None if all weights are equal
     """
     weights = np.ones((1, len(stops.place))) if alike is None else alike
     share = grouped(weights).mean(axis=0)
@@ -139,7 +142,8 @@ def share_densities(probabilities: FloatArray) -> FloatArray:
     """Return the shares (GROUPS, M, 2) (-) of rocks that did what was counted, and of rocks that did not.
 
     The mean over the groups is the share of all rocks.
-    probabilities : (M, R) probability that each rock did it, such as reaching an area, for each misfit
+    probabilities : (M, R) for each misfit, the probability that each rock did what was counted, such as reaching an
+        area
     """
     misfits, rocks = probabilities.shape
     both = np.stack([probabilities, 1.0 - probabilities], axis=1).reshape(2 * misfits, rocks)

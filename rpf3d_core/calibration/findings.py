@@ -35,10 +35,12 @@ FINE = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """One parameter: its prior as the scene states it, and mean, 90 % interval and shrinkage of the posterior.
+    """What a calibration found out about one parameter.
 
-    shrinkage : 1 minus the ratio of the posterior's to the prior's standard deviation (-): 0 if nothing was learnt
-    edge : share (-) of the posterior in the outermost twentieth of the prior's range, at its lower and upper end
+    name : key path; prior : the prior's keys and values, as in the scene
+    mean; low, high : mean and ends of the 90 % interval of the posterior, in the unit of the parameter
+    shrinkage : 1 minus the standard deviation of the posterior over that of the prior (-); 0 if nothing was learnt
+    edge : share (-) of the posterior in the lowest twentieth of the prior's range, and share in the highest twentieth
     """
 
     name: str
@@ -54,15 +56,18 @@ class Estimate:
 class Findings:
     """All findings of a calibration.
 
-    correlation : (U, U); effective, noise : as in `sampling.Posterior`
-    held_out, prior, book, curve : scores of the observations; None if none could be kept out, or if there are no book
-        values or no end points to predict
-    rank : (N, 2) predicted probability of a stop nearer than each observed stop, along and across; each prediction is
-        made without the stop, and with the measuring error alone, as a run shows its stops; None without stops
-    whole_rank : (N, 2) the same with the misfit included
-    misfit : m, mean error of the model over the posterior; None if there were too few end points to know it
+    correlation : (U, U) of the posterior (-); effective, noise : as in `sampling.Posterior`
+    held_out : score of kept-out observations under the calibrated model; prior : score under the priors
+    book : score under the book values, None without book values
+    curve : score under a normal curve without physics, None without end points
+        All four scores are None if there are too few observations to keep any out.
+    rank : (N, 2) predicted probability of a stop nearer than each observed stop, along and across. Each prediction is
+        made without this stop, and with the measuring error alone, as a run shows its stops. None without stops
+    whole_rank : (N, 2) as `rank`, but with the misfit added to the measuring error; None without stops
+    misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
-    of_data : warnings of the observations, as sentences; left_out : sentences on sources of which no rock flew
+    sets, rocks : number of flown parameter sets, and number of rocks of each set
+    of_data : warnings about the observations, as sentences; left_out : sentences on sources without a flown rock
     all_rounds : True if all rounds are flown, so that more time adds nothing
     """
 
@@ -104,7 +109,8 @@ def _shares_inside(rank: FloatArray) -> dict[str, dict[str, float]]:
 def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown | None, seed: int) -> Findings:
     """Return the findings of a calibration from its flown sets.
 
-    book : the flight of the book's values, or None
+    result : the flown sets with their posterior; book : the flown parameter set of the book values, or None
+    seed : of the random order in which observations are divided into folds
     """
     post, priors = result.posterior, [prior.distribution for prior in spec.unknowns.values()]
     values = values_of(priors, post.z)
@@ -132,14 +138,20 @@ def _columns(slope: Slope) -> int:
 
 
 def _counts_beside(slope: Slope) -> IntArray:
-    """Return the numbers (K,) of the observations that are counts of rocks, if end points are kept out; else none."""
+    """Return the numbers (K,) of the observations that are counts of rocks; (0,) if no end points are observed.
+
+    Only with end points are counts left out of folds, because the counts may be of the same rocks."""
     first = len(slope.field.stops) + sum(len(one.observed) for one in slope.field.values)
     counts = 2 * len(slope.field.counted) if len(slope.field.stops) else 0  # rocks that did it, and rocks that did not
     return np.arange(first, first + counts)
 
 
 def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> dict[str, Any]:
-    """Return scores and ranks of observations, each predicted without its own fold."""
+    """Return scores and ranks of observations, by the names in `Findings`.
+
+    Each observation is predicted from the observations outside its fold.
+    book : the flown parameter set of the book values, or None
+    """
     field, post = slope.field, result.posterior
     count = _columns(slope)
     folds = folds_of(count, seed)
@@ -172,7 +184,11 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
 def _estimate(
     name: str, written: dict[str, float], prior: Distribution, values: FloatArray, weights: FloatArray
 ) -> Estimate:
-    """Return the estimate of one parameter from its values (S,) and their weights (S,)."""
+    """Return the estimate of one parameter from the flown sets.
+
+    name : key path; written : the prior's keys and values, as in the scene
+    values : (S,) value of the parameter in each set; weights : (S,) posterior weight of each set, sum 1
+    """
     before = quantiles(prior, (np.arange(FINE) + 0.5) / FINE)
     mean = float(weights @ values)
     sd = float(np.sqrt(weights @ (values - mean) ** 2))

@@ -58,8 +58,9 @@ def extent_of(batch: Batch, directions: Directions) -> Extent:
 def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
     """Return the probability (M, R) that each rock passed a gate, for each misfit (M,) m.
 
-    at : m, distance of the gate. The error of the model belongs to the farthest point of a path, and not to its
-    beginning, which is known. So a rock that begins beyond the gate passes it only if its simulated path crosses it.
+    The farthest point of a path has the error of the model. The beginning of a path is known and has no error. So a
+    rock that begins beyond the gate passes the gate only if the simulated path crosses the gate.
+    extent : how far each rock went; at : m, distance of the gate along the slope
     """
     before = extent.begin < at
     return np.stack([np.where(before, _beyond(extent.most - at, sd), extent.least < at) for sd in misfits.tolist()])
@@ -91,19 +92,23 @@ def stopped_in_section(
 
 
 def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
-    """Return the probability (M, R) that each rock stopped in an area: the share of its displaced copies.
+    """Return the probability (M, R) that each rock stopped in an area, for each misfit (M,) m.
 
-    outlines : closed outlines (P, 2) m of the area, local frame; misfits : (M,) m
+    The stop of a rock is copied, and each copy is displaced in plan by an error of the model. The probability is the
+    share of the copies in the area.
+    outlines : closed outlines (P, 2) m of the area, local frame
     """
     deposited, stops = deposited_in(batch), batch.finals[:, 1:3]
     return np.stack([_share(lambda by: contained(stops + by, outlines), sd) * deposited for sd in misfits.tolist()])
 
 
 def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) -> FloatArray:
-    """Return the probability (M, R) that each rock crossed an area or stopped in it: the share of displaced paths.
+    """Return the probability (M, R) that each rock crossed an area or stopped in the area, for each misfit (M,) m.
 
-    As in `passed`, the error belongs to the end of a path, and not to its beginning, which is known: it grows along the
-    path. outlines, misfits : as in `stopped_in_area`
+    The path of a rock is copied, and each copy is displaced by an error of the model. The probability is the share of
+    the copies that meet the area. The beginning of a path is known, so the displacement grows from 0 at the beginning
+    to the whole error at the end.
+    outlines : closed outlines (P, 2) m of the area, local frame
     """
     area, paths = _area_of(outlines), _paths_of(batch)
 
@@ -148,15 +153,20 @@ def _area_of(outlines: list[FloatArray]) -> Any:
 
 
 def unit_displacements() -> FloatArray:
-    """Return the displacements (COPIES, 2) (-) of the copies in plan: mean 0 and standard deviation 1 in x and y."""
+    """Return the displacements in plan (COPIES, 2) of the copies of a path or stop, in units of the misfit (-).
+
+    In x and in y, the mean is 0 and the standard deviation 1.
+    """
     normal = normal_of(np.clip(spread_points(COPIES, 2, GROUPS), 0.5 / COPIES, 1.0 - 0.5 / COPIES))
     return np.asarray((normal - normal.mean(axis=0)) / normal.std(axis=0))
 
 
 def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> FloatArray:
-    """Return the share (R,) of displaced copies for which a rock is flagged; for sd = 0 (m), the rock itself.
+    """Return, for each rock, the share (R,) of its displaced copies that are flagged.
 
-    flags_at : returns flags (R,) from a displacement in plan (2,) m
+    For an error of 0, the result is 1 or 0: the flag of the rock itself.
+    flags_at : returns flags (R,) of the copies with a displacement in plan (2,) m
+    sd : m, standard deviation of the displacements in each direction
     """
     if sd == 0.0:
         return flags_at(np.zeros(2)).astype(float)
@@ -164,7 +174,7 @@ def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> Fl
 
 
 def _all_beyond(distance: FloatArray, misfits: FloatArray) -> FloatArray:
-    """Return the probabilities (M, R) of `_beyond` for each misfit."""
+    """Return the probabilities (M, R) of `_beyond` with each misfit (M,) m as the error of the distances (R,) m."""
     return np.stack([_beyond(distance, sd) for sd in misfits.tolist()])
 
 

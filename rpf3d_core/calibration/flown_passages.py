@@ -118,8 +118,8 @@ def path_points(batch: Batch) -> tuple[FloatArray, NDArray[np.int64]]:
 def contained(points: FloatArray, outlines: list[FloatArray]) -> NDArray[np.bool_]:
     """Return flags (N,): True for points (N, 2) m that lie in an area and not in a hole of the area.
 
-    outlines : rings (P, 2) m of the area and of its holes; a point is inside if a ray from it crosses them an odd
-        number of times
+    A point is inside if a ray from the point crosses the outlines an odd number of times.
+    outlines : rings (P, 2) m of the area and of its holes
     """
     corners = np.concatenate(outlines)
     near = np.flatnonzero(((points >= corners.min(axis=0)) & (points <= corners.max(axis=0))).all(axis=1))

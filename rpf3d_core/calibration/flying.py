@@ -68,9 +68,10 @@ JOULE_PER_KJ = 1000.0
 
 
 class Flown(NamedTuple):
-    """One flown parameter set: where its rocks stopped, the densities (GROUPS, M, C) of the observations, and energies.
+    """The result of R rocks flown with one parameter set.
 
-    energy : (R,) kJ, the largest energy of translation of each rock
+    stops : where the rocks stopped; energy : (R,) kJ, largest energy of translation of each rock
+    densities : (GROUPS, M, C) of the C observations under this set, for each group of rocks and each misfit
     """
 
     stops: Stops
@@ -82,9 +83,10 @@ class Flown(NamedTuple):
 class Slope:
     """A prepared scene with its observations: everything that flights of parameter sets share.
 
-    names : key paths of the unknowns; rocks : number of rocks of each set
+    names : key paths of the unknowns; directions : along and across the slope; field : the observations
+    rocks : number of rocks of each set
     error : m, measuring error of an end point; misfits : (M,) m, possible errors of the model
-    alike : (N, R) weight of each rock for each observed block; None if all rocks count alike
+    alike : (N, R) weight of each rock in the prediction for each observed block; None if all weights are equal
     """
 
     prepared: Prepared
@@ -148,8 +150,9 @@ def rocks_a_set(scene: Scene, blocks: int) -> int:
 def releases_of_round(slope: Slope, number: int) -> Releases:
     """Return the releases that all sets of a round share; each round has other rocks, evenly spread over all sources.
 
-    If the masses or shapes of the observed blocks are known, they replace those of the scene, block after block. Each
-    round assigns the blocks to the releases in another random order.
+    If the masses or shapes of the observed blocks are known, they replace the masses or shapes of the simulated rocks:
+    one block for each release, and again from the first block. Each round assigns the blocks in another random order.
+    number : number of the round, from 0
     """
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
@@ -182,7 +185,10 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 
 
 def observed_of(slope: Slope) -> Observed:
-    """Return how often each observation was made, and its density if it came from anywhere, in the order of `Flown`."""
+    """Return the C observations as the likelihood needs them, in the order of `Flown.densities`.
+
+    A count of rocks is two observations: the rocks that did what was counted, and the rocks that did not.
+    """
     field = slope.field
     counts, anywhere = [np.ones(len(field.stops))], [np.full(len(field.stops), anywhere_density(slope))]
     for one in field.values:
@@ -211,8 +217,9 @@ def fly_sets(
 ) -> Iterator[Flown]:
     """Fly parameter sets (S, U) of a round, a thread for each set, and yield the results in their order.
 
+    values : (S, U), each in the unit of its key in the scene; number : number of the round, which selects the rocks
     stop : called before each set, on its thread; after True no further set is yielded
-    threads : number of threads, None for one per core; the results have the same bits for any number
+    threads : number of threads, None for one per core; results do not depend on it
     """
     workers = workers_of(slope, threads)
     releases = releases_of_round(slope, number)
@@ -252,7 +259,7 @@ def fly_set(slope: Slope, values: Sequence[float] | FloatArray, releases: Releas
 
 
 def _mixed_order(rocks: int) -> NDArray[np.int64]:
-    """Return an order (R,) of the rocks in which every group has rocks of all sources and places."""
+    """Return a random order (R,) of the rocks, so that every group has rocks of all sources and places."""
     return np.random.Generator(np.random.Philox(key=GROUPS)).permutation(rocks)
 
 
@@ -275,7 +282,8 @@ def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> 
 def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:
     """Return the densities (GROUPS, N) of values observed at a gate.
 
-    gate : passages of the R rocks; mass : (R,) kg; mixed : (R,) order of the rocks in the groups
+    one : the observed values; gate : passages of the R rocks through the gate; mass : (R,) kg
+    mixed : (R,) random order of the rocks, by which they are divided into groups
     """
     energy = 0.5 * mass * gate.speed**2 / JOULE_PER_KJ
     simulated = {"speed": gate.speed, "height": gate.height, "energy": energy}[one.kind]
@@ -283,7 +291,10 @@ def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.
 
 
 def _probabilities(slope: Slope, one: Counted, batch: Batch) -> FloatArray:
-    """Return the probability (M, R) that each rock did what was counted, for each misfit."""
+    """Return the probability (M, R) that each rock did what was counted in the field, for each misfit.
+
+    one : a count of observed rocks; batch : the R flown rocks
+    """
     outlines, observed = slope.prepared.outlines.get(one.place), slope.prepared.scene.observed
     if one.kind == "passed" and one.at is not None:
         return passed(extent_of(batch, slope.directions), one.at, slope.misfits)

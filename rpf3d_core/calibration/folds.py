@@ -44,8 +44,8 @@ def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, co
     """Return the weights (F, S, M) of the sets and misfits for each fold, from the observations outside this fold.
 
     log_ratio : (S,) from `population.log_importance`; folds : (N,) fold of each of the first N observations
-    counts : (K,) numbers of the observations that are counts of rocks; no fold uses them, because they may be of the
-        same rocks as the stops that are kept out
+    counts : (K,) numbers of the observations that are counts of rocks. No fold uses the counts, because a count may
+        include rocks whose stops are kept out
     """
     rows = []
     for fold in range(int(folds.max()) + 1):
@@ -57,7 +57,7 @@ def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, co
 
 
 def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float) -> Score:
-    """Return the log score of observations under a mixture of sets and misfits.
+    """Return the log scores of N observations under a mixture of parameter sets and misfits.
 
     weights : (N, S, M) for each observation, or (1, S, M) for all; densities : (S, M, N); anywhere : as in `Densities`
     """
@@ -68,8 +68,8 @@ def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float
 def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: float) -> Score:
     """Return the log score of a normal curve fitted to the other folds: a prediction without any physics.
 
-    The curve follows the rules of the calibration: its mean and variance are unknown, as parameters are, so the
-    prediction is Student's t distribution, and ASTRAY of the observations may come from anywhere.
+    The curve follows the rules of the calibration. Mean and variance of the curve are unknown, like the parameters of a
+    scene, so the prediction is Student's t distribution. A share ASTRAY of the observations may come from anywhere.
 
     observed : (N, D), each axis with its own mean and standard deviation; axes are independent
     error : measuring error, the smallest standard deviation that a curve can have (LEAST_KERNEL if the error is less)
@@ -99,11 +99,11 @@ def ranks(
 ) -> FloatArray:
     """Return the predicted probability (N, 2) of a stop nearer than each observed stop (N, 2), along and across.
 
-    weights : (N, S, M) weights of the sets and errors for each observation; rocks that left the terrain are left out
-    errors : (M,) m, standard deviations of the difference between a simulated stop and an observed one
-    alike : (N, R) weight of each rock for each observed block, >= 0; None if all rocks count alike for all blocks
-
-    If all sets together have many rocks, only the first rocks of each set are used: their order is random.
+    Rocks that left the terrain or did not stop are left out. If all sets together have many rocks, only the first rocks
+    of each set are used, because the order of the rocks is random.
+    stops : of each of S sets; weights : (N, S, M) weights of the sets and errors for each observation
+    errors : (M,) m, standard deviations of the difference between a simulated stop and an observed stop
+    alike : (N, R) weight of each rock in the prediction for each observed block, >= 0; None if all weights are equal
     """
     below, total = np.zeros(observed.shape), np.zeros((len(observed), 1))
     most = max(RANKED // len(stops), LEAST_RANKED)
@@ -123,31 +123,35 @@ def ranks(
 
 
 def _deposited(stops: Stops, standing: FloatArray, chosen: FloatArray) -> FloatArray:
-    """Return the share (N, 1) or (1, 1) of the rocks of a set that stopped, weighted for each observed block.
+    """Return the weighted share of a set's rocks that stopped: (N, 1) for each observed block, or (1, 1) for all.
 
-    standing : (N, R) or (1, R) weights of the rocks; chosen : weights of the chosen rocks, 0 share if all are 0
+    The share is 0 for a block for which all chosen rocks have the weight 0.
+    standing : (N, R) or (1, R) weights of all rocks; chosen : (N, K) or (1, K) weights of the rocks chosen for `ranks`
     """
     share = standing @ stops.deposited / np.maximum(standing.sum(axis=1), 1e-300)
     return np.asarray(np.where(chosen.sum(axis=1) > 0.0, share, 0.0))[:, None]
 
 
 def _weighted_mean(values: FloatArray, of_rocks: FloatArray) -> FloatArray:
-    """Return the mean (N, D) of values (N, R, D) over rocks of weights (N, R) or (1, R); 0 where all weights are 0."""
+    """Return the weighted mean (N, D) of values over R rocks; 0 where all weights are 0.
+
+    values : (N, R, D); of_rocks : (N, R) or (1, R), weights of the rocks
+    """
     shares = of_rocks / np.maximum(of_rocks.sum(axis=1, keepdims=True), 1e-300)
     return np.asarray((values * shares[:, :, None]).sum(axis=1))
 
 
 def covered(rank: FloatArray, share: float) -> FloatArray:
-    """Return the share (D,) of observations within the central predictive interval of a probability `share`.
+    """Return the share (D,) of observations that lie within their predictive intervals, on each axis.
 
-    rank : (N, D) from `ranks`
+    rank : (N, D) from `ranks`; share : probability of the central predictive interval, such as 0.9 (-)
     """
     edge = 0.5 * (1.0 - share)
     return np.asarray(((rank >= edge) & (rank <= 1.0 - edge)).mean(axis=0))
 
 
 def _probabilities(z: FloatArray) -> FloatArray:
-    """Return the standard normal probabilities below z (...), with an error below 1e-7.
+    """Return the standard normal probability below each z (...), with an error of less than 1e-7.
 
     Source: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, formula 26.2.17.
     """

@@ -1,9 +1,10 @@
-"""The likelihood of all parameter sets from their densities, its noise, and the weights that include the noise.
+"""The likelihood of all parameter sets, the noise of this likelihood, and weights of the sets that include the noise.
 
-The density of a set is averaged over the sets near it in z, the space of `normal_space`, with a kernel that is narrow
-against the posterior. The remaining noise is measured by drawing the groups of releases again with replacement. All
-sets of a round fly the same releases, so their groups are drawn together; each round has releases of its own. The
-weights are the mean over these draws, so intervals include the noise.
+The likelihood follows from the densities of the observations. The density of a set is averaged over sets that are near
+in z, the space of `normal_space`, with a kernel that is narrow against the posterior. The remaining noise is measured
+by drawing the groups of releases again with replacement. All sets of a round fly the same releases, so the groups of a
+round are drawn together; other rounds fly other releases. The weights are the mean over these draws, so intervals
+include the noise.
 """
 
 from typing import NamedTuple
@@ -31,8 +32,10 @@ REDRAWS = 16
 class Densities(NamedTuple):
     """Densities of C observations under S parameter sets and M misfits, by group of releases.
 
-    values : (S, GROUPS, M, C); rounds : (S,) number of the round of each set; counts : (C,) how often each was observed
-    anywhere : (C,) density of an observation from anywhere in the range, in the unit of its density; 0 to leave it out
+    values : (S, GROUPS, M, C) densities; rounds : (S,) number of the round of each set
+    counts : (C,) number of rocks behind each observation
+    anywhere : (C,) density of an observation that does not come from the model but from anywhere in the possible range,
+        in the unit of its density; 0 if all observations come from the model
     """
 
     values: FloatArray
@@ -45,7 +48,7 @@ class Weighed(NamedTuple):
     """The log-likelihood of S sets with its noise.
 
     log_densities : (D, S, M, C) logarithms of the averaged densities: first of all groups, then of each draw of groups
-    counts : (C,) how often each was observed
+    counts : (C,) number of rocks behind each observation
     """
 
     log_densities: FloatArray
@@ -91,7 +94,7 @@ def weighed(densities: Densities, near: FloatArray, shares: FloatArray) -> Weigh
 
 
 def _mixed(densities: Densities, share: FloatArray) -> FloatArray:
-    """Return the densities (S, M * C) of all rocks of each set; share : (T, GROUPS) of each group in each round."""
+    """Return the densities (S, M * C) of all rocks of each set; share : (T, GROUPS) weights as `group_shares`."""
     mixed = np.einsum("sg,sgk->sk", share[densities.rounds], densities.values.reshape(*densities.values.shape[:2], -1))
     return np.asarray(mixed)
 

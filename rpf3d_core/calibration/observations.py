@@ -67,7 +67,8 @@ class Field(NamedTuple):
     """All observations of a slope.
 
     stops : (N, 2) m, along and across, in the input's coordinates; (0, 2) if no end points were observed
-    masses : (N,) kg, or None if unknown; shapes : (N,) numbers of the shapes from 0, or None
+    masses : (N,) kg, or None if unknown; shapes : (N,) numbers of the shapes from 0, or None if unknown
+    values : values observed at gates; counted : counts of observed rocks
     """
 
     stops: FloatArray
@@ -78,7 +79,7 @@ class Field(NamedTuple):
 
 
 def calibration_of(scene: Scene) -> CalibrationSpec:
-    """Return the section `calibration` of a scene, with all its unknowns: also those that the scene itself has.
+    """Return the section `calibration` of a scene; its unknowns then include the unknowns of the scene itself.
 
     Raises
     ------
@@ -154,7 +155,7 @@ def _values_of(spec: CalibrationSpec) -> Iterator[Values]:
 
 
 def _counted_in(scene: Scene, spec: CalibrationSpec) -> Iterator[Counted]:
-    """Yield the counts of rocks that passed gates, and that stopped in places or reached them."""
+    """Yield all counts of a scene: of rocks that passed a gate, stopped in a place or reached a place."""
     for gate in spec.gates:
         if gate.passed is not None and gate.of is not None:
             yield Counted(place=gate.name, kind="passed", at=gate.at, rocks=gate.passed, of=gate.of)

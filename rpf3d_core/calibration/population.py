@@ -1,8 +1,8 @@
-"""Population Monte Carlo: propose parameter sets near the good ones, and weigh all sets of all rounds together.
+"""Population Monte Carlo: draw new parameter sets near sets of high weight, and weigh the sets of all rounds together.
 
 The first round is spread over the prior. Each further round draws from a mixture of kernels at the sets flown so far,
-with a share of draws from the prior. The weight of a set is prior times likelihood divided by the density with which
-all rounds together propose it, so no flown set is lost.
+and a share of its sets from the prior. The weight of a set is the prior density times the likelihood, divided by the
+density with which all rounds together propose the set. So the sets of all rounds count in the result.
 
 Sources
 -------
@@ -32,7 +32,8 @@ LEAST_KEPT = 25.0
 class Mixture(NamedTuple):
     """A proposal: normal kernels of one shape at K centres, and the prior with the share FROM_PRIOR.
 
-    centres : (K, U); shares : (K,), their sum is 1; root : (U, U) lower triangular root of the kernels' covariance
+    centres : (K, U) in the space of `normal_space`; shares : (K,) of the kernels, sum 1
+    root : (U, U) lower triangular root of the kernels' covariance
     A mixture without centres (K = 0) is the prior alone.
     """
 
@@ -74,9 +75,10 @@ def log_density(mixture: Mixture, z: FloatArray) -> FloatArray:
 
 
 def log_importance(z: FloatArray, mixtures: Sequence[Mixture], counts: Sequence[int]) -> FloatArray:
-    """Return log prior minus log proposal (S,) (-) of all sets z (S, U), the proposal being the mixture of all rounds.
+    """Return the logarithm (S,) of the importance of all sets z (S, U): prior density over density of the proposal.
 
-    counts : number of sets of each round
+    The proposal is the mixture of the proposals of all rounds.
+    z : (S, U) (-), as in `normal_space`; mixtures : proposal of each round; counts : number of sets of each round
     """
     total = np.full(len(z), -np.inf)
     for mixture, count in zip(mixtures, counts, strict=True):
@@ -86,7 +88,10 @@ def log_importance(z: FloatArray, mixtures: Sequence[Mixture], counts: Sequence[
 
 
 def normalised(log_weights: FloatArray) -> FloatArray:
-    """Return weights (S,) whose sum is 1 from their logarithms (S,)."""
+    """Return the weights (S,) of S parameter sets, scaled so that their sum is 1.
+
+    log_weights : (S,) natural logarithms of the weights; a common summand of all logarithms does not matter
+    """
     weights = np.exp(log_weights - log_weights.max())
     return np.asarray(weights / weights.sum())
 
@@ -100,10 +105,10 @@ def effective_samples(weights: FloatArray) -> float:
 
 
 def flattened(log_ratio: FloatArray, log_likelihood: FloatArray, least: float) -> tuple[FloatArray, float]:
-    """Return weights (S,) with at least `least` effective samples, and the power of the likelihood that gives them.
+    """Return weights (S,) with at least `least` effective samples, and the power of the likelihood in these weights.
 
-    log_ratio : (S,) from `log_importance`; the power is 1 if the full likelihood has enough effective samples, and is
-    found by bisection otherwise
+    The power is 1 if the full likelihood has enough effective samples; otherwise a smaller power is found by bisection.
+    log_ratio : (S,) from `log_importance`; log_likelihood : (S,)
     """
     full = normalised(log_ratio + log_likelihood)
     if effective_samples(full) >= least:

@@ -68,5 +68,8 @@ class Pace:
 
 
 def first_reserve(began: float, deadline: float) -> Reserve:
-    """Return the reserve before the first flight, from `time.monotonic()` at the start and at the end of the budget."""
+    """Return the reserve before the first flight.
+
+    began, deadline : `time.monotonic()` at the start and at the end of the budget
+    """
     return Reserve(began=began, budget=max(deadline - began, 0.0))

@@ -34,7 +34,11 @@ SAVED_EVERY = 5.0
 
 
 class Status(NamedTuple):
-    """The progress of a calibration: sets flown, round, effective samples (None if unknown), estimated seconds left."""
+    """The progress of a calibration.
+
+    sets : number of flown sets; round : number of the round, from 0; effective : effective samples, None if unknown
+    left_s : s, estimated time until the flights end
+    """
 
     sets: int
     round: int
@@ -58,10 +62,10 @@ class Control(NamedTuple):
 
 
 class Result(NamedTuple):
-    """All flown sets of a calibration, in the order in which they were drawn, with their posterior and proposals.
+    """All flown sets of a calibration, with the posterior and the proposals of all rounds.
 
-    numbers : number of the round of each set
-    power : power of the likelihood at which the last proposal was made; 1 if the proposals follow the full likelihood
+    flown : the sets in the order in which they were drawn; numbers : number of the round of each set
+    power : power of the likelihood with which the last proposal was made; 1 for the full likelihood
     """
 
     posterior: Posterior
@@ -90,8 +94,9 @@ def fly_rounds(
 
     Sets that are on disk in the folder `state` are not flown again.
 
-    ending : does the work that follows the flights, so that its time is measured, and returns the time (s) that its
-        files take; None to reserve a fixed part of the budget
+    seed : of the proposals; state : folder of the flown sets
+    ending : function that does the work after the flights once, to measure its time; it returns the time (s) for the
+        files of the result. None to reserve a fixed part of the budget
     """
     observed, proposed = observed_of(slope), first_proposal(len(priors))
     rounds, flown, numbers, posterior = list[Round](), list[Flown](), list[int](), None
@@ -124,12 +129,18 @@ def fly_rounds(
 
 
 def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], bool]:
-    """Return a function that returns True after an interruption, or when no further set would end in time."""
+    """Return a function that is True if no further set may start: after an interruption, or if time is too short.
+
+    stop : True after an interruption; until : `time.monotonic()` by which a set must end
+    """
     return lambda: stop() or pace.is_too_late(until)
 
 
 def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
-    """Return a function that counts a flown set and reports it; the time of the round begins now."""
+    """Start the time of a round, and return the function to call after each flown set, which counts and reports it.
+
+    The function takes the number of flown sets of the round. tell : reports this number
+    """
     pace.begin()
 
     def count(sets: int) -> None:
@@ -140,9 +151,9 @@ def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
 
 
 def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
-    """Do the work that follows the flights of some sets, and return the reserve with the measured times.
+    """Do the work after the flights once, and return the reserve with the measured times.
 
-    end : does the work and returns the time (s) that its files take
+    sets : number of flown sets; end : does the work, and returns the time (s) for the files of the result
     """
     began = time.monotonic()
     files_s = end()
@@ -154,7 +165,8 @@ def _teller(
 ) -> Callable[[int], None]:
     """Return the function that reports the progress of a round, given the number of its flown sets.
 
-    before : number of sets of earlier rounds; number : number of the round; posterior : None if it is not known yet
+    before : number of sets of earlier rounds; number : number of the round, from 0
+    posterior : from the earlier rounds, None if it is not known yet
     until : `time.monotonic()` at which the flights must end
     """
     began = time.monotonic()
@@ -175,7 +187,11 @@ def _fly_round(
     slope: Slope, priors: list[Distribution], z: FloatArray, number: int, state: Path, control: Control,
     tell: Callable[[int], None],
 ) -> list[Flown]:  # fmt: skip
-    """Fly the sets z (S, U) of a round that are not on disk yet; return the flown sets, fewer if there was no time."""
+    """Fly the sets z (S, U) of a round that are not on disk yet, and return all flown sets of the round.
+
+    The result has fewer than S sets if the time was too short or the user interrupted.
+    number : number of the round, from 0; state : folder of the flown sets; tell : called with the number of flown sets
+    """
     kept, part = read_round(state, number, z.shape[1])
     done, unsaved, saved = list(kept.flown), list[Flown](), time.monotonic()
     rest = z[len(done) :]

@@ -59,8 +59,8 @@ class Round(NamedTuple):
 class Observed(NamedTuple):
     """The C observations, as the likelihood needs them.
 
-    counts : (C,) number of rocks behind each observation, the power of its density in the likelihood
-    anywhere : (C,) density of the observation if it could lie anywhere in its range, such as on the whole terrain
+    counts : (C,) number of rocks behind each observation: the power of the observation's density in the likelihood
+    anywhere : (C,) density of an observation that may lie anywhere in the possible range, such as on the whole terrain
     """
 
     counts: FloatArray
@@ -68,8 +68,9 @@ class Observed(NamedTuple):
 
 
 class Proposed(NamedTuple):
-    """The proposals of all rounds up to the next one, and the power of the likelihood at which the last was made.
+    """The proposals of all rounds, including the next round.
 
+    mixtures : proposal of each round; power : power of the likelihood with which the last proposal was made
     covariance : (U, U) of the flown sets in z, with the weights of the last proposal
     """
 
@@ -79,11 +80,12 @@ class Proposed(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """The posterior from all flown sets, with effective samples, and noise of the log-likelihood.
+    """The posterior from all S flown sets.
 
-    z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,)
-    misfits : (M,) probabilities of the misfits; log_ratio : (S,) log prior minus log proposal
-    weighed : densities with their noise
+    z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,) of the sets, sum 1
+    misfits : (M,) probabilities of the misfits; log_ratio : (S,) from `population.log_importance`
+    weighed : log densities with their noise; effective : effective samples
+    noise : standard deviation of a set's log-likelihood that is due to the finite number of rocks
     """
 
     z: FloatArray
@@ -112,7 +114,7 @@ def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
 
 
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
-    """Return the proposals with the proposal of the next round added, which is made from all rounds flown so far."""
+    """Return the proposals of all rounds and of the next round, whose proposal follows from all rounds flown so far."""
     z, log_ratio = _together(rounds, proposed.mixtures)
     densities = _densities(rounds, observed)
     both = weighed(densities, nearness(z, proposed.covariance), group_shares(len(rounds), seed, 0))
@@ -136,12 +138,19 @@ def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed
 
 
 def is_enough(posterior: Posterior, power: float) -> bool:
-    """Return True if a calibration may end before its last round."""
+    """Return True if a calibration may end before its last round, because enough is known.
+
+    Enough means: the full likelihood was used, effective samples are many, and the noise of the likelihood is small.
+    power : power of the likelihood with which the last proposal was made; 1 for the full likelihood
+    """
     return power == 1.0 and posterior.effective >= ENOUGH and posterior.noise <= MOST_NOISE
 
 
 def _together(rounds: Sequence[Round], mixtures: Sequence[Mixture]) -> tuple[FloatArray, FloatArray]:
-    """Return the sets z (S, U) of all rounds, and log prior minus log proposal (S,) of each."""
+    """Return the sets z (S, U) of all rounds, and the logarithm of the importance (S,) of each set.
+
+    mixtures : proposal of each round
+    """
     z = np.concatenate([one.z for one in rounds])
     return z, log_importance(z, mixtures[: len(rounds)], [len(one.z) for one in rounds])
 

@@ -65,7 +65,13 @@ def check_folder(out: Path, scene: Scene) -> None:
 
 
 def _read_plan(path: Path) -> dict[str, Any]:
-    """Return the content of plan.json, which identifies a calibration; raise `InputError` if it is damaged."""
+    """Return the content of plan.json, the file that identifies a calibration.
+
+    Raises
+    ------
+    InputError
+        The file is damaged.
+    """
     try:
         plan = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as fault:
@@ -135,7 +141,10 @@ def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
 
 
 def drop_parts(state: Path, number: int, part: int) -> None:
-    """Delete the files of a round from number `part` on: they follow a deleted file, and their sets will fly again."""
+    """Delete the files of a round from number `part` on, because the sets in these files will fly again.
+
+    Such files exist only if a user deleted the file before them.
+    """
     for path in state.glob(f"round_{number:02d}_*.npz"):
         if path.name >= _path(state, number, part).name:
             path.unlink()

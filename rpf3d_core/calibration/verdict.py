@@ -94,7 +94,10 @@ def _of_predictions(found: Findings) -> list[str]:
 
 
 def gain_of(found: Findings) -> tuple[float, float]:
-    """Return the mean gain of the score per block over the curve's score, and its standard error; 0 without scores."""
+    """Return by how much the calibrated model predicts blocks better than the curve: mean gain and its standard error.
+
+    The gain is the difference of the log scores of a block (-). Both numbers are 0 without scores.
+    """
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
     each = found.held_out.each - found.curve.each

@@ -20,8 +20,9 @@ class Written:
     """The recorded impacts and paths of N rocks, grouped by rock, without the rocks' final results.
 
     rows : (N,) row of each rock in the releases
-    impacts : (I, 9), facets : (I,), pieces : (S, 10) path segments, modes : (S,), all as in `simulation.record.Record`;
-        if rocks spin, impacts and pieces have two more columns; rocks with a shape add 3 to impacts and 8 to pieces
+    impacts : (I, 9) impacts, facets : (I,) facet of each impact; columns as in `simulation.record.Record`
+    pieces : (S, 10) path segments, modes : (S,) mode of each path segment; columns as in `simulation.record.Record`
+    Impacts and pieces have two more columns if rocks spin. Rocks with a shape add 3 columns to impacts, 8 to pieces.
     first : (N + 1, 2) the first row of each rock in impacts and in pieces
     """
 
@@ -38,9 +39,9 @@ class Batch(Written):
     """N flown rocks: their records, their results at the end of the flight, and the rocks that broke.
 
     finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin; (N, 15) with
-        `BODY_FINALS` if they have a shape
+        `BODY_FINALS` if rocks have a shape
     counts : (N, 4) columns `COUNT_COLUMNS`; (N, 5) with `BODY_COUNTS` if rocks have a shape
-    broken : the rocks of the batch that broke; `NONE_BROKEN` if they have not been gathered
+    broken : the broken rocks of the batch; `NONE_BROKEN` if broken rocks have not been gathered
     """
 
     finals: FloatArray
@@ -58,7 +59,11 @@ def written_of(rows: IntArray) -> Written:
 
 
 def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
-    """Return copies of the impacts of the rocks flagged in `impacts` (N,), and of the paths of those in `paths`."""
+    """Return a copy of the records of N rocks that contains only the impacts and paths of flagged rocks.
+
+    All N rocks stay in the copy; a rock without flags has no impacts and no path there.
+    impacts : (N,) True for a rock whose impacts are copied; paths : (N,) True for a rock whose path is copied
+    """
     if not impacts.any() and not paths.any():
         return written_of(batch.rows)
     lengths = np.diff(batch.first, axis=0)
@@ -68,9 +73,9 @@ def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
 
 
 def only(batch: Batch, rocks: Rocks) -> Batch:
-    """Return a batch of the flagged rocks (N,) only, such as those to display, with their records and results.
+    """Return a batch of the flagged rocks only, with their records and results, for example to display these rocks.
 
-    In the result, `broken` is `NONE_BROKEN`.
+    rocks : (N,) True for a rock to keep. In the result, `broken` is `NONE_BROKEN`.
     """
     lengths = np.diff(batch.first, axis=0)
     struck, moved = np.repeat(rocks, lengths[:, 0]), np.repeat(rocks, lengths[:, 1])
@@ -136,10 +141,10 @@ NOTHING = with_ends(written_of(np.empty(0, dtype=np.int64)), np.empty((0, 8)), n
 
 
 def broken_of(batch: Batch) -> Broken:
-    """Return the rocks of a batch that broke, with their state when they broke, from which fragments are made.
+    """Return the broken rocks of a batch, each with its state when it broke; fragments are made from this state.
 
-    The state comes from the last impact of a rock and the end of its path. Returns `NONE_BROKEN` itself if no rock
-    broke.
+    The state comes from the last impact of a rock and the end of its path. If no rock broke, the result is the object
+    `NONE_BROKEN` itself, so callers compare with `is`.
     """
     which = np.flatnonzero(batch.counts[:, 0] == Outcome.FRAGMENTED)
     if not which.size:
@@ -150,9 +155,9 @@ def broken_of(batch: Batch) -> Broken:
 
 
 def count_from_release(batch: Batch, t: FloatArray) -> None:
-    """Make the times of a batch of N fragments count from the release of the rock: add t (N,) s, in place.
+    """Change the times of a batch of N fragments in place, so that they count from the release of the whole rock.
 
-    t : times at which the flights of the fragments began
+    t : (N,) s, added to all times of each fragment: the time from the release of the rock to the start of the fragment
     """
     lengths = np.diff(batch.first, axis=0)
     batch.finals[:, 0] += t

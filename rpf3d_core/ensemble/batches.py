@@ -114,6 +114,8 @@ class Keep:
 class Crew:
     """Data that all threads share while they fly R rocks: inputs, and arrays for the results.
 
+    engine, flight, releases : the engine, the physics and the starts of the R rocks
+    keep : selects the records to keep; watch : called with each flown batch, returns its largest heights; or None
     finals, counts : results of the R rocks, with the columns of `Batch`; the threads fill in both
     broken : list to which the threads add one entry for each batch in which rocks broke
     """
@@ -172,6 +174,7 @@ def _flown_by(
     """Fly the batches on several threads; yield the records to keep of each batch, in the order of the batches.
 
     A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True.
+    workers : number of threads; groups : yields the batches of each group, as rows (N,) of the releases
     """
     running: deque[Future[list[Written]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
@@ -188,7 +191,7 @@ def _flown_by(
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
     """Return the rocks of all parts as one batch, sorted by row; the rocks may have flown in any order.
 
-    finals, counts : results of all R rocks of the run, as in `Crew`, of which only some may have flown
+    finals, counts : results of all R rocks of the run, as in `Crew`; rows of rocks that did not fly are left out
     """
     if not parts:
         return NOTHING
@@ -227,10 +230,10 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:
-    """Pass a flown batch to the callback `watch`, collect the rocks that broke, return copies of the records to keep.
+    """Pass a flown batch to the callback `watch`, collect its broken rocks, and return copies of the records to keep.
 
-    Copies are needed because the next rocks overwrite the record. The path of a rock that failed may contain invalid
-    numbers, which cannot be drawn, so it is not kept.
+    The records must be copied, because the next rocks overwrite the memory. The path of a failed rock is not kept: it
+    may contain invalid numbers, and such a path cannot be drawn.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():
         count_from_release(flown, crew.releases.t[flown.rows])
@@ -251,7 +254,10 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
 
 
 def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record, first: IntArray) -> Batch:
-    """Return flown rocks as a batch that shares the memory of the engine's record, without copies."""
+    """Return flown rocks as a batch that shares the memory of the engine's record, without copies.
+
+    rows, first : as in `Written`; finals, counts : as in `Batch`; record : the record into which the rocks flew
+    """
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, *written, first, finals, counts)

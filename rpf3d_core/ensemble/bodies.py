@@ -53,7 +53,7 @@ def random_orientations(seed: int, source: ArrayLike, rocks: IntArray) -> FloatA
 
 
 def _orientation(share: float, turn: float, tilt: float) -> tuple[float, float, float, float]:
-    """Return one random orientation, a quaternion w, x, y, z, from three uniform numbers in [0, 1).
+    """Return one random orientation, a quaternion w, x, y, z, from three uniform numbers share, turn, tilt in [0, 1).
 
     The functions of `math` are used, because the last bits of NumPy's functions may depend on the length of the array.
     """

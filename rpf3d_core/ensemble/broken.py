@@ -36,18 +36,24 @@ NONE_BROKEN = Broken(np.empty(0, dtype=np.int64), np.empty(0), *(np.empty((0, 3)
 
 
 def rows_of_broken(broken: Broken, which: slice) -> Broken:
-    """Return a slice of the broken rocks, so that fragments are made for a few rocks at a time, which limits memory."""
+    """Return some of the broken rocks: making the fragments of a few rocks at a time limits the memory.
+
+    which : slice of the broken rocks
+    """
     return Broken(*(getattr(broken, name)[which] for name in ("rows", "t", "x", "v", "n")))
 
 
 def in_turn(parts: Sequence[Broken]) -> Broken:
-    """Return the broken rocks of several parts joined into one, one part after another, with new row numbers from 0."""
+    """Return the broken rocks of several parts joined into one, one part after another.
+
+    The new rows are 0, 1, 2, ...: they refer to releases of the broken rocks alone, joined in the same order.
+    """
     columns = [np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "x", "v", "n")]
     return Broken(np.arange(len(columns[0])), *columns)
 
 
 def joined_broken(parts: Sequence[Broken]) -> Broken:
-    """Return the broken rocks of several parts joined into one, sorted by row."""
+    """Return the broken rocks of several parts joined into one, sorted by row in the releases; rows stay the same."""
     rows = np.concatenate([part.rows for part in parts])
     order = np.argsort(rows)
     columns = (np.concatenate([getattr(part, name) for part in parts])[order] for name in ("t", "x", "v", "n"))

@@ -1,4 +1,4 @@
-"""One colour for each zone, outcome and speed, the same in every picture and recording.
+"""The colours of zones, outcomes and speeds; all pictures and recordings use these colours.
 
 Colours are sRGB, 0 to 255. Zones are muted so that paths stand out against the terrain.
 """

@@ -24,11 +24,12 @@ EVEN_TURNS = 8
 
 
 def rocks_of_round(sources: Sequence[Source], total: int, number: int) -> list[range | IntArray]:
-    """Return, for each source, the numbers (N,) of its rocks among the `total` rocks of a round.
+    """Return, for each source, the numbers (N,) of the rocks that the source releases in a round.
 
-    Each source has its share of the rocks, and they are evenly spread over its points. If there are too few rocks for
-    all sources or points, each round uses other sources or points. No rock flies in two rounds.
-    number : number of the round, from 0
+    The rocks of the round are shared out in proportion to the sources' own numbers of rocks. The rocks of a source are
+    spread evenly over its points. If there are too few rocks for all sources or points, each round uses other sources
+    or points. No rock flies in two rounds.
+    total : number of rocks of a round, over all sources; number : number of the round, from 0
     """
     counts, most = _counts(sources, total, number)
     each = enumerate(zip(sources, counts, most, strict=True))
@@ -36,7 +37,9 @@ def rocks_of_round(sources: Sequence[Source], total: int, number: int) -> list[r
 
 
 def is_spread(sources: Sequence[Source], total: int) -> bool:
-    """Return True if the rocks of a round are spread evenly; False if they are simply the next rocks of each source.
+    """Return True if the rocks of a round are selected to be evenly spread over the sources and their points.
+
+    False if the round flies the next rocks of each source, because there are enough rocks for all sources and points.
 
     total : number of rocks of a round
     """
@@ -46,12 +49,15 @@ def is_spread(sources: Sequence[Source], total: int) -> bool:
 
 
 def every_point(sources: Sequence[Source]) -> list[range]:
-    """Return, for each source, the numbers of its first rocks: one for each release point; one for a line or area."""
+    """Return, for each source, the numbers of as few rocks as use every release point once.
+
+    A source with random places (line or area) has one number.
+    """
     return [range(_points(source)) for source in sources]
 
 
 def sources_left_out(sources: Sequence[Source], total: int, rounds: int) -> list[str]:
-    """Return the names of the sources that have rocks, but of which no rock flies in the first `rounds` rounds.
+    """Return the names of the sources that release no rock in the first `rounds` rounds, although they have rocks.
 
     total : number of rocks of a round
     """
@@ -60,9 +66,10 @@ def sources_left_out(sources: Sequence[Source], total: int, rounds: int) -> list
 
 
 def words_on_left_out(sources: Sequence[Source], total: int, rounds: int, key: str) -> list[str]:
-    """Return a list with one sentence if some sources fly no rock in the first `rounds` rounds; else an empty list.
+    """Return a list with one sentence if some sources release no rock in the first `rounds` rounds, else an empty list.
 
-    total : number of rocks of a round; key : the key or option, named in the sentence, that sets this number
+    total : number of rocks of a round
+    key : name of the key or option that sets `total`, for the sentence
     """
     names = sources_left_out(sources, total, rounds)
     if not names:
@@ -72,10 +79,11 @@ def words_on_left_out(sources: Sequence[Source], total: int, rounds: int, key: s
 
 
 def _counts(sources: Sequence[Source], total: int, number: int) -> tuple[list[int], list[int]]:
-    """Return the number of rocks of each source in round `number`, and each source's largest number in any round.
+    """Return two lists: each source's number of rocks in a round, and each source's largest number in any round.
 
-    If there are too few rocks for all sources, they are spaced evenly along the list of sources (systematic sampling),
-    and each round begins at another place.
+    If there are too few rocks for all sources, the rocks are spaced evenly along the list of sources (systematic
+    sampling), and each round begins at another place of the list.
+    total : number of rocks of a round; number : number of the round, from 0
     """
     rocks = [source.rocks for source in sources]
     fixed = share_out(rocks, total)
@@ -88,7 +96,10 @@ def _counts(sources: Sequence[Source], total: int, number: int) -> tuple[list[in
 
 
 def _too_few(counts: Sequence[int], rocks: Sequence[int]) -> bool:
-    """Return True if a source that has rocks in the scene (`rocks`) has none in the round (`counts`)."""
+    """Return True if a round has no rock of a source that has rocks.
+
+    counts : rocks of each source in the round; rocks : rocks of each source in the scene
+    """
     return any(its and not count for count, its in zip(counts, rocks, strict=True))
 
 
@@ -98,9 +109,10 @@ def _points(source: Source) -> int:
 
 
 def _of_source(source: Source, count: int, most: int, number: int, place: int) -> range | IntArray:
-    """Return the numbers of `count` rocks of a source in a round; place : number of the source.
+    """Return the numbers of the rocks that a source releases in a round.
 
-    most : largest number of rocks of the source in a round
+    count : number of these rocks; most : largest number of rocks of this source in any round
+    number : number of the round, from 0; place : index of the source
     """
     points = _points(source)
     if most >= EVEN_TURNS * points or points == 1:
@@ -113,5 +125,8 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
 
 
 def _place(steps: float) -> float:
-    """Return 0.5 + steps, modulo 1: the first place of evenly spaced places, as a share (-) of their distance."""
+    """Return where the first of several evenly spaced places lies, as a share (-) of the distance between two places.
+
+    steps : shift from the middle, 0.5; the result is 0.5 + steps, modulo 1
+    """
     return (0.5 + steps) % 1.0

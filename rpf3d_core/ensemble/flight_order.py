@@ -50,7 +50,7 @@ So no thread waits long for the last batch of another thread.
 
 
 def batch_sizes(releases: Releases, compiled: bool) -> tuple[int, int]:
-    """Return the largest and the smallest number of rocks in a batch."""
+    """Return the largest and the smallest number of rocks in a batch; compiled : True for the compiled engine."""
     if not compiled:
         return REFERENCE_BATCH, REFERENCE_BATCH
     return BODY_BATCHES if releases.shape is not None else (LARGEST_BATCH, SMALLEST_BATCH)
@@ -59,7 +59,7 @@ def batch_sizes(releases: Releases, compiled: bool) -> tuple[int, int]:
 def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[IntArray]:
     """Yield the rows (N,) of the rocks in each batch, in the order in which the batches fly.
 
-    A batch has at most `largest` rows.
+    largest : largest number of rows of a batch; workers : number of threads
     """
     return (rows for group in dealt(releases, workers, largest) for rows in group)
 
@@ -70,6 +70,8 @@ def dealt(
     """Yield the batches of each group of rocks, as arrays of rows; each group has rocks of all sources and places.
 
     The rows of a group are consecutive steps of the golden section: any number of such steps is spread evenly.
+    workers : number of threads
+    largest, smallest : limits for the number of rocks of a batch; only the last batch of a group may be smaller
     """
     rocks = len(releases.x)
     spread, groups = np.arange(rocks) * _golden_step(rocks) % max(rocks, 1), -(-rocks // (BATCHES_A_GROUP * largest))
@@ -82,6 +84,7 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int, smallest: in
     """Yield the batches of one group, smaller and smaller as fewer rocks remain, so that all threads end together.
 
     rows : (N,) rows of the group; left : number of rocks of the run that have not flown yet, including this group
+    workers : number of threads; largest, smallest : as in `dealt`
 
     Sources
     -------

@@ -27,7 +27,8 @@ def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) ->
     """Return the name of the engine to use: `name` itself or, for `auto`, the engine that finishes first.
 
     Both engines give the same result.
-    compiled : True if numba is installed; sized : True if rocks touch the ground as spheres, not as points
+    rocks : number of rocks to fly; compiled : True if numba is installed
+    sized : True if rocks touch the ground as spheres, not as points
     """
     if name != "auto":
         return name
@@ -59,7 +60,7 @@ def fly_ensemble(
     Returns
     -------
     Flights
-        The same bits for any engine, number of threads and batch size.
+        The result does not depend on the engine, the number of threads or the batch size, not even in the last bit.
     """
     began = time.perf_counter()
     precompile_flights(engine, flight.models, flight.materials, flight.settings)
@@ -81,7 +82,11 @@ def spread_over(rocks: int, some: int) -> IntArray:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """Return the deposits, impacts and paths of some batches, whose rocks are in the order of the releases."""
+    """Return the deposits, impacts and paths of some batches as tables.
+
+    batches : together in the order of the releases; releases : of the rocks in the batches
+    engine : name of the engine; compile_s, fly_s : wall seconds
+    """
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s

@@ -1,4 +1,4 @@
-"""Join the flights of several parts of an ensemble, such as those of several processes."""
+"""Join the flights of several parts of an ensemble, such as parts that several processes flew."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -12,10 +12,10 @@ Rows = TypeVar("Rows", Impacts, Paths)
 
 
 def joined(parts: Sequence[Flights]) -> Flights:
-    """Return the flights of several parts of an ensemble as one result, the same for any order of the parts.
+    """Return the flights of several parts of an ensemble as one result; the order of the parts does not matter.
 
-    The rocks are sorted by source, then rock, then fragment. compile_s (s) is the maximum of all parts, fly_s (s) the
-    sum.
+    The rocks are sorted by source, then rock, then fragment. `compile_s` of the result is the maximum of all parts, and
+    `fly_s` is their sum (both s).
     """
     deposits = [part.deposits for part in parts]
     keys = [np.concatenate([getattr(some, name) for some in deposits]) for name in ("piece", "rock", "source")]
@@ -45,7 +45,7 @@ def one_after_another(parts: Sequence[tuple[Deposits, Impacts]]) -> tuple[Deposi
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
     """Return tables of impacts or paths joined into one table, in the order of the rocks.
 
-    place : (R,) new row of each rock; the rocks of all parts are counted in sequence
+    deposits : of each part; place : (R,) new row of each rock, the rocks of all parts being counted in sequence
     """
     before = np.cumsum([0, *(len(some.rock) for some in deposits)])
     moved = [replace(table, row=place[table.row + n]) for table, n in zip(tables, before[:-1], strict=True)]

@@ -128,16 +128,18 @@ def poses_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Return positions (T, 3) m and orientations (T, 4) w, x, y, z of one rock with a shape at ascending times (T,) s.
 
-    row, gravity, times before the release or after the end, errors : as in `positions_at`
-    moments : (R, 3), as in `sample_paths`
+    Times before the release or after the end, and errors, are treated as in `positions_at`.
+    row, gravity : as in `positions_at`; moments : (R, 3) as in `sample_paths`
     """
     piece, fraction = _segments_at(paths, row, times)
     return along_pieces(paths, piece, fraction, gravity)[0], _orientations(paths, piece, fraction, moments)
 
 
 def _segments_at(paths: Paths, row: int, times: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return where one rock is at times (T,) s: the path segment (T,), and the share (T,) of its duration.
+    """Return the path segment (T,) in which a rock is at each time (T,) s, and the elapsed share (T,) of its duration.
 
+    A path segment is given as the row in `Paths` of the event that begins the segment. Times before the release or
+    after the end count as the release or the end.
     row : row of the rock in `Deposits`
 
     Raises
@@ -204,23 +206,29 @@ def _durations(paths: Paths) -> FloatArray:
 
 
 def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return the row (P,) of the event that ends each path segment; for the last row of the table, that row itself."""
+    """Return the row (P,) of the event that ends each path segment; for the last row of the table, the last row.
+
+    pieces : (P,) row in `Paths` of the event that begins each segment
+    """
     return np.minimum(pieces + 1, len(paths.row) - 1)
 
 
 def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
     """Return the number of drawing steps (P,), at least 1, along each path segment.
 
-    A flight is fastest at one of its ends, so its length is at most that speed times its duration.
+    The number follows from an upper bound of the length. A rock in flight is fastest at one end of the segment, so the
+    length is at most the larger of both speeds times the duration.
+    pieces : (P,) row in `Paths` of the event that begins each segment; step : m, largest distance between drawn points
     """
     speed = np.maximum(np.linalg.norm(paths.v[pieces], axis=1), np.linalg.norm(paths.v_end[pieces], axis=1))
     return np.asarray(np.maximum(1, np.ceil(speed * _durations(paths)[pieces] / step)), dtype=np.int64)
 
 
 def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return 1 for each path segment at whose end the velocity jumps, so that one more point must be drawn.
+    """Return how many additional points (P,) must be drawn at the end of each path segment: 1 or 0.
 
-    For all other segments the result is 0.
+    The result is 1 if the velocity jumps at the end of the segment, else 0.
+    pieces : (P,) row in `Paths` of the event that begins each segment
     """
     jumps = np.any(paths.v_end[pieces] != paths.v[_next_event(paths, pieces)], axis=1)
     return np.asarray(jumps & (paths.mode[pieces] != Mode.END), dtype=np.int64)

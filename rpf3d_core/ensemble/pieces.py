@@ -31,14 +31,17 @@ PIECES = 65_536
 
 
 class Breaking:
-    """Makes the fragments of rocks that broke, generation by generation, for the rocks of one block.
+    """Makes the fragments of the broken rocks of one block, generation by generation.
 
-    flight : physics of the fragments made last; the last generation cannot break again
+    flight : physics for the fragments of the latest generation; the last allowed generation cannot break again
     compiled : True if compiled code makes the fragments
     """
 
     def __init__(self, flight: Any, compiled: bool = True) -> None:
-        """Find the effect `Fragmentation` in the physics of the flight (`batches.Flight`)."""
+        """Find the effect `Fragmentation` in the physics of the rocks.
+
+        flight : a `batches.Flight`; compiled : True if compiled code makes the fragments
+        """
         self.flight, self._compiled = flight, compiled
         self._links = links_of(flight.models.effects)
         self._effect = next(effect for effect in self._links if isinstance(effect, Fragmentation))
@@ -47,15 +50,15 @@ class Breaking:
 
     @property
     def goes_on(self) -> bool:
-        """True if the rocks or fragments of the current generation may break."""
+        """True if the latest generation may break: the rocks themselves at first, later the latest fragments."""
         return self._left > 0
 
     def pieces_of(self, releases: Releases, broken: Broken) -> Iterator[tuple[Releases, int]]:
-        """Yield the fragments of rocks that broke, in parts, each with the mass of its dust in DUST_UNITS.
+        """Yield the fragments of broken rocks, in parts: the releases of a part, and its mass of dust in DUST_UNITS.
 
         Dust is the fragments that are too small to fly. The parent of a fragment is the rock or fragment that broke.
         Each part contains about PIECES fragments, of any number of parents, in the order of the parents.
-        releases : releases of the parents; broken : their state when they broke
+        releases : releases among which the parents are; broken : the parents, with their state when they broke
         """
         self._left -= 1
         if not self._left:
@@ -77,10 +80,12 @@ def pieces_of(
     effect: Fragmentation, seed: int, releases: Releases, broken: Broken, numbered: dict[Any, int],
     compiled: bool = True,
 ) -> tuple[Releases, int]:  # fmt: skip
-    """Return the fragments of N rocks that broke, and the mass of dust (fragments too small to fly), in DUST_UNITS.
+    """Return the fragments of N broken rocks as releases, and the mass of dust (fragments too small to fly).
 
-    releases : releases of the rocks, or fragments, that flew
-    numbered : last fragment number used in each family; the function updates it
+    The mass of dust is in DUST_UNITS.
+    releases : releases of the rocks or fragments that flew; `broken.rows` are rows of these releases
+    numbered : last fragment number used in each family, by source and rock; the function updates this dictionary
+    compiled : True if compiled code makes the fragments
 
     Raises
     ------
@@ -128,10 +133,16 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return the last fragment number (N,) used so far in the family of each of N rocks.
+    """Return the number (N,) after which the new fragments of each of N broken rocks are numbered; update `numbered`.
 
-    source, rock : (N,) numbers of the rocks, which name the families; counts : (N,) numbers of their new fragments
-    numbered : last fragment number used in each family; the new fragments are added to it
+    This is the last number used in the family of the rock, 0 at first. Rocks of one family follow each other.
+    source, rock : (N,) numbers that identify the family of each rock; counts : (N,) number of its new fragments
+    numbered : last fragment number used in each family, by source and rock; raised by the new fragments
+
+    Raises
+    ------
+    InputError
+        A family has more fragments than there are numbers for.
     """
     last = []
     for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):
@@ -158,10 +169,11 @@ def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cas
 
 @loop
 def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: Any, v: Any, shares: Any) -> None:
-    """Write the velocities v (P, 3) m/s of P fragments, and their shares (P,) of the rock's mass.
+    """Write the velocities v (P, 3) m/s of P fragments, and the share (P,) of the parent's mass in each fragment.
 
-    which : (P,) row of the parent, and (P,) rank by size, from 1; key : (P,), (P,) counter words of the random numbers
-    parents : of N parents, size laws (N, 2) as in `_sized`, velocities (N, 3) m/s and normals (N, 3)
+    which : two arrays: (P,) number of the parent, from 0, and (P,) rank by size among its fragments, from 1
+    key : two arrays (P,), (P,) that select the random numbers of each fragment
+    parents : three arrays for N parents: size laws (N, 2) as in `_sized`, velocities (N, 3) m/s and normals (N, 3)
     """
     parent, rank = which
     source, rock = key
@@ -178,7 +190,9 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 
 @kernel
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
-    """Return the velocity of a fragment of a rock that broke and left ground of unit normal n with velocity v.
+    """Return the velocity (m/s) of a fragment of a rock that broke at an impact.
+
+    v : m/s, velocity of the rock after the impact; n : unit normal of the ground
 
     The directions are spread evenly over a cone about v. A direction that is too close to the ground is raised.
     tilt, turn : uniform numbers in [0, 1)

@@ -23,12 +23,13 @@ INSIDE = 1e-6
 def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
     """Return the ground straight below releases x (R, 3) m: (R, 3) height (m), facet, side, as `Engine.ground_below`.
 
-    For a rock that starts inside the ground, above an overhang, this is the back of an overhanging facet. The back of a
-    facet excludes the facet's edges (`detection.narrow_phase`), so a vertical line through an edge of an overhang may
-    meet only the ground under the overhang. Therefore four vertical lines around the release are searched, too. The
-    result is the back of a facet that they meet, if all lines start in the ground, or if the facet closest to the
-    release shows its back. The closest facet decides above the foot of an overhang: a line next to the release may run
-    along the same edge.
+    A rock that starts inside the ground, above an overhang, has the back of an overhanging facet below it. But the back
+    of a facet excludes the facet's edges (`detection.narrow_phase`). A vertical line through an edge of the overhang
+    may therefore miss the back, and meet only the ground under the overhang.
+
+    So four more vertical lines around such a release are searched. If they meet the back of a facet, this facet is the
+    result in two cases: all four lines start in the ground, or the facet closest to the release shows its back. The
+    second case is needed above the foot of an overhang, where a line may run along the same edge as the first line.
     """
     found = engine.ground_below(x)
     some = _to_look_around(engine, found)
@@ -47,8 +48,9 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
 def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
     """Return the rows of the releases around which further vertical lines are searched.
 
-    These releases lie at least LEAST_HEIGHT above the upper side of a facet. Without overhangs the result is empty,
-    because no facet below a rock shows its back. found : (R, 3) from `Engine.ground_below`
+    These releases lie at least LEAST_HEIGHT crack widths above the free side of a facet. On terrain without overhangs
+    the result is empty, because no facet shows its back to a rock above.
+    found : (R, 3) from `Engine.ground_below`
     """
     if (np.asarray(engine.facets.normals)[:, 2] >= 0.0).all():
         return np.empty(0, dtype=np.int64)
@@ -57,7 +59,10 @@ def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
 
 
 def _below(engine: Engine, x: FloatArray, around: FloatArray, column: tuple[float, float]) -> FloatArray:
-    """Return `Engine.ground_below` of x (N, 3) m, moved in plan by `around` (N,) m times `column` (2,)."""
+    """Return the ground (N, 3) below points at some distance from x (N, 3) m, as `Engine.ground_below`.
+
+    around : (N,) m, distance of each point from x; column : (2,) direction in plan from x to the points
+    """
     return engine.ground_below(np.ascontiguousarray(x + around[:, None] * np.array([*column, 0.0])))
 
 

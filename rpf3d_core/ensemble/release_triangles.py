@@ -1,8 +1,9 @@
-"""Release places on a surface, spread evenly over its true area; evenly in plan, steep slopes would get too few.
+"""Release places on a surface, spread evenly over its true area.
 
-Three uniform numbers select the place of a rock. The first selects the triangle, through the running sum of all areas.
-The others select the place in the triangle, with a square root that makes the places even (Turk 1990, Graphics Gems,
-"Generating random points in triangles").
+Places that are even in plan would be too few on steep slopes. Three uniform numbers select the place of a rock. The
+first number selects the triangle, through the running sum of all areas. The other two numbers select the place in the
+triangle, with a square root that makes the places even (Turk 1990, Graphics Gems, "Generating random points in
+triangles").
 """
 
 from dataclasses import dataclass

@@ -117,7 +117,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Return the releases of each source for some of its rock numbers, which may exceed `Source.rocks`.
+    """Return the releases of some rocks of each source; numbers of rocks may exceed `Source.rocks`.
 
     ranges : for each source, a range of rock numbers, or the numbers themselves (N,)
 
@@ -141,7 +141,7 @@ def releases_in(
 
 
 def _shapes(rock: DrawnBody, seed: int, each: Sequence[tuple[int, IntArray]]) -> dict[str, Any]:
-    """Return shapes and orientations of the rocks of all sources.
+    """Return the columns `shape` and `pose` of `Releases` for the rocks of all sources, drawn at random.
 
     each : number of each source, and the numbers of its rocks
     """
@@ -216,6 +216,8 @@ def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rock
     """Return random deviations (R, 3) of positions or velocities, within given half-widths (3,).
 
     No number is drawn for a half-width of 0.
+    half : half-widths along the three axes; purposes : of the random numbers, one for each axis
+    number : index of the source; rocks : (R,) numbers of the rocks within the source
     """
     deviations = np.zeros((len(rocks), 3))
     for k, purpose in enumerate(purposes):
@@ -236,7 +238,7 @@ def _along(points: FloatArray, breaks: Sequence[int], share: FloatArray) -> Floa
 
 
 def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) -> FloatArray:
-    """Return the release positions x, with heights replaced by the highest terrain there plus `above_ground`."""
+    """Return positions (R, 3) m at the places x (R, 3) in plan, `above_ground` (m) above the highest terrain there."""
     top = np.array(x)
     top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
     found = engine.ground_below(top)

@@ -74,10 +74,10 @@ class Sample:
     def interval(self, wanted: int) -> tuple[float | None, float | None]:
         """Return the 95 % confidence interval of a percentile, valid for any distribution.
 
+        Each end of the interval is a value of the sample. An end is None if the sample has too few values: the upper
+        end for a high percentile, the lower end for a low percentile. A value lies in the interval if the share of
+        smaller values in the sample agrees with `wanted` by the score test, the test behind Wilson's interval.
         wanted : the percentile, in percent
-        The ends are values of the sample; an end is None if too few values bound it, as for a high percentile of few
-        values. The interval contains all values for which the share of smaller values agrees with `wanted` by the score
-        test, the test behind Wilson's interval.
 
         Sources
         -------
@@ -89,9 +89,9 @@ class Sample:
         return self._ranked(low), self._ranked(high)
 
     def _ranked(self, rank: int) -> float | None:
-        """Return the value of a rank in the sample, counted from 1 in ascending order.
+        """Return the value at a rank of the sorted sample; None if the rank is below 1 or above the number of values.
 
-        The result is None if there is no such rank.
+        rank : 1 for the smallest value
         """
         if not 1 <= rank <= self.count:
             return None

@@ -47,7 +47,8 @@ AnyRock = Rock | DrawnRock | SourceRocks | DrawnBody
 def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return the masses (R,) kg and radii (R,) m of the rocks of a source, from their numbers (R,).
 
-    source : number of the source, the same for all rocks or (R,) one for each; for `SourceRocks`, the same for all
+    source : number of the source: a single number for all rocks, or (R,) one for each rock; with `SourceRocks` only a
+        single number
     """
     if isinstance(rock, SourceRocks):
         return sizes_of(_of_source(rock, source), seed, source, rocks)

@@ -39,14 +39,17 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
 
 
 def has_poses(pieces: FloatArray) -> bool:
-    """Return True if the rows of path segments (S, C) are those of rocks with a shape, with orientation and energy."""
+    """Return True if path segments have columns for orientation and energy, as only rocks with a shape have.
+
+    pieces : (S, C) path segments, as in `Written`
+    """
     return bool(pieces.shape[1] > POSE)
 
 
 class Spins(NamedTuple):
-    """The rotation of rocks as a squared speed (m^2/s^2) that adds to v^2 in the kinetic energy.
+    """The rotation of rocks as squared speeds (m^2/s^2), which are added to v^2 in the kinetic energy.
 
-    For spheres it is 2/5 (R w)^2, for rocks with a shape twice the rotational energy per unit of mass.
+    The squared speed of a sphere is 2/5 (R w)^2. For rocks with a shape, it is twice the rotational energy per mass.
 
     pieces : (S, 2) at the start and at the end of each path segment; impacts : (I,) just before each impact
     """

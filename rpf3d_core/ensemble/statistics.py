@@ -35,8 +35,8 @@ def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatA
     """Return the lower (N,) and upper (N,) ends of the 95 % confidence intervals of shares count / total.
 
     count : (N,); total : >= 1, one number for all shares or (N,)
-    A count may be an effective number: the number of rocks whose unweighted share is as certain as a weighted share.
-    Counts may therefore have fractions. Source: as `wilson_interval`.
+    A count may have a fraction, if rocks count by weight: it is then the number of rocks of equal weight whose share
+    would be equally certain (`hazard.passages`). Source: as `wilson_interval`.
     """
     z2 = NORMAL_QUANTILE_95**2
     share = count / total
@@ -57,7 +57,10 @@ def share_of(count: int, total: int) -> dict[str, Any]:
 
 
 def words_on_pieces(rocks: int, pieces: int) -> str:
-    """Return a sentence for runs with fragments: shares are relative to rocks and fragments, not to released rocks."""
+    """Return the sentence that warns about shares of a run with fragments: released rocks and fragments count alike.
+
+    rocks : number of released rocks and fragments together; pieces : number of fragments
+    """
     return (
         f"{pieces:,} of {rocks:,} rocks are pieces of the other {rocks - pieces:,}: shares and reach probability are "
         "of all of them together, not of rocks released, and their intervals are too narrow"

@@ -52,9 +52,10 @@ def precompile_fragments(engine: Engine, flight: Flight) -> None:
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
-    """Return the rocks to keep for display: `shown` of R rocks (None: all), and `paths` of these with their paths.
+    """Return the rocks to keep for display, evenly spread over all rocks.
 
-    Both selections are evenly spread.
+    rocks : number of all rocks; shown : number of rocks to keep, None for all
+    paths : number of the kept rocks whose paths are also kept
     """
     if shown is None:
         return Shown(None, spread_over(rocks, paths))
@@ -77,7 +78,11 @@ def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None
 
 
 def _share(low: int, high: int, b: int, blocks: int) -> range:
-    """Return the rock numbers of one source, among low to high - 1, that belong to block number b."""
+    """Return the numbers of a source's rocks that belong to a block.
+
+    low, high : first number of the source's rocks, and the number after the last; b : number of the block, from 0
+    blocks : number of blocks
+    """
     if high - low >= blocks:
         return range(low + b, high, blocks)
     return range(low + b * (high - low) // blocks, low + (b + 1) * (high - low) // blocks)
@@ -127,7 +132,7 @@ class Stream:
         return True
 
     def _fly_block(self, releases: Releases) -> int:
-        """Fly one block of rocks and then its fragments; return the number of rocks of the block that flew."""
+        """Fly one block of rocks, then the fragments of these rocks; return how many rocks of the block flew."""
         rocks, struck = len(releases.x), None if self.impacts else self.shown.rocks
         keep = Keep(self._chosen(self.shown.paths, rocks), self._chosen(struck, rocks))
         control = BatchControl(threads=self.threads, stop=self.stop, advance=self.advance)
@@ -138,9 +143,10 @@ class Stream:
         return len(batch.rows)
 
     def _fly_pieces(self, batch: Batch, releases: Releases) -> None:
-        """Fly the fragments of the rocks that broke, and then their fragments, even if the run was stopped.
+        """Fly the fragments of a batch's broken rocks, then the fragments of broken fragments, and so on.
 
-        Paths and impacts of fragments are kept only if those of every rock are kept.
+        All fragments fly even if the run was stopped. Fragments and their paths are kept for display only if all rocks
+        are kept.
         """
         if not len(batch.broken.rows):
             return
@@ -156,7 +162,7 @@ class Stream:
             broken = in_turn([part for _, part in parts])
 
     def _fly_some(self, pieces: Releases, flight: Flight) -> tuple[Releases, Broken]:
-        """Fly some fragments; return the releases of those that broke, and their state when they broke."""
+        """Fly some fragments; return the releases of the broken fragments, and the state of each when it broke."""
         shown = np.full(len(pieces.x), self.shown.rocks is None)
         keep = Keep(shown, shown | self.impacts)
         batch = fly_batches(self.engine, flight, pieces, keep, self.watch, BatchControl(threads=self.threads))

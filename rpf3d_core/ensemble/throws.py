@@ -54,8 +54,9 @@ def _throw_all(
 ) -> None:
     """Write the velocities v (R, 3) m/s of thrown rocks, with directions spread evenly over the cone.
 
-    axes : as `axes_of`; closeness : 1 minus the cosine of half the opening angle; speed, tilt, turn : as in `thrown`
-    On a sphere, equal steps along the axis cut off equal areas (Archimedes).
+    Equal steps along the axis of a sphere cut off equal areas of its surface (Archimedes), so the cosine is uniform.
+    axes : as from `axes_of`; speed, tilt, turn : as in `thrown`
+    closeness : 1 minus the cosine of half the opening angle of the cone (-)
     """
     ahead, right, up = axes
     for i in range(len(v)):

@@ -27,12 +27,16 @@ class Totals:
 
     Rocks that failed are counted, but are in no distribution.
 
-    position : function for the coordinate in which stops are compared with field data; None without field data
+    position : function that measures the positions of stops along the direction of comparison, as from
+        `prepared.position_of_stops`; None without observed end points
     pieces : number of rocks that are fragments; dust : mass of fragments too small to fly, in DUST_UNITS
     spins : True if rocks spin; only then rotational and total energies are gathered
     why : number of rocks with a shape that stopped, by reason (`bodies.WHY_STOPPED`); empty for points and spheres
     lifted, most_lifted : number of rocks with a shape lifted off the ground at their release, largest lift (m)
-    path : length of all paths together, in PATH_UNITS; runout : m, of deposits; other fields as in `Deposits`
+    outcomes : number of rocks by outcome; impacts : number of impacts of all rocks
+    path : length of all paths together, in PATH_UNITS; runout : m; stops : m, from `position`
+    max_speed, max_energy, max_height, ground_speed, max_rotational_energy, max_total_energy : samples of the columns of
+        `Deposits`
     """
 
     position: Position | None = None

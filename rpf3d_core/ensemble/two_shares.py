@@ -54,7 +54,8 @@ def pooled_z_p(a: int, n_a: int, b: int, n_b: int) -> float:
 def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
     """Return the two-sided p value that two shares are equal, by Fisher's exact test, for small counts.
 
-    It is the chance of all tables that are no likelier than the observed table.
+    Among all counts with the totals `n_a`, `n_b` and `a + b`, those that are no likelier than the observed counts are
+    selected. The p value is the sum of their chances.
 
     Sources
     -------

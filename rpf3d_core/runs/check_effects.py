@@ -42,7 +42,10 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
 
 
 def _carrying_on(scene: Scene) -> str:
-    """Return the ground model to suggest: `sliding`, or the first model that the scene's rebound model allows."""
+    """Return the ground model to suggest for a scene without one, so that rocks move on after their bounces.
+
+    The result is `sliding`, or the first ground model that may be combined with the scene's model of impacts.
+    """
     grounds = scene.impact_model.model_spec.GROUNDS
     return "sliding" if grounds is None else next(name for name in grounds if name != "none")
 
@@ -65,6 +68,6 @@ def _without(flight: Flight, effects: list[object]) -> Flight:
 
 
 def _same(one: Flights, other: Flights) -> bool:
-    """True if the places of all impacts and ends of the same rocks are equal in two flights, bit for bit."""
+    """True if two flights of the same rocks have equal places of all impacts and of all ends, to the last bit."""
     pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
     return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

@@ -1,8 +1,8 @@
 """Compare two runs: shares of rocks in each zone and area of interest, and which differences are significant.
 
 A difference is significant if its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal runs,
-about 5 % are significant by chance; `p_holm` is corrected for the number of comparisons. Interval and p assume that the
-rocks of the two runs are independent. Two runs with the same sources and the same seed release the same rocks; the
+about 5 % are significant by chance; `p_holm` is corrected for the number of comparisons. Interval and p value assume
+independent rocks in the two runs. But two runs with the same sources and the same seed release the same rocks: the
 intervals are then usually too wide.
 """
 
@@ -28,7 +28,10 @@ Facts = Mapping[str, Any]
 
 
 class Counted(NamedTuple):
-    """A share as two numbers: `rocks` were counted, of all `of` rocks that could be counted."""
+    """A share of rocks as two numbers.
+
+    rocks : number of rocks that did what the share counts; of : number of all rocks to which the share refers
+    """
 
     rocks: int
     of: int
@@ -70,7 +73,8 @@ class ShareDifference(NamedTuple):
 class Energies(NamedTuple):
     """The p95 energy (J) of a zone or area of interest in two runs A and B; None for fewer than 20 rocks.
 
-    It is the 95th percentile of the largest energy of each rock there.
+    The p95 energy is the 95th percentile of the largest energy of each rock in the place.
+    kind : ZONE or AREA; place : name of the zone or area; a, b : p95 energy in run A and in run B, J
     """
 
     kind: str
@@ -251,7 +255,10 @@ def _notes(comparison: Comparison) -> Iterator[str]:
 
 
 def _alike(a: Facts, b: Facts) -> str | None:
-    """Return why two runs release the same rocks, as a phrase; None if the rocks differ, or this is unknown."""
+    """Return why two runs release the same rocks if their seeds are equal, as a phrase; None if no reason is known.
+
+    a, b : content of the summaries of the runs
+    """
     if a.get("digest") == b.get("digest"):
         return "the same scene"
     known = a.get("releases_digest")

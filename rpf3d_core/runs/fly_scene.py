@@ -38,8 +38,9 @@ class RunControl:
     stop : called while rocks fly; after it has returned True, no further rocks start
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
-    first : about the number of rocks of the first round; each further round about doubles the number of rocks flown,
-        and the rocks flown always represent all rocks; see `setup.rounds.growing_rounds`. None for the scene's rounds
+    first : approximate number of rocks of the first round. Each further round about doubles the number of rocks flown,
+        and after each round the rocks flown represent all rocks (`setup.rounds.growing_rounds`). None for the rounds
+        that the scene itself asks for
     after_round : called after each round except the last, with the result so far
     painting : draws the pictures; None if `run_scene` should start its own
     """
@@ -68,7 +69,7 @@ def fly_scene(
     """Fly the rocks of a prepared scene, round by round, and return the finished run.
 
     A round is a number of rocks after which results are checked; with `rocks: auto` there are several. The run ends
-    when all rocks have flown, the target is met, or it is stopped.
+    when all rocks have flown, when the target is met, or when `control.stop` returns True.
 
     precompiler : compiles the loops that the run needs
     shown : number of rocks to keep in memory, None for all
@@ -113,7 +114,10 @@ def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound
 
 
 def _kept(prepared: Prepared, plan: Sequence[AnyRound], shown: int | None) -> Shown:
-    """Return the rocks to keep in memory, and those to draw; shown : number of rocks to keep, None for all."""
+    """Return the rocks to keep in memory, and the rocks whose paths are also kept, to draw them.
+
+    plan : rounds of the run; shown : number of rocks to keep, None for all
+    """
     paths = prepared.scene.outputs.trajectories
     if prepared.scene.rocks == "auto" or len(plan) == 1:
         # All kept rocks belong to the first round, because with `rocks: auto` the number of later rocks is unknown.
@@ -224,9 +228,9 @@ def _check_all(prepared: Prepared, rocks: AnyRound) -> None:
 
 
 def counted_and(totals: Totals, sink: Sink | None) -> Sink:
-    """Return a function that adds the deposits of each group of rocks to `totals`, and passes the results on.
+    """Return a function of (deposits, impacts) that adds the deposits to `totals`, and passes both on to a sink.
 
-    sink : function that then receives the deposits and impacts, or None
+    sink : function that receives the deposits and impacts; None to pass nothing on
     """
 
     def take(deposits: Deposits, impacts: Impacts) -> None:

@@ -70,7 +70,8 @@ class SetFlyer:
 
     flights : flight settings of each set; tally : counts of the sets
     sink : function that receives all deposits and impacts
-    further : function of (totals, sink) that returns a sink which also counts into these totals, such as `counted_and`
+    further : function of (totals, sink) that returns a new sink; the new sink adds to the totals and then calls the
+        given sink, as with `fly_scene.counted_and`
     """
 
     prepared: Prepared
@@ -83,7 +84,8 @@ class SetFlyer:
     def fly(self, rocks: AnyRound) -> bool:
         """Fly the rocks of a round, set after set; return False if the run was stopped before all rocks had flown.
 
-        The first sets are always evenly spread over all sets, so the sets of a stopped run still represent all sets.
+        Any number of first sets is evenly spread over the unknowns, so the flown sets of a stopped run represent all
+        sets.
         """
         gathered = Gathered(self.sink)
         whole = self._fly_sets(rocks, gathered)

@@ -1,8 +1,8 @@
 """Fly one scene in parts, or many scenes and seeds, in several processes or on several machines.
 
 The work is submitted to an executor. Any `concurrent.futures.Executor` works: a process pool on one machine,
-`distributed.Client.get_executor()` or `mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker needs the scene's
-files at the same paths: it receives the scene, reads the files, and returns counts.
+`distributed.Client.get_executor()` or `mpi4py.futures.MPIPoolExecutor` on a cluster. A worker receives the scene, reads
+the scene's files, and returns counts. So the files must have equal paths for all workers.
 """
 
 import threading
@@ -239,9 +239,10 @@ def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence
 
 @contextmanager
 def as_they_finish(flying: "dict[Future[Flown], int]") -> "Iterator[Iterator[tuple[Future[Flown], int]]]":
-    """Yield an iterator of futures with their numbers, in the order in which they finish.
+    """Yield an iterator of futures and their numbers, in the order in which the futures finish.
 
     When the `with` block ends, even by an error or Ctrl-C, work that has not started is cancelled.
+    flying : number of each submitted future, such as the number of a run
     """
     with _all_or_none(list(flying)):
         yield ((done, flying[done]) for done in as_completed(flying))

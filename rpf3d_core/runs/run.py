@@ -102,9 +102,10 @@ def run_scene(
 
 @contextmanager
 def _painting(scene: Scene, control: RunControl) -> Iterator[Painting]:
-    """Yield the painting of a run: that of the control or a new one. Its second process ends with the `with` block.
+    """Yield the object that draws the pictures of a run: `control.painting`, or a new object if this is None.
 
-    So no process writes into a folder that is deleted after an error.
+    The process that draws ends with the `with` block, so no process writes into a folder that is deleted after an
+    error.
     """
     with painting(control.threads) if control.painting is None else nullcontext(control.painting) as drawn:
         try:
@@ -185,7 +186,7 @@ def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
 
 
 def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
-    """Return a function of (path, summary) that writes the recording of a run."""
+    """Return the function that writes the recording of a run; its arguments are the path and the run's summary."""
     from rpf3d_core.recordings.log import write_recording  # only recordings need rerun
 
     return lambda path, facts: write_recording(

@@ -133,7 +133,8 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
     """Return the number of rocks that stopped in each zone of the pit; a rock on a spill counts for the bench below it.
 
-    The thesis counts in the same way: 14 % of its rocks stopped on spills, but its areas without spills sum to 98 %.
+    The thesis counts in the same way. In the thesis, 14 % of the rocks stopped on spills, but the shares of all other
+    areas already sum to 98 %.
 
     Raises
     ------
@@ -190,7 +191,7 @@ def verdict_of(report: Report) -> str:
 
 
 def half_width(counted: Counted) -> float:
-    """Return the uncertainty (-) of a share: the half-width of its normal 95 % interval, as it is usually quoted."""
+    """Return the uncertainty (-) of a share: the half-width of the normal 95 % interval, the figure that is common."""
     return NORMAL_QUANTILE_95 * math.sqrt(counted.share * (1.0 - counted.share) / counted.of)
 
 

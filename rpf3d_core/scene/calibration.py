@@ -64,7 +64,11 @@ class ShareSpec(StrictModel):
 
 
 def _part_of(count: int | None, whole: int | None, key: str) -> None:
-    """Raise an error if a count is given without `whole`, the number of observed rocks, or exceeds it."""
+    """Raise an error if a count of rocks is given without the number of observed rocks, or is above this number.
+
+    count : the count, None if not given; whole : number of observed rocks, None if not given
+    key : the key of the count in the scene, for the message
+    """
     if count is not None and (whole is None or count > whole):
         raise refuse(f"is {count}, but must be at most `of`, the number of observed rocks", key)
 

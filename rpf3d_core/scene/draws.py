@@ -243,6 +243,7 @@ def distribution_of(value: float | Draw) -> Distribution:
 def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType({}), **limits: float) -> Any:
     """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
 
+    A mark is the name in brackets by which pydantic selects the type of a value, such as `[uniform]`.
     further : types that the field takes besides KINDS, by mark; unit : unit of the numbers, for messages
     """
     kinds = {**KINDS, **further}
@@ -253,7 +254,11 @@ def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType
 
 
 def _kind_of(kinds: Mapping[str, type[StrictModel]], value: Any) -> str:
-    """Return the mark of a value's type: a named distribution, normal (any other mapping), or a number."""
+    """Return the mark of the type that a value of a scene has: of a named distribution, of a normal one, or a number.
+
+    A mapping that names no distribution counts as a normal distribution.
+    kinds : types that the field takes, by mark
+    """
     if isinstance(value, Mapping):
         return next((f"[{name}]" for name in value if f"[{name}]" in kinds and name != "normal"), "[normal]")
     return next((mark for mark, kind in kinds.items() if type(value) is kind), NUMBER)

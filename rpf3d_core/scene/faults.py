@@ -57,7 +57,9 @@ Root = type[BaseModel] | None
 
 
 def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
-    """Yield each error of a file as a line number and a sentence, without errors that another error causes."""
+    """Yield each error of a file as a line number and a sentence, without errors that another error causes.
+
+    details : the errors as pydantic states them; document : the file, with the lines of its keys"""
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
         (*path[:-1], _nearest(path, root))
@@ -107,7 +109,11 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) 
 
 
 def _told_in(message: str, path: KeyPath, root: Root) -> KeyPath:
-    """Return the path of the key that a message is about: a key below `path` if the message names exactly one."""
+    """Return the path of the key that an error message is about.
+
+    This is a key below `path` if the message names exactly one such key, else `path` itself.
+    message : from the check of the section at `path`
+    """
     words = re.findall(r"\w+", message)
     named = [key for key in _keys(_annotation(path, root)) if key in words]
     return (*path, named[0]) if len(named) == 1 else path
@@ -148,7 +154,7 @@ def _nearest(path: KeyPath, root: Root) -> str | None:
 
 
 def nearest_key(word: str, known: Sequence[str]) -> str | None:
-    """Return the known key that a wrong key probably means, by spelling, meaning or similarity, or None."""
+    """Return the known key that a wrong key probably means, by spelling, meaning or similarity; or None."""
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
     found = [*misspelt, *keys_meant(word, known), *similar]
@@ -156,7 +162,10 @@ def nearest_key(word: str, known: Sequence[str]) -> str | None:
 
 
 def _section_of(path: KeyPath) -> str | None:
-    """Return the key path where an unknown key of the top level belongs; None if no section of a scene has it."""
+    """Return where in a scene an unknown key of the top level belongs, such as `rock.mass`; None if nowhere.
+
+    The result is also None for a key that is not at the top level.
+    """
     word = str(path[-1])
     for section, model in SECTIONS.items():
         keys = list(model.model_fields)
@@ -182,7 +191,7 @@ def _line(path: KeyPath, document: Document) -> int:
 
 
 def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
-    """Return the path of a key as users know it, without the marks that pydantic adds."""
+    """Return the path of a key as in the scene file, without the names of types that pydantic adds to a path."""
     return tuple(step for step in location if step not in PYDANTIC_MARKS)
 
 

@@ -53,10 +53,12 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene without the coefficients and priors of library entries that the changes replace by others.
+    """Return the scene without the values of those library entries that the changes replace by other entries.
 
-    A prior stays if the new entry has a range for the same coefficient: the new range then takes its place. So the
-    priors have the same order as in a scene file with the new entry. changes : tree of changes, as in `_put`
+    The values of an entry are coefficients and priors of a material. A prior stays if the new entry has a range for the
+    same coefficient: the new range later replaces the prior. So the order of the priors is that of a scene file with
+    the new entry.
+    changes : tree of changes, as in `_put`
     """
     of_materials = changes.get("materials", {})
     if isinstance(of_materials, _Value):
@@ -76,7 +78,10 @@ def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 
 def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene without the priors of values that the changes replace, because the new values are known."""
+    """Return the scene without the priors of values that the changes replace, because the new values are known.
+
+    A prior stays if it also belongs to values that are not replaced. changes : tree of changes, as in `_put`
+    """
     if scene.unknowns is None or not scene.unknowns.priors:
         return scene
     left = {
@@ -88,7 +93,10 @@ def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 
 def _is_changed(changes: Any, steps: Steps) -> bool:
-    """Return True if a tree of changes has a new value at the end of some steps, or for a section above it."""
+    """Return True if a tree of changes replaces the value of a scene at some steps, or a section that contains it.
+
+    changes : tree of changes, as in `_put`; steps : the keys and indices that lead to the value
+    """
     for step in steps:
         if isinstance(changes, _Value) or step not in changes:
             break
@@ -127,7 +135,16 @@ def steps_to(scene: Scene, path: str) -> list[Steps]:
 
 
 def _walk(scene: Scene, part: Any, rest: str, path: str, before: Steps) -> Iterator[Steps]:
-    """Yield the places below a part of a scene that the rest of a key path stands for."""
+    """Yield the places in a scene that a key path stands for, each as steps: the keys and indices that lead there.
+
+    part : the part of the scene at the steps `before`; rest : the rest of the key path, below this part
+    path : the whole key path, for messages
+
+    Raises
+    ------
+    SceneError
+        The key path leads to no value of the scene.
+    """
     if not rest:
         yield before
         return
@@ -161,7 +178,11 @@ def _keys(part: Any) -> dict[str, tuple[str | int, Any]]:
 
 
 def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
-    """Return why a key path leads nowhere, as a sentence."""
+    """Return why a key path leads nowhere, as a sentence.
+
+    part : the last part of the scene that the path reaches; key : the key that is missing there
+    path : the whole key path; keys : the existing keys
+    """
     if not keys:
         what = "nothing is given there" if part is None else f"there is {part!r}"
         return f"the key path `{path}` leads to no value: above `{key}` {what}"
@@ -171,9 +192,10 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
 
 
 def _put(changes: Any, steps: Steps, value: Any) -> bool:
-    """Add a new value at some steps of a scene to a tree of changes: nested dictionaries, with a `_Value` at each end.
+    """Add a new value of a scene to a tree of changes; return False if a new value above or below is in conflict.
 
-    Return False if the tree already has a new value above or below these steps.
+    A tree of changes is nested dictionaries with the keys and indices of the scene, and with a `_Value` at each end.
+    steps : the keys and indices that lead to the value
     """
     for step in steps[:-1]:
         if isinstance(changes, _Value):
@@ -193,7 +215,10 @@ class _Value:
 
 
 def _merged(part: Any, changes: Any) -> Any:
-    """Return a part of a scene as values of a scene file, with a tree of changes; unchanged sections stay objects."""
+    """Return a part of a scene as values of a scene file, after a tree of changes; unchanged sections stay objects.
+
+    changes : tree of changes to this part, as in `_put`
+    """
     if isinstance(changes, _Value):
         return changes.value
     if isinstance(part, BaseModel):
@@ -208,7 +233,10 @@ def _merged(part: Any, changes: Any) -> Any:
 
 
 def _given(part: BaseModel) -> list[str]:
-    """Return the keys that a section of a scene has from its file."""
+    """Return the fields of a section that the scene file states; all other fields have their defaults.
+
+    Of a material for bodies, the coefficients of points are left out: `read_scene` fills them in.
+    """
     names = [name for name in type(part).model_fields if name in part.model_fields_set]
     if isinstance(part, Material) and part.is_of_a_body:
         return [name for name in names if name not in POINT_KEYS]  # read_scene fills these keys in
@@ -230,9 +258,10 @@ def _plain(value: Any) -> Any:
 
 
 def given_keys(section: BaseModel, above: Steps = ()) -> Iterator[str]:
-    """Yield the key paths of the values that a scene, or a section of it, states; everything else is a default.
+    """Yield the key paths of the values that a scene file states, for the whole scene or one section; no defaults.
 
-    above : the keys of the section; an item of a list has its number, from 0
+    section : the scene or the section; above : the keys that lead to the section; an item of a list has its number,
+        from 0
     """
     for name in _given(section):
         yield ".".join(map(str, (*above, name)))

@@ -57,8 +57,8 @@ def _with_entry(material: Mapping[str, Any], scene: Mapping[str, Any], name: str
 def _own_priors(scene: Mapping[str, Any]) -> set[str]:
     """Return the key paths of the priors that a scene file gives in `unknowns.priors`.
 
-    The result is empty if the scene has been read before: then its priors include the priors of library entries, and
-    its materials already have a number for each prior of the file.
+    The result is empty for values of a scene that was already read: its `unknowns` is an object that also contains the
+    priors of library entries, and its materials already have a number in place of each prior.
     """
     unknowns = scene.get("unknowns")
     priors = unknowns.get("priors") if isinstance(unknowns, Mapping) else None
@@ -66,7 +66,10 @@ def _own_priors(scene: Mapping[str, Any]) -> set[str]:
 
 
 def _middle(coefficient: Any) -> Any:
-    """Return the middle of a coefficient's range, a placeholder for the values of its prior; a plain number stays."""
+    """Return the number that replaces a coefficient with a range until a prior sets its value: the mean or the middle.
+
+    coefficient : a plain number, which is returned unchanged, or `{prior: ...}`
+    """
     if not isinstance(coefficient, Mapping):
         return coefficient
     prior = coefficient[PRIOR]
@@ -112,9 +115,11 @@ def keys_of_entry(material: Any, name: str, priors: Mapping[str, PriorSpec], sce
 
 
 def _is_of_entry(span: Any, value: Any, prior: PriorSpec | None) -> bool:
-    """Return True if a coefficient is that of a library entry: its value is the number, or its prior is the range.
+    """Return True if the scene has the coefficient of a library entry unchanged.
 
-    span : number or range of the entry; value, prior : of the coefficient in the scene
+    span : coefficient of the entry, a number or a range
+    value : number of the coefficient in the scene, compared if the entry has a number
+    prior : prior of the coefficient in the scene, or None; compared if the entry has a range
     """
     if isinstance(span, float):
         return bool(value == span)
@@ -165,7 +170,10 @@ def _assumed_for(scene: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _name_of(model: Any, default: str) -> str:
-    """Return the name of a rebound or ground model from its value in a scene: a name, a mapping, an object or None."""
+    """Return the name of a rebound or ground model from its value in a scene.
+
+    model : a name, a mapping of a name to parameters, an object of the scene model, or None; default : name for None
+    """
     if model is None:
         return default
     if isinstance(model, Mapping):

@@ -1,8 +1,8 @@
 """The entries of the library of ground materials, as their sources publish them; every figure is a range.
 
 A mean with a standard deviation is cut off at the bounds of the source or, without such bounds, at two standard
-deviations, within [0, 1] for restitution. Values of points belong to models of points: they are wrong for rocks with a
-shape (physics reference 0.5), whose entries are separate.
+deviations, within [0, 1] for restitution. Values for models of points are wrong for rocks with a shape (physics
+reference 0.5), so rocks with a shape have separate entries.
 """
 
 from collections.abc import Mapping
@@ -40,7 +40,7 @@ class LibraryMaterial(NamedTuple):
 
     @property
     def assumed(self) -> "dict[str, Range]":
-        """The ranges that a scene assumes for coefficients that this entry lacks, if its models use them; by key."""
+        """The ranges, by key, of coefficients that this entry lacks; a scene assumes a range if its models need it."""
         of_bodies = self.kind == BODIES
         return {key: span for key, span in UNSTATED.items()
                 if key not in self.ranges and of_bodies == (key == "rolling_resistance")}  # fmt: skip
@@ -60,21 +60,24 @@ STONE_SPREAD = 0.10
 
 
 def _share(mean: float, sd: float, low: float | None = None, high: float | None = None) -> Range:
-    """Return the range of a restitution: mean and sd, cut off at low and high; if None, at two sd and within [0, 1]."""
+    """Return the range of a coefficient of restitution (-), from its mean and its standard deviation `sd`.
+
+    low, high : ends of the range; None for two standard deviations from the mean, within [0, 1]
+    """
     first, last = max(mean - TWO * sd, 0.0), min(mean + TWO * sd, 1.0)
     ends = (first if low is None else low, last if high is None else high)
     return Range(low=round(ends[0], 6), high=round(ends[1], 6), mean=mean, sd=sd)
 
 
 def _around(value: float) -> Range:
-    """Return the range of 10 % around a value of STONE, from which r.stone draws by default."""
+    """Return the range from 10 % below to 10 % above a value of STONE; by default, r.stone draws from this range."""
     return Range(low=round(value * (1.0 - STONE_SPREAD), 6), high=round(value * (1.0 + STONE_SPREAD), 6))
 
 
 def _points(
     normal: Range, tangential: Range | None, angle: Range | None = None, rolling: Range | None = None
 ) -> dict[str, Range | float]:
-    """Return the ranges of a material of points by key, without those that the source does not have."""
+    """Return the ranges of a material of points, by key; a range that the source does not have (None) is left out."""
     keys = ("normal_restitution", "tangential_restitution", "friction_angle_deg", "rolling_friction")
     given = zip(keys, (normal, tangential, angle, rolling), strict=True)
     return {key: span for key, span in given if span is not None}

@@ -57,7 +57,10 @@ SAME = (
 
 
 def keys_meant(word: str, known: Sequence[str]) -> list[str]:
-    """Return the known keys that mean the same as a word, without the word itself, in the order of likelihood."""
+    """Return the known keys that a word may mean, the likeliest key first; the word itself is left out.
+
+    word : a key as the user wrote it; known : the valid keys
+    """
     spoken = word.lower().replace("-", "_").strip("_")
     groups = [dict.fromkeys(reversed(group)) for group in SAME if spoken in group]
     return list(dict.fromkeys(key for group in groups for key in reversed(group) if key in known and key != word))

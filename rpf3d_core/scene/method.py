@@ -46,7 +46,7 @@ class MethodSpec(StrictModel):
 
 
 def method_values(value: Any) -> Any:
-    """Return the field values of a method from the scene's `events` or mapping.
+    """Return the fields of `MethodSpec` from the scene's value of `method`: the word `events`, or a mapping.
 
     Raises
     ------

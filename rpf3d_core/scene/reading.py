@@ -123,9 +123,9 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
 
 
 def filled_in(scene: Scene) -> Scene:
-    """Return the scene with values that its files determine: the reference system, and the number of rocks of sources.
+    """Return the scene with the values that its files determine: the reference system, and one rock for each point.
 
-    This number still counts as a default, so that it changes if the source gets other points.
+    The number of rocks of a source still counts as a default, so it changes if the source gets other points.
     """
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
@@ -185,9 +185,9 @@ def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
 
 
 def _files(scene: Scene) -> list[dict[str, Any]] | None:
-    """Return the keys and values of the terrain files, for the digest; without `unit` where it is not given.
+    """Return the keys and values of each terrain file for the digest; None if the terrain is not from files.
 
-    The zone is None where the layers of the file are the zones.
+    A file that states no `unit` has no such key. The zone of a file is None if its layers are the zones.
     """
     if scene.terrain.files is None:
         return None

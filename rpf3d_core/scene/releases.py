@@ -43,7 +43,7 @@ PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 
 
 def _no_line(value: Any) -> Any:
-    """Return the number of a face unchanged; refuse points or a file, which are a `line`."""
+    """Return the value of `crest` unchanged, after a check that it is not a line: points or a file belong to `line`."""
     if isinstance(value, list | tuple | str):
         raise refuse("is a line, but must be the number of a face of `terrain.benches`; did you mean `line`?")
     return value
@@ -215,7 +215,10 @@ def with_heights(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _with_heights(source: Any, axis: int) -> Any:
-    """Return the values of a source with height 0 added to each point in plan; axis : index of the height."""
+    """Return the values of a source with a height of 0 added to each point in plan, if it states `above_ground`.
+
+    axis : index of the height in a point; other sources are returned unchanged
+    """
     if not isinstance(source, Mapping) or source.get("above_ground") is None:
         return source
     points = {key: source[key] for key in ("points", "line") if isinstance(source.get(key), list | tuple)}

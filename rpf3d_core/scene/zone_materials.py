@@ -45,7 +45,10 @@ def name_of_material(scene: Scene, zone: str) -> str:
 
 
 def _whole(scene: Scene, zone: str) -> str:
-    """Return the zone of which a zone is a part by `terrain.split`; the zone itself if it is not a part."""
+    """Return the name of the zone from which `terrain.split` made a part; the same name if the zone is not a part.
+
+    zone : name of a zone or of a part, such as `bench_2`
+    """
     name, _, number = zone.rpartition("_")
     return name if number.isdigit() and name in (scene.terrain.split or ()) else zone
 

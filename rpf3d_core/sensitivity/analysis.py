@@ -39,7 +39,11 @@ class Stopped(Exception):
 
 @dataclass(frozen=True)
 class Asked:
-    """Settings of a sensitivity analysis: numbers of rocks of a set, trajectories and base sets (0: no indices)."""
+    """Settings of a sensitivity analysis.
+
+    rocks : number of rocks of each parameter set; trajectories : number of Morris' trajectories
+    base_sets : number N of rows of Sobol's design, with U + 2 parameter sets each; 0 for no Sobol indices
+    """
 
     rocks: int = ROCKS
     trajectories: int = TRAJECTORIES
@@ -50,10 +54,11 @@ class Asked:
 class Sensitivity:
     """The effects of the unknowns of a scene on its results.
 
-    names : names of the U unknowns; results, units : names and units of the Y results
-    middle : (Y,) mean of each result over all parameter sets; effects : by Morris; indices : by Sobol, or None
+    names : key paths of the U unknowns; results, units : names and units of the Y results
+    middle : (Y,) mean of each result over all parameter sets, in its unit
+    effects : effects of the unknowns, by Morris; indices : Sobol indices, None if they were not asked for
     sets : number of parameter sets flown; rocks : number of rocks of each set
-    left_out : sentences on sources of which no rock flew
+    left_out : sentences on sources that released no rock
     """
 
     names: tuple[str, ...]
@@ -73,7 +78,7 @@ def sensitivity(
 ) -> Sensitivity:  # fmt: skip
     """Fly parameter sets over the unknowns of a scene, and return how much each unknown affects each result.
 
-    advance : called with the number of flown sets and the number of all sets
+    advance : called with the number of flown sets and the number of all sets; stop : returns True to end the analysis
 
     Raises
     ------
@@ -113,9 +118,10 @@ def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
 
 
 def _of(what: Compared, paths: FloatArray, points: FloatArray, flown: FloatArray) -> Sensitivity:
-    """Return the sensitivity from the results (S, Y) at all points of both designs.
+    """Return the sensitivity from the results of all flown parameter sets.
 
-    paths : (T, U + 1, U) points of Morris' trajectories; points : (N, U + 2, U) points of Sobol's design
+    paths : (T, U + 1, U) points of Morris' trajectories; points : (N, U + 2, U) points of Sobol's design, in [0, 1]
+    flown : (S, Y) results of the sets: first at all points of `paths`, then at all points of `points`
     """
     seed, results = what.prepared.scene.seed, len(what.results)
     count = paths.shape[0] * paths.shape[1]

@@ -27,7 +27,8 @@ JOULE_PER_KJ = 1000.0
 class Compared:
     """The inputs of a sensitivity analysis: a prepared scene, the key paths of its unknowns, and the rocks of each set.
 
-    results : names of the Y results; units : % for shares of rocks, m or kJ
+    names : key paths of the U unknowns; releases : releases of the rocks that fly with each parameter set
+    results : names of the Y results; units : unit of each result: % for shares of rocks, m or kJ
     """
 
     prepared: Prepared
@@ -63,9 +64,10 @@ def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared
 def fly_all(
     what: Compared, values: FloatArray, advance: Callable[[int], None], stop: Callable[[], bool]
 ) -> FloatArray | None:
-    """Return the results (S, Y) of parameter sets (S, U), values in the scene's units; None if `stop` returned True.
+    """Return the results (S, Y) of S parameter sets, in the units of `Compared.units`; None if `stop` returned True.
 
-    advance : called with the number of sets flown; stop : called before each set
+    values : (S, U) in the units of the scene; advance : called with the number of sets flown
+    stop : called before each group of sets that fly at the same time
     """
     workers = (os.cpu_count() or 1) if isinstance(what.prepared.engine, Compiled) else 1
     rows = list[FloatArray]()

@@ -8,7 +8,10 @@ from rpf3d_core.sensitivity.analysis import Sensitivity
 
 
 def decisive(found: Sensitivity, result: int) -> int | None:
-    """Return the number of the unknown that affects a result most; None if no unknown affects it."""
+    """Return the number of the unknown that affects a result most; None if no unknown affects this result.
+
+    The total Sobol indices decide, or the effects by Morris if there are no indices. result : number of the result
+    """
     sizes = found.effects.size[:, result]
     if found.indices is not None and np.isfinite(found.indices.total[:, result]).all():
         sizes = found.indices.total[:, result]
@@ -16,7 +19,7 @@ def decisive(found: Sensitivity, result: int) -> int | None:
 
 
 def is_moved(found: Sensitivity, result: int) -> bool:
-    """Return True if any unknown affects a result."""
+    """Return True if at least one unknown affects a result, by Morris; result : number of the result."""
     return bool(found.effects.size[:, result].any())
 
 
@@ -93,7 +96,10 @@ def content_of(found: Sensitivity) -> dict[str, Any]:
 
 
 def _numbers(found: Sensitivity, u: int, y: int) -> dict[str, Any]:
-    """Return the effect of an unknown on a result, and its indices if they were asked for."""
+    """Return the effect of an unknown on a result, and the Sobol indices if they were asked for, for sensitivity.json.
+
+    u : number of the unknown; y : number of the result
+    """
     effects, indices = found.effects, found.indices
     numbers: dict[str, Any] = {
         "effect": float(effects.size[u, y]), "low": float(effects.low[u, y]), "high": float(effects.high[u, y]),

@@ -42,10 +42,10 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
 
 
 def with_zones_of_berms(terrain: Terrain, berms: Terrain, scene: Scene) -> Terrain:
-    """Return the terrain with berm zones copied from a second terrain, because later zones must not hide berms.
+    """Return the terrain with the zones of all berms set again, because zones drawn later must not hide berms.
 
-    terrain : terrain whose facets in a berm get the berm's zone; berms : terrain with the berm zones
-    scene : the scene that states the berms
+    terrain : the terrain whose zones are changed; scene : the scene that states the berms
+    berms : the same mesh before other zones were drawn, with the zones of the berms
     """
     for zone in dict.fromkeys(ZONE + spec.name for spec in scene.terrain.berms):
         if zone in berms.zones:

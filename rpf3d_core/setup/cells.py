@@ -19,9 +19,9 @@ FIRST_ROUND = 1000
 
 
 def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> float:
-    """Return the smallest cell size (m) at which a scene's rocks are enough for percentiles; 0 without sources.
+    """Return the smallest cell size (m) at which the rocks of a scene are enough for percentiles in the cells.
 
-    The result is never larger than the coarsest useful cell.
+    The result is 0 without sources, and never larger than the coarsest cell that is still useful on this terrain.
     """
     if not sources:
         return 0.0
@@ -42,5 +42,8 @@ def fewest_rocks(scene: Scene) -> int:
 
 
 def _corner(points: FloatArray, ends: Callable[[FloatArray], Any]) -> Vec:
-    """Return the lowest or highest corner (3,) m of the box of points (P, 3); ends : np.min or np.max."""
+    """Return a corner (3,) m of the box around points (P, 3) m.
+
+    ends : np.min for the corner with the smallest coordinates, np.max for the corner with the largest coordinates
+    """
     return float(ends(points[:, 0])), float(ends(points[:, 1])), float(ends(points[:, 2]))

@@ -40,9 +40,9 @@ def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
 
 
 def extents(terrain: Terrain, plan: FloatArray) -> str:
-    """Return where points (..., 2) m lie in plan and where the terrain lies, as text for a message.
+    """Return the ranges of coordinates of some points and of the terrain in plan, as text for a message.
 
-    plan : plan coordinates of the input
+    plan : (..., 2) m, the points, in plan coordinates of the input
     """
     return f"it goes {_extent(plan)}, the terrain {_extent(in_plan(terrain.frame, terrain.vertices))}"
 

@@ -31,7 +31,7 @@ class Extent(NamedTuple):
 
     name : of the input, such as "source west"; low, high : (3,) m, NaN along an axis without coordinates
     file : the file of the input; None if the scene has the coordinates
-    crs : the coordinate reference system that is known of the input; None if it is unknown
+    crs : the input's own coordinate reference system; None if the input states none
     """
 
     name: str
@@ -43,7 +43,7 @@ class Extent(NamedTuple):
     def describe(self, system: str | None) -> str:
         """Return extent and reference system as one line of text, with plain decimals.
 
-        system : the reference system of the terrain, in which the coordinates of a scene are
+        system : the reference system of the terrain, which also holds for coordinates in the scene file
         """
         spans = [
             f"{axis} {plain(low)} .. {plain(high)}"

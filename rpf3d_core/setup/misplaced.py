@@ -36,8 +36,9 @@ Box = tuple[FloatArray, FloatArray]
 
 
 def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -> tuple[str, ...]:
-    """Return sentences on a terrain that was read and on inputs that look misplaced; no file is read.
+    """Return sentences on wrong-looking coordinates of the terrain, and on inputs that look misplaced.
 
+    The result is empty if everything looks right. The function reads no file.
     faults : the report on the mesh of the terrain; others : from `extents.other_extents`
     """
     terrain = terrain_extent(scene, faults)
@@ -53,8 +54,9 @@ def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -
 
 
 def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterator[str]:
-    """Yield sentences on inputs that look misplaced; none for inputs that lie on the terrain.
+    """Yield sentences on wrong-looking coordinates of the terrain, and on inputs that look misplaced.
 
+    Yield nothing if the first extent is not that of the terrain.
     extents : the terrain first; crs : reference system of the terrain; up : the axis that points up in the input
     """
     if not extents or extents[0].name != TERRAIN:
@@ -103,7 +105,7 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
 
 
 def _is_northing_first(box: Box) -> bool:
-    """True if the first coordinates can only be northings, and the second are like eastings."""
+    """True if the first coordinates of a box can only be northings, and the second coordinates look like eastings."""
     low, high = box
     return bool(low[0] > LEAST_NORTHING and EASTINGS[0] < low[1] < high[1] < EASTINGS[1])
 
@@ -115,11 +117,12 @@ def _is_turned_over(faults: FaultReport) -> bool:
 
 
 def _are_axes_known(terrain: Extent, others: Sequence[Extent], up: str) -> bool:
-    """True if coordinates show which axis points north.
+    """True if coordinates show which of the terrain's axes points north.
 
-    The coordinates of the terrain may show this, or a file that lies on the terrain in one orientation only.
-
-    Coordinates in the scene show nothing, because `rpf3d new` takes them from the terrain.
+    The coordinates of the terrain show the order of the axes if the northings are larger than any easting can be. The
+    file of another input shows the order if the input lies on the terrain, but would lie elsewhere with swapped axes.
+    Coordinates in the scene file show nothing, because `rpf3d new` takes these coordinates from the terrain.
+    terrain : extent of the terrain; others : extents of the other inputs; up : the axis that points up in the input
     """
     ground = _plan(terrain, up)
     if up == "z" and (_is_northing_first(ground) or _is_northing_first(_swapped(ground))):
@@ -134,7 +137,10 @@ def _swapped(box: Box) -> Box:
 
 
 def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None) -> Iterator[str]:
-    """Yield a sentence for each file with a reference system, if the terrain's reference system is not known."""
+    """Yield a sentence for each reference system that other inputs state, if the terrain's reference system is unknown.
+
+    A system in degrees is left out. others : extents of the inputs other than the terrain
+    """
     if crs is None:
         stated = {other.crs: other for other in others if other.crs is not None and not is_in_degrees(other.crs)}
         for system, other in stated.items():
@@ -142,7 +148,10 @@ def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None)
 
 
 def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
-    """Yield the most plausible reason why an input lies off the terrain."""
+    """Yield a sentence with the most plausible reason why an input lies off the terrain; nothing if no reason fits.
+
+    other : extent of the input; crs : reference system of the terrain; up : the axis that points up in the input
+    """
     box, ground = _plan(other, up), _plan(terrain, up)
     if _looks_like_degrees(box) and not _looks_like_degrees(ground):
         yield _degrees_in_words(other, ground, crs)
@@ -159,12 +168,18 @@ def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -
 
 
 def _is_near_the_origin(ground: Box) -> bool:
-    """True if the origin is so near to the terrain that an input would lie on it in many units."""
+    """True if the terrain's box is so near to the origin that scaled coordinates prove nothing about a unit.
+
+    Near the origin, an input in almost any unit would lie on the terrain.
+    """
     return bool(np.linalg.norm(0.5 * (ground[0] + ground[1])) < np.linalg.norm(ground[1] - ground[0]))
 
 
 def _unit_of(box: Box, ground: Box) -> str | None:
-    """Return the unit, such as "in feet", in which the coordinates of a box lie on the ground; None if no unit fits."""
+    """Return the unit, such as "in feet", in which a misplaced box would lie on the terrain; None if no unit fits.
+
+    box : extent of the input in plan; ground : extent of the terrain in plan
+    """
     return next((unit for scale, unit in SCALES.items() if _overlaps((box[0] * scale, box[1] * scale), ground)), None)
 
 
@@ -184,7 +199,10 @@ def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
 
 
 def transforming(other: Extent, begin: str, end: str) -> str:
-    """Return the command that transforms the file of an input from one reference system to another."""
+    """Return the command that transforms the file of an input from one reference system to another.
+
+    begin : reference system of the file; end : reference system to which the file is transformed
+    """
     kind = "line" if other.name.startswith("berm ") else "polygon" if math.isnan(other.low[2]) else "point"
     file = other.file.name if other.file else ""
     name = f"{other.file.stem if other.file else other.name}_{end.rpartition(':')[2]}.geojson"
@@ -192,7 +210,7 @@ def transforming(other: Extent, begin: str, end: str) -> str:
 
 
 def _is_upside_down(other: Extent, terrain: Extent) -> bool:
-    """True if elevations overlap those of the terrain only with the other sign."""
+    """True if the elevations of an input overlap the elevations of the terrain only after a change of sign."""
     low, high = terrain.low[2], terrain.high[2]
     if other.low[2] <= high and low <= other.high[2]:
         return False

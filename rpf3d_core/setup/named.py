@@ -49,7 +49,8 @@ def _check_hooks(scene: Scene, effects: list[Any]) -> None:
 def numbered(effects: list[Any]) -> list[Any]:
     """Return the effects with obstacle numbers assigned: all trees and barriers are numbered in one sequence.
 
-    The field `first` of an effect is the number of its first obstacle, `obstacles` is the number of its obstacles.
+    In an effect with obstacles, the field `first` is the number of the first obstacle. The field `obstacles` states how
+    many obstacles the effect has.
     """
     known, first = [], 0
     for effect in effects:

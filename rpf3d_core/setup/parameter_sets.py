@@ -20,7 +20,7 @@ class Ready(Protocol):
 
     @property
     def scene(self) -> Scene:
-        """The scene of which a parameter set replaces values."""
+        """The scene in which a parameter set replaces values."""
 
     @property
     def terrain(self) -> Terrain:
@@ -47,8 +47,8 @@ def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None 
     """Return the flight of one parameter set, without reading the terrain or compiling again.
 
     values : values by key path, as from `ParameterSets.at`
-    drawn : True for materials in the form with random coefficients, even if all are fixed; False for the form that the
-        values need; None for the form of the prepared scene
+    drawn : form of the materials, for which the loop is compiled: True for random coefficients, even if all are fixed;
+        False for the form that the values need; None for random coefficients if the prepared scene has that form
 
     Raises
     ------
@@ -65,6 +65,10 @@ def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None 
 
 
 def _is_of_a_model(name: str) -> bool:
-    """Return True if a key path changes a model; friction that grows along the slip is part of the contact model."""
+    """Return True if a key path changes a model, so that the models of a scene must be built again.
+
+    `slip_friction` of a material counts too, because it is part of the contact model of bodies.
+    name : a key path
+    """
     keys = name.split(".")
     return keys[0] not in OF_THE_GROUND or "slip_friction" in keys

@@ -39,7 +39,7 @@ class Precompiler:
         self._background.wait(precompile_index)
 
     def compile(self, prepared: Prepared, tallies: Tallies, check: Callable[[], None] = lambda: None) -> float:
-        """Compile all loops of a prepared scene, end the background process, and return the time (s) it took.
+        """Compile all loops of a prepared scene, end the background process, and return the compile time (s).
 
         check : function that refuses wrong releases; called as early as possible, and not part of the returned time.
             The check needs the loop that finds the ground below a rock. While the background process still compiles

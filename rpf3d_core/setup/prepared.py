@@ -54,6 +54,8 @@ from rpf3d_core.values import Vec
 class Prepared:
     """A scene with everything needed to fly its rocks.
 
+    faults : report on the mesh of the terrain; flight : materials, settings and models
+    sources, rock : in the form that draws the releases; raster : cells of the hazard maps
     polygons : polygons of each area of interest, in plan coordinates of the input
     outlines : outline rings (N, 2) m of each area of interest, in the local frame
     read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
@@ -234,7 +236,8 @@ def scene_materials(scene: Scene, zones: Sequence[str]) -> Materials | DrawnMate
 def scene_drawn_materials(scene: Scene, zones: Sequence[str]) -> DrawnMaterials | DrawnBodyMaterials:
     """Return the materials of all zones in the form with random coefficients, even if all coefficients are fixed.
 
-    A loop is compiled for one of the two forms. Rocks meet coefficients with the same bits in both forms.
+    `scene_materials` returns the form with fixed coefficients if possible. A loop is compiled for one of the two forms.
+    Both forms give a rock the same coefficients, to the last bit.
     """
     if not scene.rock.is_body:
         return as_drawn([_surface(scene, zone) for zone in zones])
@@ -331,7 +334,7 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
 
 
 def _highest(source: Source, top: float) -> float:
-    """Return an upper bound of the release altitudes (m) of a source, to size the bins.
+    """Return an upper bound of the altitudes (m) from which a source releases rocks, to size the bins.
 
     top : highest altitude (m) of the terrain
     """
@@ -353,10 +356,10 @@ def empty_totals(prepared: Prepared) -> Totals:
 
 
 def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:
-    """Return the function that measures where rocks stop along the direction of the observed end points.
+    """Return the function that measures the positions of stops along `observed.along`, the direction of comparison.
 
-    Return None if the scene has no observed end points. The function takes points (N, 3) m in the local frame, and
-    returns positions (N,) m.
+    The function takes points (N, 3) m in the local frame, and returns positions (N,) m along the direction, measured
+    from the local origin. If the scene has no observed end points, the result is None instead of a function.
     """
     observed = prepared.scene.observed
     return None if observed is None else position_along(observed, prepared.terrain.frame)

@@ -14,7 +14,10 @@ from rpf3d_core.setup.cells import FIRST_ROUND
 
 
 class Round(NamedTuple):
-    """The rocks of one round or part: for each source, the number of its first rock and the number after its last."""
+    """The rocks of one round or part of a run.
+
+    first, last : for each source, the number of the first rock, and the number after the last rock
+    """
 
     first: Sequence[int]
     last: Sequence[int]
@@ -29,7 +32,7 @@ class Round(NamedTuple):
         return blocks_of(self.first, self.last)
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
-        """Yield, for each parameter set, the numbers (N,) of the rocks of each source that fly with it.
+        """Yield, for each parameter set, a list over the sources: the numbers (N,) of the rocks that fly with the set.
 
         sets : number of parameter sets
         """
@@ -57,7 +60,7 @@ class EvenRound(NamedTuple):
             yield [its[block::blocks] for its in self.numbers]
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
-        """Yield, for each parameter set, the numbers (N,) of the rocks of each source that fly with it.
+        """Yield, for each parameter set, a list over the sources: the numbers (N,) of the rocks that fly with the set.
 
         sets : number of parameter sets
         """
@@ -70,14 +73,20 @@ AnyRound = Round | EvenRound
 
 
 def _by_set(rocks: IntArray, sets: int, source: int) -> list[IntArray]:
-    """Return, for each parameter set, those of a source's rocks (N,) that fly with it, in the order of `rocks`."""
+    """Return, for each parameter set, the rocks (N,) of a source that fly with the set, in the order of `rocks`.
+
+    rocks : (M,) numbers of the source's rocks; sets : number of parameter sets; source : index of the source
+    """
     owners = _owners(rocks, sets, source)
     order = np.argsort(owners, kind="stable")
     return np.split(rocks[order], np.searchsorted(owners[order], np.arange(1, sets)))
 
 
 def _owners(rocks: IntArray, sets: int, source: int) -> IntArray:
-    """Return the parameter set (N,) that flies each of a source's rocks (N,)."""
+    """Return the number of the parameter set (N,) with which each rock (N,) of a source flies.
+
+    sets : number of parameter sets; source : index of the source
+    """
     from rpf3d_core.unknowns.dealing import sets_of_rocks  # imported only if the scene has unknowns
 
     return sets_of_rocks(rocks, sets, source)
@@ -91,9 +100,11 @@ def rounds_up_to(totals: Sequence[Sequence[int]]) -> list[Round]:
 def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Round]:
     """Return rounds that each double the number of flown rocks, up to a total of `most` rocks.
 
-    The first round has the counts of `first` even if their sum is above `most`, because a result needs at least one
-    rock from each source. If their sum is below `least`, the second round raises the total to at least `least`, even
-    above `most`: rounds between would give no usable result.
+    The first round flies `first` even if this is more than `most`, because a result needs at least one rock from each
+    source. If the first round has fewer than `least` rocks, the second round raises the total to at least `least`, even
+    above `most`: results of fewer rocks could not be used.
+    first : number of rocks of each source in the first round
+    most, least : numbers of rocks over all sources; least : 0 for no such limit
     """
     totals = [list(first)]
     if 0 < (flown := sum(first)) < least:
@@ -106,12 +117,13 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
 def growing_rounds(counts: Sequence[int], points: Sequence[int], first: int, sets: int = 0) -> list[AnyRound]:
     """Return rounds that each about double the number of flown rocks, from about `first` rocks to all.
 
-    After each round, each source has flown its share of the rocks, within one rock, and its rocks have visited its
-    release points evenly. So the results of a round represent all rocks. All rounds together are the rocks of a run.
+    After each round, every source has flown its share of the rocks, within one rock, and has used its release points
+    evenly. So the results after a round represent all rocks. All rounds together fly all rocks of the run.
 
     counts : number of rocks of each source; points : number of release points of each source, 1 for random places
-    sets : number of parameter sets, 0 without unknowns; after the first round, each set has flown for each source.
-        If a source has fewer rocks than there are sets, all rocks fly in one round
+    first : approximate number of rocks of the first round, over all sources; raised if sources or sets need more
+    sets : number of parameter sets, 0 without unknowns. In the first round, each set flies at least one rock of each
+        source. If a source has fewer rocks than there are sets, all rocks fly in one round
     """
     total = sum(counts)
     least = _least_first(counts, first, sets)
@@ -124,7 +136,11 @@ def growing_rounds(counts: Sequence[int], points: Sequence[int], first: int, set
 
 
 def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
-    """Return the total number of rocks of a first round: about one per source, or one per source and parameter set."""
+    """Return the number of rocks of the first round over all sources: `first`, or more if sources or sets need more.
+
+    The first round has about one rock from each source; with parameter sets, at least one for each source and set.
+    counts : number of rocks of each source; sets : number of parameter sets, 0 without unknowns
+    """
     flying, total = [n for n in counts if n], sum(counts)
     least = max(first, len(flying))
     if not sets:
@@ -136,8 +152,8 @@ def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
 def even_order(rocks: int, points: int, source: int = 0, sets: int = 0) -> IntArray:
     """Return the numbers (N,) of a source's rocks in an order whose beginning visits all release points evenly.
 
-    Rocks use the points in turn. With parameter sets, successive rocks form groups that visit all points. A group flies
-    in passes: each pass has one rock of each set, so that the sets are even, too.
+    Rocks use the points in turn. With parameter sets, successive rocks form groups, and each group visits all points. A
+    group flies in passes. Each pass has one rock of each set, so the beginning of the order uses all sets evenly, too.
 
     rocks : number of the source's rocks; points : number of its release points, 1 for random places
     source : number of the source; sets : number of parameter sets, 0 without unknowns
@@ -153,10 +169,11 @@ def even_order(rocks: int, points: int, source: int = 0, sets: int = 0) -> IntAr
 def _passes(group: IntArray, deck: IntArray, owner: IntArray, sets: int) -> IntArray:
     """Return the pass (N,) in which each rock of a source flies.
 
-    A deck is n successive rocks, for n parameter sets, with one rock of each set. In pass p, set s flies its rock of
-    deck p + s, modulo the number of decks of the group, so that the rocks of a pass are spread over the whole group.
+    For n parameter sets, a deck is n successive rocks, one rock of each set. In pass p, set s flies its rock of deck
+    p + s, modulo the number of decks of the group. So the rocks of a pass are spread over the whole group.
 
-    group, deck, owner : (N,) the group of each rock, the number of its deck in the group, and its set
+    group : (N,) number of each rock's group; deck : (N,) number of the rock's deck within the group
+    owner : (N,) number of the parameter set with which the rock flies; sets : number of parameter sets
     """
     place = group * sets + owner
     decks = np.bincount(place, minlength=1)[place]  # the last deck of the last group may lack some sets
@@ -164,7 +181,9 @@ def _passes(group: IntArray, deck: IntArray, owner: IntArray, sets: int) -> IntA
 
 
 def _spread_ranks(size: int) -> IntArray:
-    """Return the rank (N,) of each of N places in an order whose first 2^k places are evenly spread, for each k.
+    """Return the rank (N,) of each of N = `size` places in an order that spreads its first places evenly.
+
+    The first 2^k places in this order are evenly spread, for each k.
 
     Source: van der Corput (1935), Verteilungsfunktionen: the bits of the rank in reverse order.
     """

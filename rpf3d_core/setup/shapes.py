@@ -34,7 +34,10 @@ def polyhedra_of(scene: Scene) -> tuple[list[Polyhedron], list[str]]:
 
 
 def _block(scene: Scene, shape: ShapeSpec, number: int) -> tuple[Polyhedron, list[str]]:
-    """Return the block in one file of a scene, and what was found in the file."""
+    """Return the convex polyhedron from one file of a scene, and sentences on what was found in the file.
+
+    number : index of the file in `rock.shape.files`
+    """
     path, key = (shape.files or ())[number], f"`rock.shape.files[{number}]`"
     try:
         block, findings = read_block(path, shape.corners)

@@ -108,10 +108,10 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
 
 
 def _points(spec: SourceSpec, frame: Frame, benches: Benches | None) -> FloatArray:
-    """Return the release points (P, 3) m of a source in the local frame; none for a source with an area.
+    """Return the release points (P, 3) m of a source in the local frame; (0, 3) for a source with an area.
 
-    Points along a crest include the height above the ground, because a search for the ground straight below an edge
-    might find the foot of the face.
+    Points along a crest already include `above_ground`: a search for the ground straight below the edge might find the
+    foot of the face instead.
     """
     if spec.crest is not None and benches is not None:
         return frame.points_to_local(crest_points(spec, benches))

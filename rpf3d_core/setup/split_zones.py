@@ -15,8 +15,8 @@ MOST_NAMED = 6
 def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, tuple[str, ...]]:
     """Return the terrain after a split of the zones that the scene names, and a note on other zones to split.
 
-    If the scene names no zone, there is no note on synthetic terrain, whose zones are one bench each, nor on terrain of
-    a single zone, which has no benches to distinguish.
+    If the scene names no zone, two kinds of terrain have no note: synthetic terrain, where each zone is one bench, and
+    terrain of a single zone, where benches are not distinguished.
 
     Raises
     ------

@@ -25,9 +25,9 @@ from rpf3d_core.unknowns.points import spread_points
 def sets_of_scene(scene: Scene) -> ParameterSets:
     """Return the parameter sets that a run of a scene with unknowns flies; all sets have the same weight.
 
-    The points are evenly spread. If the scene has a sample, the first coordinate of each point selects a row of the
-    sample, in proportion to the weights. The other coordinates are the quantiles of the priors. A parameter that has a
-    column in the sample is drawn from the sample, whatever its prior.
+    Each set belongs to a point of an evenly spread sequence. The coordinates of the point are the quantiles of the
+    priors. If the scene has a sample, the first coordinate instead selects a row of the sample, in proportion to the
+    weights. A parameter that has a column in the sample is taken from the sample, whatever its prior.
 
     Raises
     ------
@@ -68,9 +68,9 @@ def sampled(scene: Scene) -> tuple[str, ...]:
 
 
 def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
-    """Return the share (-) of the rocks that start far from where the sample of the scene was calibrated.
+    """Return the share (-) of the rocks that start far from the place where the scene's sample was calibrated.
 
-    It is 0 for a scene without a sample, and for a sample whose file does not state where it was calibrated.
+    The share is 0 for a scene without a sample, and if the file of the sample does not state the place.
 
     releases : (N, 2) m, in plan, in the input's coordinates with z upwards
 
@@ -84,7 +84,7 @@ def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
 
 
 def place_of_sample(scene: Scene) -> Surroundings | None:
-    """Return where the sample of a scene was calibrated; None without a sample, or if its file does not state it.
+    """Return the place where the sample of a scene was calibrated; None without a sample or if the place is unknown.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def place_of_sample(scene: Scene) -> Surroundings | None:
 
 
 def outside_sample(scene: Scene) -> tuple[str, ...]:
-    """Return the key paths of the priors that a scene uses in addition to a sample, which has no column for them.
+    """Return the key paths of the priors that a scene with a sample still uses, because the sample has no such column.
 
     The result is empty for a scene without a sample.
 
@@ -121,9 +121,9 @@ def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
 
 
 def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
-    """Return the key paths of the coefficients of the ground that have one value in all parameter sets of a scene.
+    """Return the key paths of the ground coefficients that a scene states as known: equal in all parameter sets.
 
-    zones : names of the zones of the terrain; materials without a zone are left out
+    zones : names of the zones of the terrain; materials that no zone uses are left out
 
     Raises
     ------
@@ -138,9 +138,11 @@ def counted_as_known(scene: Scene, zones: Sequence[str]) -> list[str]:
 
 
 def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str]) -> dict[str, PriorSpec]:
-    """Return the priors, except those whose values are all covered by other key paths, such as `materials.*.friction`.
+    """Return the priors that are still needed if the values at other key paths are known.
 
-    known : the other key paths
+    A prior is left out if the other key paths cover all its values. The key path `materials.*.friction`, for example,
+    covers a prior of the friction of any material.
+    priors : priors by key path; known : the other key paths
 
     Raises
     ------
@@ -152,7 +154,9 @@ def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str
 
 
 def _picked(sample: ParameterSets, places: FloatArray, scene: Scene) -> FloatArray:
-    """Return the rows (S, U) of a sample that numbers (S,) in [0, 1) select, each row in proportion to its weight.
+    """Return S rows (S, U) of a sample, each row selected as often as its weight requires.
+
+    places : (S,) evenly spread numbers in [0, 1), which select the rows; scene : names the file, for the error
 
     Raises
     ------

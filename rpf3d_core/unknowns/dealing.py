@@ -11,13 +11,14 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def rocks_of_set(number: int, sets: int, first: int, last: int, source: int) -> IntArray:
-    """Return the rocks (N,) of a source, among rocks `first` to `last` - 1, that fly with one of the parameter sets.
+    """Return the numbers (N,) of those rocks of a source that fly with a parameter set, in a range of rocks.
 
-    A round of as many successive rocks as there are sets has one rock for each set. The order of the sets differs from
-    round to round: otherwise a set would always meet the same release points, which a source uses in turn. The set of a
-    rock does not depend on the number of rocks.
+    For n sets, each n successive rocks of the source form a round, with one rock for each set. The order of the sets
+    differs from round to round: a source uses its release points in turn, so with a fixed order a set would always meet
+    the same points. The set of a rock does not depend on the number of rocks.
 
-    number : number of the set, from 0; sets : number of sets; source : number of the source
+    number : number of the set, from 0; sets : number of sets; source : index of the source
+    first, last : range of the source's rocks: number of the first rock, and the number after the last rock
     """
     rounds = np.arange(first // sets, -(-last // sets))
     rocks = rounds * sets + (number + turns(rounds, sets, source)) % sets
@@ -25,18 +26,22 @@ def rocks_of_set(number: int, sets: int, first: int, last: int, source: int) -> 
 
 
 def set_of_rock(rock: int, sets: int, source: int) -> int:
-    """Return the number of the parameter set with which a rock of a source flies."""
+    """Return the number of the parameter set with which a rock flies.
+
+    rock : number of the rock within its source; sets : number of sets; source : index of the source
+    """
     return int(sets_of_rocks(np.array([rock]), sets, source)[0])
 
 
 def sets_of_rocks(rocks: IntArray, sets: int, source: int) -> IntArray:
-    """Return the numbers (N,) of the parameter sets with which rocks (N,) of a source fly."""
+    """Return the numbers (N,) of the parameter sets with which rocks (N,) of a source fly; see `set_of_rock`."""
     return np.asarray((rocks - turns(rocks // sets, sets, source)) % sets, dtype=np.int64)
 
 
 def turns(rounds: IntArray, sets: int, source: int) -> IntArray:
-    """Return the cyclic shift (N,) of the order of the parameter sets in rounds (N,) of a source.
+    """Return by how many rocks (N,) the order of the parameter sets is shifted cyclically in each round (N,).
 
-    A round has one rock of the source for each set.
+    For n sets, a round is n successive rocks of the source, one for each set.
+    sets : number of sets; source : index of the source
     """
     return np.asarray(np.floor((rounds + source) * GOLDEN % 1.0 * sets), dtype=np.int64)

@@ -19,9 +19,9 @@ IN_PLAN = 2
 def displacements(sets: ParameterSets, misfit: float, seed: int) -> FloatArray:
     """Return the displacement in plan (S, 2) m of each of S parameter sets, evenly spread over a normal distribution.
 
-    The displacement of a set depends only on the seed, the number of the set, and the number of parameters. In the
-    sequence of evenly spread points, the dimensions of the displacement follow those of the parameters, so both are
-    spread evenly together.
+    The displacement of a set depends only on the seed, the number of the set, and the number of parameters. Parameters
+    and displacements are dimensions of one sequence of evenly spread points, the displacements last. So both together
+    are spread evenly.
 
     misfit : m, standard deviation of a displacement in each direction
     """

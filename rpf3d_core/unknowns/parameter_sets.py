@@ -99,9 +99,10 @@ def write_parameter_sets(path: str | Path, sets: ParameterSets, more: Mapping[st
 
 
 def read_parameter_sets(path: str | Path) -> ParameterSets:
-    """Read parameter sets from a Parquet file: columns whose names are `stop_speed` or have a dot are key paths.
+    """Read parameter sets from a Parquet file.
 
-    The column `weight` is optional, and other columns are ignored.
+    A column is a parameter if its name is a key path: `stop_speed`, or a name with a dot. The column `weight` is
+    optional. All other columns are ignored.
 
     Raises
     ------

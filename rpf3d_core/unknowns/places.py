@@ -7,7 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class Surroundings(NamedTuple):
-    """A rectangle in plan (m) around the releases and the observed stops of a calibration.
+    """A rectangle in plan around the releases and the observed stops of a calibration.
+
+    west, east : m, smallest and largest x; south, north : m, smallest and largest y
 
     The coordinates are those of the input with z upwards, so that all runs over the same pit have the same coordinates.
     """

@@ -4,11 +4,11 @@ Each parameter set gives its own result. The parameters of the site are one more
 result of the site lies between rank a and rank b of the S results of the sets with probability (b - a) / (S + 1),
 whatever the distribution of the results.
 
-The share of a set's n rocks also has noise, which is no property of the ground. The variance of this noise is known and
-is subtracted: the shares of the sets are moved towards their mean until their variance is that of sets without noise.
-The variance between sets is itself an estimate, so its upper end by one standard error is used. If sets have few rocks
-that count for the share, or few that do not, no noise is subtracted and the interval is wider. The interval is never
-narrower than the sampling interval of all rocks together.
+A set flies only n rocks, so its share also has noise, which is not a property of the ground. The variance of this noise
+is known and is subtracted: the shares of the sets are moved towards their mean until their variance is that of sets
+without noise. The variance between sets is itself an estimate, so one standard error is added to it. Noise is not
+subtracted if on average few rocks of a set did what the share counts, or few did not: the interval is then wider. The
+interval is never narrower than the sampling interval of all rocks together.
 """
 
 from typing import NamedTuple
@@ -44,10 +44,12 @@ class Interval(NamedTuple):
 def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEVEL) -> Interval:
     """Return the predictive intervals of N shares (-).
 
-    counts : (S, N) rocks of each set that count; totals : (S, N) rocks of each set; sets without rocks have no share
+    counts : (S, N) number of rocks of each set that did what the share counts, such as reaching an area
+    totals : (S, N) number of rocks of each set; a set without rocks has no share
+    level : probability that an interval contains the share of one more set (-)
 
-    The ends are NaN if fewer than ENOUGH sets have rocks: the outermost shares of 20 sets contain one more share with a
-    probability of only 90 %.
+    The ends are NaN if fewer than ENOUGH sets have rocks: with 20 sets, for example, one more share lies between the
+    smallest and the largest share with a probability of only 90 %.
     """
     has = totals > 0
     sets = has.sum(axis=0)
@@ -68,9 +70,10 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 
 
 def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:
-    """Return N intervals, widened to contain the sampling intervals of N other shares; NaN ends stay NaN.
+    """Return the intervals of N shares (-), widened to contain the sampling intervals of N other shares.
 
-    counts, totals : (N,) rocks that count and all rocks of the other shares; a share without rocks changes nothing
+    Ends that are NaN stay NaN. Another share without rocks does not widen its interval.
+    counts : (N,) number of rocks that did what the other share counts; totals : (N,) number of its rocks
     """
     low, high = wilson_intervals(counts, np.maximum(totals, 1))
     some = totals > 0
@@ -81,10 +84,12 @@ def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Inter
 
 
 def _between(shares: FloatArray, totals: FloatArray, seen: FloatArray, sets: NDArray[np.int64]) -> FloatArray:
-    """Return the variance (N,) of N shares between sets, without the noise of rocks, plus one standard error.
+    """Return the variance (N,) of N shares between parameter sets, without noise, plus one standard error.
 
-    shares, totals : (S, N); seen : (N,) variance of the shares; sets : (N,) number of sets with rocks
-    The noise of a set of one rock cannot be measured and counts as 0.
+    Noise is the variance of a share that is due to the number of rocks. It counts as 0 for a set of a single rock,
+    where it cannot be measured.
+    shares : (S, N) (-), shares in each set; totals : (S, N) number of rocks of each set
+    seen : (N,) variance of the shares between sets, noise included; sets : (N,) number of sets with rocks
     """
     noise = np.where(totals > 1, shares * (1.0 - shares) / np.maximum(totals - 1, 1), 0.0)
     upper = seen * (1.0 + np.sqrt(2.0 / (sets - 1)))
@@ -115,7 +120,7 @@ def ranked_if_enough(values: FloatArray) -> Interval:
 def _at_rank(some: FloatArray, sets: NDArray[np.int64], rank: FloatArray) -> FloatArray:
     """Return the values (N,) at ranks (N,), counted from 1, of sorted values (S, N), linear between ranks.
 
-    sets : (N,) number of values in each column that are not NaN; NaN are last
+    some : (S, N) values, sorted in each column, NaN last; sets : (N,) number of values in each column that are not NaN
     """
     place = np.clip(rank, 1.0, np.maximum(sets, 1)) - 1.0
     low = np.floor(place).astype(np.int64)

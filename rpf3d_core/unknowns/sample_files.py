@@ -13,12 +13,21 @@ from rpf3d_core.errors import InputError
 
 
 def write_columns(path: Path, columns: Mapping[str, NDArray[Any]], note: Mapping[str, str] | None = None) -> None:
-    """Write columns (N,) of equal length as a Parquet file; note : texts by key, which the file keeps as metadata."""
+    """Write columns of numbers as a Parquet file.
+
+    columns : (N,) by name, all of equal length; note : texts by key, stored as metadata of the file
+    """
     pa.parquet.write_table(pa.table(dict(columns)).replace_schema_metadata(dict(note or {})), path)
 
 
 def read_note(path: Path) -> dict[str, str]:
-    """Return the texts by key that a Parquet file keeps as metadata. Raises InputError if it is no Parquet file."""
+    """Return the metadata of a Parquet file, as texts by key.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not a Parquet file.
+    """
     try:
         found = pa.parquet.read_schema(path).metadata or {}
     except (OSError, pa.ArrowInvalid) as fault:

@@ -27,6 +27,7 @@ class SceneField:
     key : key in the scene file, with dots; in a mapping of zones, the key below `default`
     kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
     default : default value; None if the field is required or the default is not a bool, int, float or str
+    description : valid values and meaning in words
     choices : valid values of a str or an int, () if all values are valid
     bounds : bounds of a number, by pydantic's names ge, gt, le, lt
     within : key of the model, effect or optional section that contains the field; "" if the section always exists
@@ -67,7 +68,11 @@ def _fields(model: type[BaseModel], above: str, within: str) -> Iterator[SceneFi
 
 
 def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
-    """Return the description of a field that takes a value."""
+    """Return the description of a field that takes a value: a field that neither contains a section nor names a model.
+
+    key : key of the field in the scene file, with dots; field : its pydantic field
+    within : key of the model, effect or optional section that contains the field; "" if the section always exists
+    """
     kind, choices, bounds = _scalar(field.annotation, field.metadata)
     default = field.get_default(call_default_factory=False) if not field.is_required() else None
     known = default if isinstance(default, SCALARS) else None
@@ -83,7 +88,10 @@ def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
 
 
 def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
-    """Return the description of a field that names one of several models."""
+    """Return the description of a field that names one of several models.
+
+    key : key of the field in the scene file, with dots; field : its pydantic field; part : class of the choice
+    """
     default = field.get_default(call_default_factory=True)
     names = tuple(name for name, each in part.model_fields.items() if each.alias != OWN and _is_nameable(each))
     return SceneField(
@@ -97,7 +105,10 @@ def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
 
 
 def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneField:
-    """Return the description of a field that names an effect with all its defaults."""
+    """Return the description of the field of an effect: true names the effect, with all its defaults.
+
+    key : key of the field in the scene file, with dots; field : its pydantic field; model_spec : class of the effect
+    """
     kind = bool if _is_nameable(field) else None
     summary = " ".join((model_spec.__doc__ or "").split())
     return SceneField(
@@ -142,7 +153,8 @@ def _alternatives(annotation: Any) -> list[Any]:
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
     """Return type, choices and bounds of a field that takes one number, text or truth value.
 
-    For a field that takes a number or a distribution, the result is that of the number. For other fields: None, (), {}.
+    If the field also takes a distribution, the result describes the number. For all other fields, it is None, (), {}.
+    annotation, metadata : type of the field, and its annotations, in which pydantic keeps the bounds
     """
     several = _alternatives(annotation)
     if len(several) == 1 and len(_alternatives(several[0])) > 1:

@@ -93,7 +93,7 @@ def _given(key: str) -> Schema:
 
 
 def _at_most_one(keys: Iterable[str]) -> list[Schema]:
-    """Return the alternatives of a mapping with at most one of some keys: a schema for each key, and one for no key."""
+    """Return the alternatives for at most one of some keys in a mapping: one schema for each key, one for no key."""
     keys = list(keys)
     return [*map(_given, keys), {"not": {"anyOf": [{"required": [key]} for key in keys]}}]
 
@@ -217,7 +217,11 @@ def _add_unknowns(schema: Schema) -> None:
 
 
 def _with_priors(schema: Any, definitions: Schema, copies: Schema) -> Any:
-    """Return a schema in which each number outside of lists may be unknown; `copies` receives further definitions."""
+    """Return a schema in which each number outside of lists may be unknown: a number or `{prior: ...}`.
+
+    definitions : all definitions of the schema, by name
+    copies : receives a changed copy of each definition that the schema refers to
+    """
     if isinstance(schema, list):
         return [_with_priors(each, definitions, copies) for each in schema]
     if not isinstance(schema, dict):
@@ -232,7 +236,10 @@ def _with_priors(schema: Any, definitions: Schema, copies: Schema) -> Any:
 
 
 def _inside(key: str, value: Any, definitions: Schema, copies: Schema) -> Any:
-    """Return the value of a keyword of JSON Schema, with priors allowed if the keyword contains schemas."""
+    """Return the value of a keyword of JSON Schema; if the keyword contains schemas, their numbers may be unknown.
+
+    key : the keyword, such as `properties`; value : its value; definitions, copies : as in `_with_priors`
+    """
     if key in ("properties", "patternProperties"):
         return {name: _with_priors(each, definitions, copies) for name, each in value.items()}
     holds = key in ("anyOf", "oneOf", "additionalProperties")
@@ -240,7 +247,10 @@ def _inside(key: str, value: Any, definitions: Schema, copies: Schema) -> Any:
 
 
 def _copied(name: str, definitions: Mapping[str, Schema], copies: Schema) -> str:
-    """Return the name of the copy of a definition whose numbers may be unknown; the copy is made at the first use."""
+    """Return the name of a definition's copy in which numbers may be unknown; the copy is made at the first use.
+
+    name : name of the definition; definitions, copies : as in `_with_priors`
+    """
     new = name + UNKNOWN
     if new not in copies:
         copies[new] = {}  # a placeholder while the definitions below refer to the copy

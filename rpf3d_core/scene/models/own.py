@@ -68,7 +68,7 @@ def _class_at(path: str, file: Path) -> Any:
 
 
 def _check_values(path: str, own: Any, values: Any) -> None:
-    """Refuse parameters that the user's class does not have, that are not numbers, or that are missing."""
+    """Refuse parameters that the user's class does not have, values that are not numbers, and missing parameters."""
     if not isinstance(values, dict):
         raise refuse(f"gives {path} {values!r}, but must give a mapping of its parameters to numbers")
     for name, value in values.items():

@@ -72,7 +72,13 @@ def barriers_as_obstacles(name: str, model_spec: BarriersSpec, barriers: Barrier
 
 
 def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
-    """Yield the parts of all barriers of a scene, in the scene's order."""
+    """Yield the parts of all barriers, in the order of the scene; each part stands on one facet.
+
+    Raises
+    ------
+    InputError
+        As `barriers_of`.
+    """
     number = 0
     for barrier, spec in enumerate(model_spec.panels):
         key = f"{scene.path}: `effects.barriers.panels[{barrier}].along`"

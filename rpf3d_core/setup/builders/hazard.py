@@ -17,9 +17,9 @@ LEAST_DROP = 1e-3
 
 
 def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
-    """Return the memory (bytes) for the bins of percentiles: the scene's limit, less the memory of cells and facets.
+    """Return the memory (bytes) for the bins of percentiles: the scene's limit minus the memory of cells and facets.
 
-    The result is at least LEAST_SHARE of the limit.
+    The result is at least the share LEAST_SHARE of the limit.
     """
     allowed = scene.hazard.memory_gb * GIGABYTE
     cells = len(facets.zone) + raster.nx * raster.ny
@@ -27,7 +27,10 @@ def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
 
 
 def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
-    """Return empty counts for the barriers of a scene; None if the scene has no barriers."""
+    """Return empty counts for the barriers of a scene; None if the scene has no barriers.
+
+    compiled : True if compiled code counts
+    """
     spec = scene.effects.barriers
     if spec is None:
         return None
@@ -43,8 +46,9 @@ def scales_over(
     facets: Facets, gravity: float, fastest: float, highest: float, masses: tuple[float, float], per_octave: int,
     spins: bool = False,
 ) -> Scales:  # fmt: skip
-    """Return the bins that cover all energies, speeds and heights which rocks of a scene can have.
+    """Return the bins that cover all energies, speeds and heights that the rocks of a scene can reach.
 
+    facets : facets of the terrain, whose lowest point limits the drop; gravity : m/s^2
     highest : height (m) of the highest release, local frame; fastest : largest release speed (m/s)
     masses : smallest and largest mass (kg) of a rock; per_octave : number of bins from a value to its double
     spins : True if energies include rotation

@@ -37,8 +37,8 @@ def stochastic_matrix(spec: StochasticMatrixSpec, scene: Scene, terrain: Terrain
 def cholesky(covariance: Floats) -> Floats:
     """Return the lower triangular matrix L (N, N) with L L^T = covariance (N, N), to draw correlated numbers.
 
-    The covariance may be singular. The column of a variable is zero if the variables before it leave it no variance
-    (NumPy's own factor refuses such matrices).
+    The covariance may be singular, although NumPy's own factor refuses such matrices. If the earlier variables
+    determine a variable completely, the column of this variable is zero.
     """
     left = np.array(covariance, dtype=float)
     root = np.zeros_like(left)

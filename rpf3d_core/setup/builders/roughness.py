@@ -13,7 +13,10 @@ SPREAD = "rpf3d_core.effects.roughness:SpreadRoughness"
 
 
 def roughness(spec: RoughnessSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return the law of roughness: CRSP's for an amplitude, RocFall's for an angle, with a lateral part if given."""
+    """Return the law of roughness that a scene names, in the form that the flight loops read.
+
+    An amplitude selects the law of CRSP, `angle_sd_deg` the law of RocFall. `lateral_sd_deg` adds a lateral angle.
+    """
     if spec.angle_sd_deg is not None and spec.lateral_sd_deg is not None:
         return loaded(SPREAD)(math.radians(spec.angle_sd_deg), math.radians(spec.lateral_sd_deg))
     if spec.angle_sd_deg is not None:
