@@ -114,9 +114,9 @@ def _is_ours(path: Path) -> bool:
 
 
 def _replace(target: Path, part: Path) -> None:
-    """Replace a result folder by a new one; if that fails, the old folder stays.
+    """Put a new result folder in the place of an old one; if that fails, the old folder stays.
 
-    target : path of the folder; part : the new folder
+    target : path of the old folder, which need not exist; part : path of the new folder
     """
     old = target.with_name(f".{target.name}.{os.getpid()}.old")
     if target.exists():

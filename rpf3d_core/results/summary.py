@@ -112,7 +112,7 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return the digests of the scene and of the releases: two results with equal digests have the same inputs."""
+    """Return the digests of the scene and of the releases; two results with equal digests have equal inputs."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
