@@ -63,7 +63,7 @@ class Window:
             self._actors[name].GetProperty().SetLineWidth(width)
 
     def show_points(self, name: str, points: FloatArray) -> None:
-        """Show points (N, 3) m under a name of NAMES; those of DRAWN are joined by a line."""
+        """Show points (N, 3) m under a name of NAMES; under the name DRAWN, a line joins the points."""
         data = self._data(name, len(points) > 0)
         if not len(points):
             return
