@@ -180,7 +180,7 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
 
 
 def _write_sets(folder: Path, figures: Any) -> None:
-    """Write parameter_sets.parquet; figures : `hazard.sets.SetFigures`."""
+    """Write parameter_sets.parquet; figures : figures over the sets, `hazard.sets.SetFigures`."""
     from rpf3d_core.unknowns.parameter_sets import write_parameter_sets  # imported only if the scene has unknowns
 
     write_parameter_sets(folder / "parameter_sets.parquet", figures.sets, {"rocks": figures.rocks})

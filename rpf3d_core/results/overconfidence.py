@@ -22,7 +22,7 @@ NOTABLE = 0.5
 NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
-"""The ground counts as calibrated elsewhere if this share (-) of the rocks, or more, starts away from that place."""
+"""The ground counts as calibrated elsewhere if at least this share (-) of the rocks starts far from the calibration."""
 ELSEWHERE_HELD = "0, 1, 4 and 6 of 18 and 9, 33, 40 and 40 of 41"
 """Observed stops within 90 % intervals predicted by samples of another slope: eight cases, as measured on the page
 docs/explanation/validation.md; test/validation/test_predictions.py compares the figures."""
@@ -81,7 +81,7 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 
 
 def share_calibrated_elsewhere(run: Run) -> float:
-    """Return the share (-) of the rocks of a run that start far from where its sample was calibrated."""
+    """Return the share (-) of the rocks that start far from the place of the calibration; 0 without a sample."""
     if run.scene.unknowns is None or run.scene.unknowns.sample is None:
         return 0.0
     from rpf3d_core.setup import unknowns  # imported only if the scene has a sample

@@ -14,8 +14,8 @@ class Series(NamedTuple):
 
     kind : kind of the error: numerical, geometric or statistical; colour : red, green, blue, each up to 255
     seconds : (S,) s; errors : (S,) (-), above 0; words : (S,) labels next to the points
-    compiled : (S,) s, if `seconds` are times of the thesis' method: times of the compiled engine with equal steps and
-        errors; else None
+    compiled : (S,) s, computing times of the compiled engine with the steps of each point, if `seconds` are computing
+        times of the thesis' method; else None
     """
 
     name: str

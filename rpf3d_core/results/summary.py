@@ -214,7 +214,11 @@ def _unknowns(findings: Run) -> dict[str, Any]:
 
 
 def _with_intervals(name: str, sample: Sample, figures: Any) -> dict[str, Any]:
-    """Return a distribution for summary.json, with intervals of its percentiles in a run over parameter sets."""
+    """Return a distribution for summary.json, with intervals of its percentiles in a run over parameter sets.
+
+    name : of the quantity in `figures`; sample : values of all rocks
+    figures : `hazard.sets.SetFigures`, None without parameter sets
+    """
     facts = sample.summary(PERCENTILES)
     if figures is None:
         return facts

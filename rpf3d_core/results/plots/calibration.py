@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 POSTERIOR, PRIOR, OBSERVED = "#1f4e9c", "#999999", "#c81e1e"
 AXES = ("along the slope (m)", "across the slope (m)")
 SHARES = 500
-"""Number of points of a curve of shares at even numbers of stops; as many further points are at even weights."""
+"""Number of points of a curve that are evenly spaced by number of stops; as many more are evenly spaced by weight."""
 DRAWN = 1500
 """Number of simulated stops that are drawn in plan."""
 

@@ -128,7 +128,10 @@ def _marker(outcome: Outcome) -> dict[str, Any]:
 def _legend_entries(
     terrain: Terrain, deposits: Deposits, paths: int, areas: Mapping[str, Any], flown: RunCounts
 ) -> list[Any]:
-    """Return the legend entries of outcomes, paths, areas and zones, with the numbers of all and of drawn rocks."""
+    """Return the legend entries of outcomes, paths, areas and zones, with the numbers of all and of drawn rocks.
+
+    deposits : ends of the drawn rocks; paths : number of drawn paths; flown : numbers of all rocks
+    """
     entries: list[Any] = [Line2D([], [], linestyle="none", label="release", **RELEASE)]
     for outcome in Outcome:
         if count := flown.outcomes.get(outcome, 0):
