@@ -1,4 +1,4 @@
-"""The part of a report on the barriers of the scene: shares, energies and heights, with both kinds of intervals."""
+"""The part of a report on the barriers of the scene: shares, energies and heights, with their 95 % intervals."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -154,7 +154,7 @@ def _range(run: RunFiles, path: str) -> str | None:
 def _unknown_at(run: RunFiles, path: str) -> str | None:
     """Return the key path of the unknown that sets the value at a key path; None if no unknown sets it."""
     keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
-    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # without `*` first, as in the run
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # one without `*` first, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:

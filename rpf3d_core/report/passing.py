@@ -37,7 +37,7 @@ class FencePlace(NamedTuple):
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
-    """Return the share (-) of rocks that pass each of the distances (D,) m beyond the toe, with both intervals.
+    """Return the share (-) of rocks that pass each distance (D,) m beyond the toe, with its 95 % intervals.
 
     sets : number of parameter sets, 0 without unknowns
     """

@@ -36,7 +36,7 @@ KEY = ("source", "rock", "piece")
 class Ends(NamedTuple):
     """The releases and ends of N rocks, in local coordinates with z up (m).
 
-    key : (N,) the rock as (source, rock, piece); at_rest : (N,) True for a rock that stopped or was caught
+    key : (N,) each rock as (source, rock, fragment); at_rest : (N,) True for a rock that stopped or was caught
     on_ground : (N,) True for a rock that stopped on the ground; t : (N,) s, time of the end; max_speed : (N,) m/s
     release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
     set : (N,) number of the rock's parameter set; None without unknowns
@@ -57,7 +57,7 @@ class Ends(NamedTuple):
 class KeptPaths(NamedTuple):
     """Points along the K paths that a run kept, in local coordinates with z up.
 
-    key : (K,) the rocks as (source, rock, piece)
+    key : (K,) the rock of each path, as (source, rock, fragment)
     starts : (K + 1,) index of the first point of each path, and P at the end
     x : (P, 3) m; speed : (P,) m/s
     """
