@@ -22,7 +22,8 @@ SUFFIX = "_desk"
 class SceneState(NamedTuple):
     """A scene that is edited.
 
-    path : of its file; text : the edited text; saved : the text in the file; before : the text before each edit
+    path : of its file; text : the edited text; saved : the text in the file
+    before : the text before each edit, oldest first
     """
 
 

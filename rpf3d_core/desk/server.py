@@ -124,7 +124,7 @@ def guard(gate: Gate) -> Any:
     web = library_of("desk", "aiohttp.web", "the desk needs")
 
     @web.middleware  # type: ignore[untyped-decorator]
-    async def guarded(request: Any, handler: Any) -> Any:  # `handler` is that of the path with the token
+    async def guarded(request: Any, handler: Any) -> Any:  # `handler` is not called: it is for the path with the token
         asked = Request(host=request.headers.get("Host"), origin=request.headers.get("Origin"), path=request.path)
         path = gate.admitted(asked)
         if path is None:

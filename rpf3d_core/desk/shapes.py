@@ -149,7 +149,7 @@ def downhill(seen: Seen, places: FloatArray) -> FloatArray:
 
 
 def ramp_colours(shares: FloatArray) -> Colours:
-    """Return the colours (N, 3) of shares (N,) from 0 to 1 of the largest value."""
+    """Return the colours (N, 3) of values (N,), given as shares of the largest value (-), 0 to 1."""
     at = np.linspace(0.0, 1.0, len(RAMP))
     return np.stack([np.interp(shares, at, channel) for channel in RAMP.T], axis=1).astype(np.uint8)
 

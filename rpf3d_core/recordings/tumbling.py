@@ -23,7 +23,7 @@ RATE = 60
 """Number of poses per second that are recorded while a block moves: as many as a screen shows."""
 
 SEEN = 2e-3
-"""A pose is recorded only if a corner may have moved by more than this share (-) of the block's reach since the last.
+"""Share (-) of the block's reach. A pose is recorded if a corner may have moved by more since the last recorded pose.
 
 The reach is the largest distance of a corner from the centre.
 """
