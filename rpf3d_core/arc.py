@@ -63,7 +63,7 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) on the arc before which the rock cannot have flown more than a length (m) since another time.
+    """Return a time (s) up to which a rock flies at most a given length (m), counted from an earlier time.
 
     The searches for contacts choose their next step with this bound. The path between both times may be shorter than
     `length`, but never longer.

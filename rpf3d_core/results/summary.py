@@ -182,7 +182,7 @@ def _left_out(figures: Any, name: str) -> dict[str, str]:
 
 
 def _barriers(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section on barriers; with a misfit, each barrier states that its intervals do not include it."""
+    """Return the section on barriers; with a misfit, each barrier states that its intervals leave the misfit out."""
     from rpf3d_core.results.hazard_files.barriers_report import barriers_section
 
     has_misfit = maps.sets is not None and maps.sets.displaced is not None
@@ -318,7 +318,7 @@ def _hazard(maps: HazardMaps) -> dict[str, Any]:
 
 
 def _reach(maps: HazardMaps) -> dict[str, Any]:
-    """Return the largest reach probability of a cell, and the largest number of passages per metre if it is mapped.
+    """Return the largest reach probability of a cell, and the largest number of passages per metre if mapped.
 
     Reach probability grows with the cell size; passages per metre do not.
     """

@@ -3,7 +3,7 @@
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
 energies (translational) in J. A value that does not exist (no ground contact, height not computed) is left empty.
 
-Rocks with a shape have additional columns. Their positions are those of the centre of mass, and so are their heights.
+Rocks with a shape have additional columns. Positions and heights of these rocks are those of the centre of mass.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
