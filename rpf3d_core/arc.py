@@ -63,10 +63,12 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s), after the time `begin` (s), up to which a rock flies at most `length` (m).
+    """Return a time (s) up to which a rock flies at most a given length (m), counted from an earlier time.
 
-    The searches for contacts use this bound to choose their next step: the true path up to this time may be shorter,
-    but never longer.
+    The searches for contacts choose their next step with this bound. The path between both times may be shorter than
+    `length`, but never longer.
+
+    begin : s, the earlier time, since the start of the arc; length : m, along the path
     """
     vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
@@ -84,7 +86,10 @@ def gravity_along(n: Vec, gravity: float) -> Vec:
 
 @kernel
 def fall_time(z_speed: float, height: float, gravity: float) -> float:
-    """Return the time (s) until a rock with upward speed `z_speed` (m/s) is `height` >= 0 (m) below its start."""
+    """Return the time (s) that a rock flies until it is at a depth below its start.
+
+    z_speed : m/s, speed at the start, positive upwards; height : m, the depth below the start, at least 0
+    """
     root = math.sqrt(z_speed * z_speed + 2.0 * gravity * height)
     if z_speed > 0.0:
         return (z_speed + root) / gravity

@@ -2,12 +2,12 @@
 
 
 class InputError(ValueError):
-    """Input from the user is refused; the command line prints the message and exits with code 2."""
+    """Error: an input of the user is refused. The command line prints its message and exits with code 2."""
 
 
 class SceneError(InputError):
-    """A scene file is refused: a key or value in it is wrong."""
+    """Error: a scene file is refused, because one of its keys or values is wrong."""
 
 
 class TerrainError(InputError):
-    """A terrain file or mesh is refused: no simulation is possible on it."""
+    """Error: a terrain file or mesh is refused, because no rock can be simulated on the terrain."""

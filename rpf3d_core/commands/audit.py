@@ -68,7 +68,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _counts(alert: "Alert") -> str:
-    """Return the begin of a sentence that says whether the acknowledgement of a decision took effect."""
+    """Return the first words of a sentence: whether the acknowledgement of a decision took effect."""
     if not alert.void:
         return "acknowledged by"
     waits = alert.acknowledgement in alert.waiting
@@ -76,7 +76,10 @@ def _counts(alert: "Alert") -> str:
 
 
 def _shown(alert: "Alert") -> str:
-    """Return the alert level for the table; "(fault)" is added to `evacuate`, which is shown in place of the fault."""
+    """Return the alert level of a decision for the table.
+
+    "(fault)" is added to `evacuate` if the decision has faults, because `evacuate` is then shown in place of `fault`.
+    """
     return f"{alert.level.word} (fault)" if alert.faults and alert.level == alert.held else alert.level.word
 
 

@@ -18,7 +18,7 @@ PERIOD = 3600.0
 def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
     """Show a progress bar; yield the functions `begin` and `writing`.
 
-    what : text on the counted things, such as ROCKS; "rocks" below means these things
+    what : text that names the counted things, such as ROCKS; "rocks" below stands for the counted things
     begin(rocks) : call it when rocks start to fly; each further call adds rocks to the total. It returns a function to
         call with the number of rocks flown since its last call.
     writing() : call it when the writing of the results starts

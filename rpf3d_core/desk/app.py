@@ -170,7 +170,7 @@ class Desk:
         self._take(self._opened().undone())
 
     def _run(self) -> None:
-        """Simulate the rocks; if the last edit was refused, raise its reason once instead.
+        """Simulate the rocks; if the last edit was refused, raise an InputError with the reason instead, but only once.
 
         A click on Run also ends the edit of a field, so the user may not have seen the refusal.
         """
@@ -236,7 +236,7 @@ class Desk:
     def _results(self, run: Run, last: bool) -> None:
         """Show results on the page; last : True if no further results of this run follow.
 
-        The results are converted here, in the simulating thread, because the run changes them later.
+        The results are converted here, in the simulating thread, because the run changes the results later.
         """
         shown, layer = self.shown.laid_out(run), self.state.layer
         values = {"benches": bench_section(run), "progress": progress_words(run, last), "notes": run_notes(run)}
@@ -275,7 +275,7 @@ class Desk:
         return self.shown.terrain
 
     def _edited(self, edit: Callable[[str], str]) -> None:
-        """Edit the scene; if the edit is refused, store the reason, which `_run` shows once."""
+        """Edit the scene. If the edit is refused, store the reason, so that `_run` shows the reason once."""
         try:
             self._take(self._opened().edited(edit))
         except InputError as fault:

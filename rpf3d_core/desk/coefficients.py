@@ -35,9 +35,9 @@ class Coefficient(NamedTuple):
 
 
 def coefficients_of(material: Mapping[str, Any]) -> list[Coefficient]:
-    """Return all values of a material of a scene, and the usual coefficients that the material does not state.
+    """Return all values of a material, and the usual coefficients that the material does not state.
 
-    material : its plain values, by key
+    material : the plain values that the scene states for the material, by key
     """
     usual = OF_BODIES if any(key in material for key in BODY_KEYS) else OF_POINTS
     keys = dict.fromkeys((*material, *usual))
@@ -55,7 +55,7 @@ def coefficient_text(value: Any) -> str:
 
 
 def coefficient_of(text: str) -> Any:
-    """Return the value of a scene that a user's text means; a range means an unknown with this prior.
+    """Return the value to write into the scene for a text of the user; a range becomes the prior of an unknown.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def materials_of(
 ) -> Iterator[tuple[str, list[Coefficient]]]:
     """Yield the name and the coefficients of each material.
 
-    values : plain values of the scene's file; fixed : from `drawn_elsewhere`
+    values : plain values of the scene's file; fixed : the values that the desk cannot edit, from `drawn_elsewhere`
     """
     for name, material in values[MATERIALS].items():
         yield name, [
@@ -89,7 +89,10 @@ def materials_of(
 
 
 def drawn_elsewhere(scene: Scene, values: Mapping[str, Any]) -> dict[Steps, str]:
-    """Return the reason why a value in a material has no effect, by its keys: `unknowns` of the scene draws the value.
+    """Return the values of a scene that the desk cannot edit, because the section `unknowns` of the scene draws them.
+
+    A key of the result has the steps of a key path, such as ("materials", "rock", "friction"). A value of the result is
+    the reason, as text for the user.
 
     values : the plain values of the scene's file
     """

@@ -46,17 +46,20 @@ class Compiling:
             self._ended.set()
 
     def cancel(self) -> None:
-        """Skip the compilation if it has not started; a running compiler is not interrupted."""
+        """Skip the compilation if it has not started; a compilation that has started is not interrupted."""
         self._cancelled = True
 
     def done(self) -> Prepared | None:
-        """Return the prepared scene if its loops are compiled, else None; it does not wait."""
+        """Return the prepared scene if its loops are compiled, else None, without waiting."""
         return self._found
 
     def wait(self, stop: threading.Event) -> Prepared | None:
-        """Wait until the loops are compiled; return the prepared scene, or None if the user stops or it is refused.
+        """Wait until the loops are compiled, and return the prepared scene.
 
-        stop : set when the user stops
+        Return None if the user stops the rocks, or if the thread ended without compiled loops, for example because the
+        scene was refused.
+
+        stop : set when the user stops the rocks
         """
         while not self._ended.wait(PAUSE):
             if stop.is_set():

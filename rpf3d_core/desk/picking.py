@@ -16,7 +16,7 @@ def place_on(terrain: Terrain, near: FloatArray, far: FloatArray) -> FloatArray 
 
     Source: Moeller and Trumbore (1997), Fast, minimum storage ray/triangle intersection.
 
-    near, far : (3,) m, the ray starts at `near` and goes through `far`
+    near, far : (3,) m, start of the ray, and a farther point of the ray
     """
     start, along = np.asarray(near, dtype=float), np.asarray(far, dtype=float) - np.asarray(near, dtype=float)
     parts = (terrain.triangles[i : i + AT_ONCE] for i in range(0, len(terrain.triangles), AT_ONCE))

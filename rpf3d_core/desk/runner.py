@@ -41,17 +41,22 @@ LATEST = 20.0
 
 
 class Written(NamedTuple):
-    """A scene as the user edits it: its text and the path of its file. Paths in the text start at the file's folder."""
+    """A scene as the user edits it: its text and the path of its file.
+
+    Relative paths in the text start at the folder of this file.
+    """
 
     text: str
     path: Path
 
 
 class Listener(NamedTuple):
-    """Functions that the thread calls to report; they run in this thread.
+    """Functions that the thread of a `Runner` calls to report its work; the functions run in this thread.
 
-    prepared : a scene is ready to fly; results : results so far, and True if they are the last results of the run
-    report : the report was written to a path; refused : text of an error; busy : text on the present work, "" for none
+    prepared : called when a scene is ready to fly; results : called with the results so far, and with True if no
+        further results of this run follow
+    report : called with the path of a written report; refused : called with the text of an error
+    busy : called with a text on the present work, "" if there is none
     """
 
     prepared: Callable[[Written, Prepared], None]
@@ -62,7 +67,7 @@ class Listener(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A scene that is ready to fly. stamp : of its files, taken before they were read."""
+    """A scene that is ready to fly; stamp : stamp of the scene's files, taken before the files were read."""
 
     written: Written
     stamp: Stamp
@@ -102,7 +107,7 @@ class Runner:
         self._tasks.put(lambda: self._fly(written))
 
     def write_report(self, written: Written, path: Path) -> None:
-        """Request the report of the last run; it is refused if the run was of another scene."""
+        """Request the report of the last run; the request is refused if the last run was of another scene."""
         self._tasks.put(lambda: self._report(written, path))
 
     def stop_flying(self) -> None:
@@ -128,7 +133,7 @@ class Runner:
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> Ready:
-        """Return a scene prepared for the reference engine; the last one is used again if nothing has changed."""
+        """Return a scene prepared for the reference engine, from memory if the scene's text and files are unchanged."""
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
             return kept
@@ -143,13 +148,19 @@ class Runner:
         return ready
 
     def _compile(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
-        """Start to compile the loops of a scene in another thread; cancel the compilation for the previous scene."""
+        """Start to compile the loops of a scene in another thread, unless the scene names the reference engine.
+
+        The compilation for the previous scene is cancelled.
+        """
         if self._compiled is not None:
             self._compiled.cancel()
         self._compiled = None if scene.engine == Reference.name else Compiling(scene, ground)
 
     def _ground_of(self, scene: Scene, stamp: Stamp) -> tuple[Terrain, FaultReport]:
-        """Return the terrain of a scene and its faults; read them only if terrain, zones or files have changed."""
+        """Return the terrain of a scene and the faults of its mesh.
+
+        The terrain is read again only if the scene's terrain, its zones or one of its files has changed.
+        """
         key = scene.terrain, scene.zones, stamp
         if self._ground is None or self._ground[0] != key:
             self._ground = key, read_terrain(scene)
@@ -158,7 +169,7 @@ class Runner:
     def _fly(self, written: Written) -> None:
         """Fly the rocks of a scene and write their results to a temporary folder.
 
-        While the loops are being compiled, the reference engine flies some rocks for first results.
+        If the loops are not compiled yet, the reference engine first flies a few rocks to show results early.
         """
         ready = self._prepare(written)
         prepared = ready.prepared
@@ -176,9 +187,10 @@ class Runner:
         self._listener.results(run, True)
 
     def _preview(self, prepared: Prepared, compiling: Compiling) -> None:
-        """Show the first rocks, flown by the reference engine, whose results are the same to the last bit.
+        """Fly the first rocks of a scene with the reference engine and show their results, while the loops compile.
 
-        The preview ends early when the loops are compiled.
+        The compiled engine later flies these rocks again, with results that are equal to the last bit. The preview ends
+        after the first result. It ends earlier if the compiled engine is ready, or if the user stops the rocks.
         """
         shown = threading.Event()
 
@@ -223,7 +235,7 @@ class Runner:
 
 
 def _not_too_often(show: Callable[[Run, bool], None]) -> Callable[[Run], None]:
-    """Return a function that shows a result, unless another was shown less than QUIETEST seconds ago."""
+    """Return a function that shows a result, unless it showed another result less than QUIETEST seconds ago."""
     last = -QUIETEST
 
     def shown(run: Run) -> None:

@@ -1,7 +1,7 @@
 """The state of the scene that the user edits: its text, its earlier texts, and its file.
 
-An edit after which the text is not a valid scene is refused with the message of `rpf3d check`; the text then stays
-as it was.
+If an edit would make the scene invalid, the edit is refused with the message of `rpf3d check`, and the text does not
+change.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,8 @@ SUFFIX = "_desk"
 class SceneState(NamedTuple):
     """A scene that is edited.
 
-    path : of its file; text : the edited text; saved : the text in the file; before : the text before each edit
+    path : of its file; text : the edited text; saved : the text in the file
+    before : the text before each edit, oldest first
     """
 
 
@@ -88,15 +89,15 @@ def opened(path: Path) -> SceneState:
 
 
 def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
-    """Write the scene to a file, and return the state with this file as its own.
+    """Write the scene to a file, and return the state of the scene in this file.
 
-    replace : True if the file may exist
+    replace : True to replace an existing file
 
     Raises
     ------
     InputError
-        The file exists or cannot be written, or a file that the scene names by a relative path does not exist relative
-        to the folder of the new file.
+        The file exists and must not be replaced, or cannot be written. Or a file that the scene names by a relative
+        path is missing there, seen from the folder of the new file.
     """
     path = path.resolve()
     if path.suffix.lower() not in (".yaml", ".yml"):

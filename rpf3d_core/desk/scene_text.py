@@ -34,7 +34,7 @@ def with_item(text: str, key: str, item: Mapping[str, Any]) -> str:
 
 
 def without_item(text: str, key: str, name: str) -> str:
-    """Return the text without the named item of a list of the scene; if the list is then empty, without the list's key.
+    """Return the text without the named item of a list of the scene; a list that becomes empty is removed with its key.
 
     Raises
     ------
@@ -74,9 +74,9 @@ def with_value(text: str, path: Sequence[str], value: Any) -> str:
 
 
 def without_value(text: str, path: Sequence[str]) -> str:
-    """Return the text without a key, whose default is then used; return the same text if the key is missing.
+    """Return the text without a key, so that the default of the key is used; unchanged if the key is missing.
 
-    path : keys that lead to the key
+    path : the keys that lead to this key, with this key at the end
     """
 
     def parent(scene: Any) -> Any:
@@ -95,7 +95,9 @@ def free_name(taken: Sequence[str], stem: str) -> str:
 
 
 def _edited(text: str, edit: Callable[[Any], object]) -> str:
-    """Return the text after an edit, which is also applied to the plain values to check that nothing else changes.
+    """Return the text of a scene after an edit.
+
+    As a check, the edit is also made on a copy of the scene's plain values, and the new text must have equal values.
 
     edit : function that changes a tree of values
 

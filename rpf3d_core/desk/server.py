@@ -124,7 +124,7 @@ def guard(gate: Gate) -> Any:
     web = library_of("desk", "aiohttp.web", "the desk needs")
 
     @web.middleware  # type: ignore[untyped-decorator]
-    async def guarded(request: Any, handler: Any) -> Any:  # `handler` is that of the path with the token
+    async def guarded(request: Any, handler: Any) -> Any:  # `handler` is not called: it is for the path with the token
         asked = Request(host=request.headers.get("Host"), origin=request.headers.get("Origin"), path=request.path)
         path = gate.admitted(asked)
         if path is None:
@@ -143,7 +143,10 @@ def guard(gate: Gate) -> Any:
 
 
 async def _answer(request: Any, path: str) -> Any:
-    """Return the answer of an aiohttp server to a request, with another path in place of the request's own."""
+    """Return the answer of an aiohttp server to a request, as if the request had another path.
+
+    path : this path, the path of the request without the token
+    """
     inner = request.clone(rel_url=request.rel_url.with_path(path).with_query(request.rel_url.query))
     route = await request.app.router.resolve(inner)
     route.add_app(request.app)
@@ -154,7 +157,9 @@ async def _answer(request: Any, path: str) -> Any:
 
 @contextmanager
 def opening_page(address: str) -> Iterator[str]:
-    """Yield the address of a file in a private folder that forwards a browser to an address; delete it at the end.
+    """Yield the address of a page that forwards a browser to an address; the page is a file in a private folder.
+
+    The folder is deleted at the end of the `with` block.
 
     All users of the machine can see the arguments of the browser's process, so the token must not be one of them.
     """
@@ -167,7 +172,7 @@ def opening_page(address: str) -> Iterator[str]:
 def open_browser(address: str) -> None:
     """Open an address in the user's browser, if there is one.
 
-    It is opened in a thread, because a browser in the terminal blocks its caller until it ends.
+    A thread of its own opens the browser, because a browser in the terminal blocks this thread until the user ends it.
     """
     threading.Thread(target=_open, args=(address,), name="browser", daemon=True).start()
 

@@ -110,14 +110,20 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
 
 
 def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:
-    """Return the values (C,) of all map cells as a grid; NaN in cells whose value is unknown or 0."""
+    """Return a hazard map as a grid; NaN in cells whose value is unknown or 0.
+
+    laid_out : (C,) values of all cells of the map's raster
+    """
     raster = maps.raster
     values = np.where(laid_out > 0.0, laid_out, np.nan).reshape(raster.ny, raster.nx)
     return HazardGrid(values=values, x=raster.x, y=raster.y, dx=raster.cell, dy=raster.cell)
 
 
 def _near(seen: Seen, grid: HazardGrid) -> Seen:
-    """Return the part of the terrain around the cells with a value; a map is raised by a share of its extent."""
+    """Return the part of the terrain around the cells with a value.
+
+    `draped` lifts a map by a share of the extent of its terrain, so the smaller part keeps the map close to the ground.
+    """
     rows, columns = np.nonzero(~np.isnan(grid.values))
     low = np.array([grid.x + grid.dx * (columns.min() - 1), grid.y + grid.dy * (rows.min() - 1)])
     high = np.array([grid.x + grid.dx * (columns.max() + 2), grid.y + grid.dy * (rows.max() + 2)])
@@ -128,9 +134,10 @@ def _near(seen: Seen, grid: HazardGrid) -> Seen:
 
 
 def downhill(seen: Seen, places: FloatArray) -> FloatArray:
-    """Return the unit vector (2,) in plan from places (N, 3) m to the lower ground around them; south if there is none.
+    """Return the unit vector (2,) in plan from places (N, 3) m to the lower ground around them.
 
-    Ground counts within three times the extent of the places, and at least within NEARBY.
+    Only ground nearer than three times the extent of the places, or nearer than NEARBY, counts. Without lower ground
+    the result points south.
     """
     middle = places.mean(axis=0)
     reach = max(NEARBY, 3.0 * float(np.ptp(places[:, :2], axis=0).max()))
@@ -142,7 +149,7 @@ def downhill(seen: Seen, places: FloatArray) -> FloatArray:
 
 
 def ramp_colours(shares: FloatArray) -> Colours:
-    """Return the colours (N, 3) of shares (N,) from 0 to 1 of the largest value."""
+    """Return the colours (N, 3) of values (N,), given as shares of the largest value (-), 0 to 1."""
     at = np.linspace(0.0, 1.0, len(RAMP))
     return np.stack([np.interp(shares, at, channel) for channel in RAMP.T], axis=1).astype(np.uint8)
 

@@ -25,7 +25,7 @@ COLOURS = {
 POINT_SIZE, LINE_WIDTH, THIN = 9.0, 3.0, 1.2
 SOUTH = np.array([0.0, -1.0])
 DISTANCE, LEVEL, RAISED = 1.6, 0.8, 0.6
-"""Distance of the eye from the viewed points, as a multiple of their extent; its parts in plan and upwards (-)."""
+"""Distance of the eye from the viewed points (multiple of their extent), and its parts in plan and upwards (shares)."""
 
 
 class Window:
@@ -63,7 +63,7 @@ class Window:
             self._actors[name].GetProperty().SetLineWidth(width)
 
     def show_points(self, name: str, points: FloatArray) -> None:
-        """Show points (N, 3) m under a name of NAMES; those of DRAWN are joined by a line."""
+        """Show points (N, 3) m under a name of NAMES; under the name DRAWN, a line joins the points."""
         data = self._data(name, len(points) > 0)
         if not len(points):
             return

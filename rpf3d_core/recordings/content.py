@@ -105,7 +105,7 @@ def _chunks(recording: Path) -> Iterator[Any]:
     reader = import_rerun().chunk.RrdReader
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it warns of a missing footer, which `verify` reports
+            warnings.simplefilter("ignore")  # rerun warns of a missing footer; `verify` reports it
             yield from reader(str(recording)).stream().to_chunks()
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{recording}: cannot be read back: {error}") from error

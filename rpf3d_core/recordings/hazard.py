@@ -1,7 +1,7 @@
 """Write the hazard maps of the terrain's facets to a recording, as coloured meshes, with the bench table.
 
 rerun colours vertices, not facets. Each hazard map is therefore a separate mesh, slightly above the terrain, with
-duplicated vertices where the colour changes, so that each facet has exactly its own colour. The mesh has only the
+duplicated vertices where the colour changes. Each facet then has exactly its own colour. The mesh has only the
 facets that rocks reached, so the size of the recording depends on these facets and not on the whole terrain.
 """
 
@@ -100,7 +100,7 @@ def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
 
 
 def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -> ColouredMesh:
-    """Return the mesh of one hazard map: the reached facets in its colours, lifted above the terrain and other maps.
+    """Return the mesh of one hazard map: the reached facets in the map's colours, lifted above terrain and lower maps.
 
     number : number of the map, from 1; the map is lifted by `number` times LIFT
     """

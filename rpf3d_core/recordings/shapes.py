@@ -94,7 +94,8 @@ def _parted(
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
     """Cut paths into lines of nearly constant speed, so that each line can have one colour.
 
-    Return the lines (N, 3) m, each of which ends where the next line of the rock begins, and the speed (m/s) of each.
+    Return L lines, (N, 3) m each, and the speed (L,) m/s of each line. Each line ends where the next line of the same
+    rock begins.
 
     fastest : highest speed of the colour scale (m/s)
     """

@@ -23,7 +23,7 @@ RATE = 60
 """Number of poses per second that are recorded while a block moves: as many as a screen shows."""
 
 SEEN = 2e-3
-"""A pose is recorded only if a corner may have moved by more than this share (-) of the block's reach since the last.
+"""Share (-) of the block's reach. A pose is recorded if a corner may have moved by more since the last recorded pose.
 
 The reach is the largest distance of a corner from the centre.
 """
@@ -39,7 +39,7 @@ def entity_of(deposits: Deposits, row: int) -> str:
 def log_blocks(
     recording: Any, blocks: Sequence[Polyhedron], flights: Flights, density: float, gravity: float
 ) -> None:  # fmt: skip
-    """Write the blocks of at most SHOWN_BLOCKS rocks, spread evenly over the rocks with a path.
+    """Write the blocks of at most SHOWN_BLOCKS rocks, an evenly spread selection of the rocks with a path.
 
     A block is a mesh, written once, with its position and orientation at RATE moments a second while it moves. The
     mesh has the size of its rock. Positions are in the local frame.
@@ -63,14 +63,18 @@ def log_blocks(
 
 
 def frames_of(end: float) -> FloatArray:
-    """Return the moments (T,) s at which a pose may be recorded, at least RATE a second, from 0 to the end."""
+    """Return evenly spaced moments (T,) s at which a pose may be recorded, at least RATE per second.
+
+    end : last moment (s); the first moment is 0
+    """
     return np.linspace(0.0, end, math.ceil(end * RATE) + 1)
 
 
 def moving_frames(x: FloatArray, q: FloatArray, reach: float) -> NDArray[np.int64]:
     """Return the indices of the poses to record: the first, the last, and each that differs visibly from the previous.
 
-    x : (T, 3) m; q : (T, 4); reach : largest distance of a corner from the centre (m)
+    x : (T, 3) m, positions of the centre; q : (T, 4) unit quaternions w, x, y, z
+    reach : largest distance of a corner from the centre (m)
     """
     kept = [0]
     for i in range(1, len(x) - 1):

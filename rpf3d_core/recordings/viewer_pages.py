@@ -55,7 +55,7 @@ def _serving(page: int, data: int) -> Iterator["subprocess.Popen[bytes]"]:
     command = [sys.executable, "-m", "rerun", "--serve-web", "--bind", LOOPBACK, "--port", str(data),
                "--web-viewer-port", str(page)]  # fmt: skip
     quiet = subprocess.DEVNULL
-    # It runs in its own session, because it starts a child, and only a signal to the group ends both.
+    # The program runs in its own session: it starts a child, and only a signal to the group ends both.
     program = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
     try:
         yield program

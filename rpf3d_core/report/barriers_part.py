@@ -1,4 +1,4 @@
-"""The part of a report on the barriers of the scene: shares, energies and heights, with both kinds of intervals."""
+"""The part of a report on the barriers of the scene: shares, energies and heights, with their 95 % intervals."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -51,7 +51,7 @@ def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
 def _design(found: dict[str, Any], words: Any) -> list[str]:
     """Return the p95 of a quantity at a barrier as three cells: value, predictive interval, sampling interval.
 
-    found : the quantity in summary.json; words : function that turns a number into text with its unit
+    found : section of the quantity in summary.json; words : function that turns a number into text with its unit
     """
     return [
         words(found["p95"]),

@@ -34,7 +34,7 @@ from rpf3d_core.terrain.faces import LOWEST, STEEP
 HELD = (50, 75, 90, 95)
 """Percentages of the rocks; for each, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
-"""Largest number of rows of the table of main figures; but at least the second number of zones is always shown."""
+"""Largest number of rows of the table of main figures; but at least FEWEST_BENCHES zones are always shown."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -51,7 +51,7 @@ PICTURES = (
      "unknowns the upper end of its 95 % interval."),
     ((ENERGY,), "95th percentile of the energy in each cell."),
 )  # fmt: skip
-"""Pictures of the run that a report shows: file names and caption. The first file that exists is shown."""
+"""Pictures of the run that a report shows: file names and caption. The first of the files that exists is shown."""
 SLIDES = (
     "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
     "not known and counts as larger than all others."

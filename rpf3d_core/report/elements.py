@@ -25,7 +25,7 @@ class Bullets(NamedTuple):
 
 
 class Warnings(NamedTuple):
-    """A box with a title and sentences that the reader must know before all others."""
+    """A box with a title and sentences that the reader must know before the rest of the report."""
 
     title: str
     sentences: Sequence[str]

@@ -77,8 +77,8 @@ def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Itera
 def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield a row (what, parameter with value, origin of the value) for each parameter of a model or an effect.
 
-    what : first cell of the rows; path : key path of the model or effect. If the model is an own model, its name has
-    dots, so that the path has more than one dot.
+    what : first cell of the rows; path : key path of the model or effect, with more than one dot for an own model
+        because the name of an own model has dots; values : the parameters, by key
     """
     own = path.count(".") > 1
     for key, value in values.items():
@@ -143,7 +143,7 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _range(run: RunFiles, path: str) -> str | None:
-    """Return the range of the value at a key path over the parameter sets, as text; None if it is not an unknown."""
+    """Return the range over the parameter sets of the value at a key path, as text; None if the value is no unknown."""
     key = _unknown_at(run, path)
     if key is None:
         return None
@@ -154,13 +154,14 @@ def _range(run: RunFiles, path: str) -> str | None:
 def _unknown_at(run: RunFiles, path: str) -> str | None:
     """Return the key path of the unknown that sets the value at a key path; None if no unknown sets it."""
     keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
-    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # without `*` first, as in the run
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # one without `*` first, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:
     """Return the origin of the value at a key path as text: scene, default, library or calibration.
 
-    library : library entry that the material names, or None; value : the value, to compare it with that of the entry
+    library : library entry that the material names, or None
+    value : value at the key path, to compare with the value of the library entry
     """
     unknown, coefficient = _unknown_at(run, path), path.rpartition(".")[2]
     entry = {} if library is None else run.inputs["library"][library]
@@ -183,7 +184,7 @@ def _published(library: str | None, entry: dict[str, Any]) -> str:
 
 
 def _stands_for(key: str, path: str) -> bool:
-    """True if an unknown sets the value at a key path, or a part of this value.
+    """Return True if an unknown sets the value at a key path, or a part of this value.
 
     key : key path of the unknown, in which `*` matches any key; path : key path of the value
     """

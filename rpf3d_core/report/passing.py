@@ -25,8 +25,8 @@ NEAREST = 0.01
 class FencePlace(NamedTuple):
     """The rocks that pass a place beyond the toe: their share, energies and heights.
 
-    distance : m beyond the toe; passed : share (-) of rocks that pass
-    energy, height : 95th percentiles (J, m) over the rocks that pass; crossed : number of these rocks
+    distance : m beyond the toe; passed : share (-) of rocks that pass the place
+    energy, height : 95th percentiles (J, m) over the rocks that pass; crossed : number of rocks that pass
     """
 
     distance: float
@@ -37,7 +37,7 @@ class FencePlace(NamedTuple):
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
-    """Return the share (-) of rocks that pass each of the distances (D,) m beyond the toe, with both intervals.
+    """Return the share (-) of rocks that pass each distance (D,) m beyond the toe, with its 95 % intervals.
 
     sets : number of parameter sets, 0 without unknowns
     """
@@ -57,7 +57,10 @@ def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Fi
 def _predictive(beyond: BeyondToe, sets: int, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the ends (D,) of the predictive intervals of the shares of rocks that pass distances (D,) m.
 
-    The rocks are displaced by draws of the misfit. The intervals include the sampling intervals of the rocks that flew.
+    The rocks are displaced by draws of the misfit. Each predictive interval includes the sampling interval of its
+    share. An unknown end is NaN; without unknowns, all ends are NaN.
+
+    sets : number of parameter sets
     """
     places = len(distance)
     if beyond.set is None:
@@ -88,7 +91,10 @@ def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[
 
 
 def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
-    """Return the rocks that pass a distance (m); energy and height are unknown for fewer than FEWEST_ROCKS rocks."""
+    """Return share, energy and height of the rocks that pass a distance (m) beyond the toe.
+
+    Energy and height are unknown if fewer than FEWEST_ROCKS rocks pass. passed : the share, already computed
+    """
     rows, energy, height = passing(run, beyond, segments, distance)
     unknown = Figure(value=None, sampling=None, predictive=None)
     enough = len(rows) >= FEWEST_ROCKS
@@ -108,7 +114,10 @@ def _with_sets(run: RunFiles, rows: NDArray[np.int64], values: FloatArray) -> Se
 
 
 def _displaced(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> SetValues | None:
-    """Return the energies (J) with which rocks pass a distance (m), after draws of the misfit displaced the rocks."""
+    """Return the energies (J) of rocks that pass a distance (m) beyond the toe, for a predictive interval.
+
+    Each rock is displaced by the draw of the misfit of its parameter set. None without unknowns.
+    """
     if run.ends.set is None:
         return None
     rows, energy, _ = passing(run, beyond._replace(toe=beyond.toe - beyond.shift), segments, distance)
@@ -120,8 +129,8 @@ def passing(
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return the rocks that pass a distance (m) beyond the toe: row in `Ends` (N,), energy (N,) J and height (N,) m.
 
-    Each rock counts at its first passage. Energy is translational. Height is that of the point or the rock's centre
-    above the ground. An unknown height is BEYOND, so that percentiles count it as larger than all others.
+    Each rock counts at its first passage. Energy is translational. Height is measured from the ground to the centre of
+    the rock. An unknown height is BEYOND, so that percentiles count an unknown height as larger than all known heights.
     """
     reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
     reach[beyond.rows], along[beyond.rows] = np.maximum(beyond.toe + distance, NEAREST), beyond.along

@@ -36,7 +36,7 @@ KEY = ("source", "rock", "piece")
 class Ends(NamedTuple):
     """The releases and ends of N rocks, in local coordinates with z up (m).
 
-    key : (N,) the rock as (source, rock, piece); at_rest : (N,) True for a rock that stopped or was caught
+    key : (N,) each rock as (source, rock, fragment); at_rest : (N,) True for a rock that stopped or was caught
     on_ground : (N,) True for a rock that stopped on the ground; t : (N,) s, time of the end; max_speed : (N,) m/s
     release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
     set : (N,) number of the rock's parameter set; None without unknowns
@@ -57,7 +57,7 @@ class Ends(NamedTuple):
 class KeptPaths(NamedTuple):
     """Points along the K paths that a run kept, in local coordinates with z up.
 
-    key : (K,) the rocks as (source, rock, piece)
+    key : (K,) the rock of each path, as (source, rock, fragment)
     starts : (K + 1,) index of the first point of each path, and P at the end
     x : (P, 3) m; speed : (P,) m/s
     """
@@ -118,7 +118,10 @@ def read_run(folder: Path) -> RunFiles:
 
 
 def _moves(folder: Path, scene: dict[str, Any]) -> FloatArray | None:
-    """Return the displacements in plan (S, 2) m of the paths of each parameter set; None if there is no misfit."""
+    """Return the displacement in plan (S, 2) m of the paths of each parameter set; None if the scene states no misfit.
+
+    folder : the result folder; scene : the scene in inputs.json
+    """
     misfit = (scene["unknowns"] or {}).get("misfit")
     return displacements(read_parameter_sets(folder / PARAMETER_SETS), misfit, scene["seed"]) if misfit else None
 
@@ -168,7 +171,9 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
 
 
 def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:
-    """Return the parameter set (N,) of each rock, computed as in the run, because the tables do not have it.
+    """Return the number (N,) of each rock's parameter set.
+
+    The tables of a run do not have this number, so it is computed again as in the run.
 
     source : (N,) number of the source; rocks : (N,) number of the rock in its source; sets : number of parameter sets
     """

@@ -1,6 +1,6 @@
-"""Find the critical section of a run: it goes through the release of the rock with the longest runout.
+"""Find the critical section of a run: a vertical section through the release of the rock that stopped farthest away.
 
-Its direction is the mean direction of the rocks that start near this release.
+The direction of the section is the mean direction of all rocks that start near this release.
 """
 
 from typing import NamedTuple
@@ -24,14 +24,15 @@ BEHIND, AHEAD = 0.15, 0.1
 
 
 class CriticalSection(NamedTuple):
-    """The critical section; distances (m) are along it in plan, from the release of its rock.
+    """The critical section; distances (m) are measured in plan, along the section, from the release of its rock.
 
-    source, rock : the rock with the longest runout; runout : m
+    source, rock : source and number of the section's rock, which stopped farthest from its release; runout : m
     toe : distance (m) of the foot of the first face; NaN without a face below the release
     distance, ground : (S,) m, the terrain's profile, elevations in the input's vertical coordinate
-    paths : for each kept path in the strip, (P, 2) m, distance and elevation; NaN at points outside the strip
-    width : m, of the strip
-    start : (2,) m in plan of the input's coordinates turned z up; azimuth : degrees, clockwise from north
+    paths : (P, 2) m for each kept path in a strip along the section: distance and elevation of its points, NaN for
+        points outside the strip; width : m, width of the strip
+    start : (2,) m, the release in z-up input coordinates; azimuth : direction of the section, degrees clockwise from
+        north
     """
 
     source: str
@@ -73,9 +74,9 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
 
 
 def _in_strip(run: RunFiles, start: FloatArray, along: FloatArray, width: float) -> list[FloatArray]:
-    """Return the kept paths in a strip around a line, as distance and elevation (P, 2) m; NaN outside the strip.
+    """Return the kept paths that touch a strip along a line: (P, 2) m, distance and elevation; NaN outside the strip.
 
-    start : (2,) m, local frame; along : (2,) unit vector; width : of the strip (m)
+    start, along : (2,) m, local frame, and (2,) unit vector of the line; width : width of the strip (m)
     """
     across, found = np.array([-along[1], along[0]]), []
     for begin, end in zip(run.paths.starts[:-1], run.paths.starts[1:], strict=True):

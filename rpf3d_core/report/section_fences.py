@@ -24,7 +24,10 @@ class FenceInSection(NamedTuple):
 
 
 def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSection], list[str]]:
-    """Return the crossings of a scene's barriers with a section, and the names of the barriers that do not cross it."""
+    """Return the crossings of a scene's barriers with a section, and the names of all other barriers.
+
+    The other barriers do not cross the section, or the file of their line cannot be read.
+    """
     panels = panels_of(run)
     found = [fence for panel in panels for fence in _crossings(run, section, panel)]
     crossing = {fence.name for fence in found}
@@ -32,13 +35,19 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
 
 
 def panels_of(run: RunFiles) -> list[dict[str, Any]]:
-    """Return the panels of the barriers of a run's scene from summary.json, which has the full paths of their files."""
+    """Return the panels of the barriers of a run's scene, as values from summary.json; empty without barriers.
+
+    summary.json states the full paths of the files with barrier lines; inputs.json states only the names of the files.
+    """
     barriers = run.summary["scene"]["effects"].get("barriers") or {}
     return list(barriers.get("panels", ()))
 
 
 def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -> Iterator[FenceInSection]:
-    """Yield the crossings of a barrier with a section; crossings where the section has no ground are left out."""
+    """Yield the crossings of a barrier with a section, except crossings at places without ground.
+
+    panel : values of the barrier, from `panels_of`
+    """
     east, north, _ = run.terrain.frame.origin
     azimuth = np.radians(section.azimuth)
     start, along = section.start - (east, north), np.array([np.sin(azimuth), np.cos(azimuth)])

@@ -1,4 +1,8 @@
-"""The part of a report on the critical section: where it lies, its picture, and the barriers that cross it."""
+"""The part of a report on the critical section: a vertical section through the release of one rock.
+
+This rock stopped farthest from its release. The part states the place of the section and has its picture, which
+includes the barriers that cross the section. A note below the picture names all other barriers of the scene.
+"""
 
 import io
 from collections.abc import Iterator
@@ -14,9 +18,9 @@ from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
 
 
 def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Element]:
-    """Yield the elements on the critical section: its place, its picture, and the barriers that do not cross it.
+    """Yield the elements on the critical section: its place, its picture, and the names of barriers not in the picture.
 
-    section : None if no rock stopped away from its release
+    beyond : for the shares of rocks that pass each distance; section : None if no rock stopped away from its release
     """
     yield Heading("Critical section")
     if section is None:

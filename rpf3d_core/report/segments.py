@@ -31,7 +31,7 @@ class Segments(NamedTuple):
     row : (M,) row of the rock in `Ends`; begin, end : (M, 3) m
     time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
     speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
-    source : IMPACTS or KEPT
+    source : IMPACTS if the segments are from the impacts of all rocks, KEPT if from the kept paths
     """
 
     row: IntArray
@@ -55,7 +55,10 @@ def segments_of(run: RunFiles) -> Segments:
 
 
 def _from_impacts(run: RunFiles) -> Segments | None:
-    """Return the segments between release, impacts and end of each rock; None if too few are flights, or no impacts."""
+    """Return the segments between release, impacts and end of each rock.
+
+    None if the run has no table of impacts, or if too few segments between impacts are flights.
+    """
     found = read_impacts(run)
     if found is None:
         return None

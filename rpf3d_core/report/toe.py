@@ -52,7 +52,8 @@ class BeyondToe(NamedTuple):
     rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan, from release to end
     toe : (N,) m from the release to the toe
     distance : (N,) m from the toe to the stop, negative before the toe, BEYOND if the rock did not stop
-    shift : (N,) m, displacement of a rock along its line by its parameter set's draw of the misfit; 0 without a misfit
+    shift : (N,) m, displacement of each rock along its line, drawn from the misfit for its parameter set; 0 without a
+        misfit
     set : (N,) parameter set of each rock; None without unknowns
     further : (N,) True for a rock that went down a further face below the first one
     """
@@ -67,7 +68,7 @@ class BeyondToe(NamedTuple):
 
     @property
     def displaced(self) -> FloatArray:
-        """Distances (N,) m beyond the toe with a draw of the misfit, for predictive intervals."""
+        """Distances (N,) m beyond the toe, displaced by draws of the misfit, for predictive intervals."""
         return self.distance + self.shift
 
 
@@ -188,7 +189,7 @@ def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None)
 
 
 def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
-    """Return the distance (m) beyond the toe within which a percentage of the rocks stops.
+    """Return the distance (m) beyond the toe within which a wanted percentage of the rocks stops, with its intervals.
 
     wanted : the percentage, such as 90; sets : number of parameter sets
     """
@@ -199,17 +200,23 @@ def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
 def _holding(
     over: tuple[float, float], sampling: tuple[float | None, float | None]
 ) -> tuple[float | None, float | None]:
-    """Return an interval over parameter sets, widened to include the sampling interval; None for an unknown end."""
+    """Return a predictive interval: an interval over parameter sets, widened to include the sampling interval.
+
+    An end is None if this end of the sampling interval is unknown.
+
+    over : interval over the parameter sets; sampling : sampling interval, None for an unknown end
+    """
     low, high = sampling
     return None if low is None else min(over[0], low), None if high is None else max(over[1], high)
 
 
 def _over_sets(values: FloatArray, sets: NDArray[np.int64], count: int, wanted: int) -> tuple[float, float] | None:
-    """Return the predictive interval of a percentile; None if fewer than 39 parameter sets have enough rocks.
+    """Return the interval of a percentile over parameter sets; None if fewer than 39 sets have enough rocks.
 
-    A set has enough rocks if at least one rock is expected beyond the percentile.
+    A set has enough rocks if at least one of its rocks is expected beyond the percentile.
 
-    values : (N,); sets : (N,) parameter set of each value; count : number of parameter sets; wanted : the percentile
+    values : (N,); sets : (N,) parameter set of each value; count : number of parameter sets
+    wanted : the percentile, such as 90
     """
     fewest = math.ceil(100.0 / (100.0 - wanted))
     each = np.full((count, 1), np.nan)

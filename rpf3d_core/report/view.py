@@ -128,8 +128,8 @@ def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Any:
 def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
     """Return a hazard map draped over the terrain: corners (N, 3, 3) m and values (N,) of triangles.
 
-    The triangles are those of the terrain, a little higher. They are cut into triangles of about the size of a cell or
-    less, and each has the value of the cell at its middle. With very many cells the triangles are not cut.
+    The triangles of the terrain are cut into triangles of about the size of a cell or less, and lifted a little. Each
+    small triangle has the value of the cell at its middle. With very many cells the triangles are not cut.
     """
     corners = seen.vertices[seen.triangles]
     corners = corners[_near_values(grid, corners)]
@@ -144,11 +144,12 @@ def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
 
 
 def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = None) -> FloatArray | None:
-    """Cut triangles (N, 3, 3) m near cells with a value into smaller ones; None if there are more than `most`.
+    """Cut triangles (N, 3, 3) m near cells with a value into smaller triangles (M, 3, 3) m.
 
     Small triangles that touch no cell with a value are left out.
 
     part : largest edge of a small triangle, as a share (-) of a cell
+    most : largest allowed number of triangles, None for no limit; the result is None if more would be needed
     """
     longest = max(part * grid.cell, FINEST)
     while (coarse := _longest_edge(corners) > longest).any():

@@ -24,15 +24,15 @@ UNITS = {
 
 
 def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Return the zone index (N,) of each touched facet (N,) of the terrain; -1 where the facet is negative.
+    """Return the index (N,) of the zone in which each facet lies; -1 for a negative facet.
 
-    A negative facet means that the rock touched no facet of the terrain.
+    facet : (N,) facet of the terrain that each rock touched, or a negative number if the rock touched none
     """
     return np.where(facet < 0, -1, terrain.zone[np.maximum(facet, 0)])
 
 
 def struck_of(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """Return the number (I,) of what each impact struck: 0 for the ground, 1 for the first obstacle, and so on.
+    """Return (I,) what each impact struck, as a number: 0 for the ground, 1 for the first obstacle, and so on.
 
     facet : (I,) struck facet of the terrain, or a negative number for a facet of an obstacle
     """
@@ -48,12 +48,15 @@ def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
 
 
 def xyz_of(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
-    """Return points (N, 3) as three columns of a table, one for each axis; prefix : put before the axis' name."""
+    """Return points (N, 3) as three columns of a table, one for each axis; prefix : start of the columns' names."""
     return {f"{prefix}{axis}": points[:, i] for i, axis in enumerate("xyz")}
 
 
 def quaternions_of(terrain: Terrain, q: FloatArray | None) -> dict[str, FloatArray]:
-    """Return orientations q (N, 4), local frame, as four columns of a table in the input's axes; {} if q is None."""
+    """Return orientations as four columns of a table, in the input's axes; {} if q is None.
+
+    q : (N, 4) quaternions w, x, y, z in the local frame
+    """
     if q is None:
         return {}
     return dict(zip(QUATERNION, orientations_to_input(terrain.frame, q).T, strict=True))

@@ -17,9 +17,10 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The result of a run: the prepared scene, and what its rocks did; from it, the result folder is written.
+    """The result of a run: the prepared scene, and what its rocks did. The result folder is written from a `Run`.
 
-    flights : of all rocks; if the tables were written during the flights, of an evenly spread selection for pictures
+    flights : ends, impacts and paths of all rocks; only of an evenly spread selection of the rocks, for the pictures,
+        if the tables of all rocks were written while the rocks flew
     totals, maps : figures and hazard maps of all rocks flown
     planned : number of rocks that were to fly; larger than the number of rocks flown if the run was interrupted
     steps : convergence after each doubling if the scene has `rocks: auto`, else empty

@@ -114,9 +114,9 @@ def _is_ours(path: Path) -> bool:
 
 
 def _replace(target: Path, part: Path) -> None:
-    """Replace a result folder by a new one; if that fails, the old folder stays.
+    """Put a new result folder in the place of an old one; if that fails, the old folder stays.
 
-    target : path of the folder; part : the new folder
+    target : path of the old folder, which need not exist; part : path of the new folder
     """
     old = target.with_name(f".{target.name}.{os.getpid()}.old")
     if target.exists():
@@ -180,7 +180,7 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
 
 
 def _write_sets(folder: Path, figures: Any) -> None:
-    """Write parameter_sets.parquet; figures : `hazard.sets.SetFigures`."""
+    """Write parameter_sets.parquet; figures : figures over the sets, `hazard.sets.SetFigures`."""
     from rpf3d_core.unknowns.parameter_sets import write_parameter_sets  # imported only if the scene has unknowns
 
     write_parameter_sets(folder / "parameter_sets.parquet", figures.sets, {"rocks": figures.rocks})

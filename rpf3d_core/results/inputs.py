@@ -56,6 +56,8 @@ def _ground(run: Run) -> str:
 def ground_known_by(scene: Scene) -> str:
     """Return where the coefficients of a scene's ground are from: ASSUMED, RANGES, PARTLY or CALIBRATED.
 
+    The result is never ELSEWHERE, because this function does not compare the rocks with the place of the calibration.
+
     Raises
     ------
     InputError

@@ -52,10 +52,12 @@ def _origin(frame: Frame) -> FloatArray:
 
 
 def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dict[str, Any]:
-    """Return the distribution of end points along a direction: percentiles, mean, deviation, share of each section.
+    """Return the distribution of end points along a direction, in the input's coordinates (m).
 
-    position : end points (m) along the direction, relative to the origin of the local frame; the result is in the
-    input's coordinates (m)
+    The distribution has percentiles, mean and standard deviation. It also has the share of rocks in each section, a
+    range of distances that the scene names.
+
+    position : end points (m) along the direction, relative to the origin of the local frame
     """
     count = position.count
     origin = float(_origin(frame) @ horizontal_direction(observed.along, frame.up))
@@ -75,9 +77,10 @@ def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dic
 
 
 def _number_between(position: FloatArray, counts: IntArray, low: float | None, high: float | None) -> int:
-    """Return the number of rocks that ended in a section [low, high) (m); None for a side without limit.
+    """Return the number of rocks that ended at a distance of at least `low` and less than `high` (m).
 
-    position : (N,) m; counts : (N,) number of rocks that ended at each position
+    position : (N,) m, distances; counts : (N,) number of rocks that ended at each distance
+    low, high : m; None for no limit
     """
     above = position >= (-np.inf if low is None else low)
     return int(counts[above & (position < (np.inf if high is None else high))].sum())

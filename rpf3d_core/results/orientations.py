@@ -34,7 +34,7 @@ def orientations_to_input(frame: Frame, q: FloatArray) -> FloatArray:
 
 
 def blocks_of(scene: Any, deposits: Deposits) -> "list[Polyhedron]":
-    """Return the shapes of a run's rocks, in the order of their numbers; empty for points and spheres.
+    """Return the shapes of a run's rocks, in the order of the shapes' numbers; empty for points and spheres.
 
     scene : the `Scene` of the run
 
@@ -51,9 +51,12 @@ def blocks_of(scene: Any, deposits: Deposits) -> "list[Polyhedron]":
 
 
 def moments_of(blocks: "Sequence[Polyhedron]", deposits: Deposits) -> FloatArray | None:
-    """Return the principal moments of inertia (R, 3) of each rock's shape per unit of mass (m2); None without shapes.
+    """Return the principal moments of inertia (R, 3) of each rock's shape per unit of mass (m^2); None without shapes.
 
-    They are for the size of the shape in its file. The rotation of a rock depends on their ratios only.
+    The moments are those of the shape at the size in its file, not at the size of the rock. This is enough, because the
+    rotation of a rock depends only on the ratios of the moments.
+
+    blocks : the shapes, from `blocks_of`
     """
     if deposits.shape is None:
         return None

@@ -1,4 +1,4 @@
-"""Sentences for a run's table on where its answer looks surer than it is, because an interval leaves something out."""
+"""Sentences for a run's table on results that look surer than they are, because an interval leaves something out."""
 
 from collections.abc import Iterator, Sequence
 
@@ -22,7 +22,7 @@ NOTABLE = 0.5
 NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
-"""The ground counts as calibrated elsewhere if this share (-) of the rocks, or more, starts away from that place."""
+"""The ground counts as calibrated elsewhere if at least this share (-) of the rocks starts far from the calibration."""
 ELSEWHERE_HELD = "0, 1, 4 and 6 of 18 and 9, 33, 40 and 40 of 41"
 """Observed stops within 90 % intervals predicted by samples of another slope: eight cases, as measured on the page
 docs/explanation/validation.md; test/validation/test_predictions.py compares the figures."""
@@ -44,7 +44,7 @@ MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barrier
 
 
 def surer_than_it_may_be(run: Run) -> list[str]:
-    """Return the sentences on what makes the answer of a run look surer than it is; an empty list if nothing does."""
+    """Return sentences: the reasons why the results of a run look surer than they are; empty without reasons."""
     return [
         *_of_the_ground(run), *_of_places(run), *_of_barriers(run), *_of_paths(run), *_of_releases(run),
         *_of_cells(run), *_of_energies(run),
@@ -81,7 +81,7 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 
 
 def share_calibrated_elsewhere(run: Run) -> float:
-    """Return the share (-) of the rocks of a run that start far from where its sample was calibrated."""
+    """Return the share (-) of the rocks that start far from the place of the calibration; 0 without a sample."""
     if run.scene.unknowns is None or run.scene.unknowns.sample is None:
         return 0.0
     from rpf3d_core.setup import unknowns  # imported only if the scene has a sample
@@ -91,14 +91,14 @@ def share_calibrated_elsewhere(run: Run) -> float:
 
 
 def _outside_sample(run: Run) -> tuple[str, ...]:
-    """Return the key paths of the scene's ranges for which the sample of its calibration has no values."""
+    """Return the key paths of the scene's priors for which the sample has no values; empty without a sample."""
     from rpf3d_core.setup.unknowns import outside_sample  # imported only if the scene has unknowns
 
     return outside_sample(run.scene)
 
 
 def _counted_as_known(run: Run) -> list[str]:
-    """Return the key paths of the coefficients of the ground that are the same in all parameter sets."""
+    """Return the key paths of the coefficients of the ground that have one value in all parameter sets."""
     from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
 
     return counted_as_known(run.scene, run.terrain.zones)
@@ -136,7 +136,7 @@ def _of_barriers(run: Run) -> Iterator[str]:
 
 
 def _of_paths(run: Run) -> Iterator[str]:
-    """Yield a sentence if the rocks fly along fewer than FEW_PATHS different paths, so that many repeat a path."""
+    """Yield a sentence if the rocks fly along fewer than FEW_PATHS different paths; many rocks then repeat a path."""
     deposits = run.flights.deposits
     rocks = len(deposits.x)
     paths = len(np.unique(np.column_stack([deposits.x, deposits.t, deposits.max_speed]), axis=0)) if rocks else 0
@@ -147,7 +147,7 @@ def _of_paths(run: Run) -> Iterator[str]:
 
 
 def _of_releases(run: Run) -> Iterator[str]:
-    """Yield a sentence if many rocks stopped where they were released, so that shares of all rocks mislead."""
+    """Yield a sentence if many rocks stopped before they fell from a crest; shares of all rocks then mislead."""
     deposits = run.flights.deposits
     drop = deposits.release[:, 2] - deposits.x[:, 2]
     stayed = (deposits.outcome == Outcome.STOPPED) & (drop < HARDLY_FELL)
@@ -167,7 +167,7 @@ def _of_cells(run: Run) -> Iterator[str]:
 
 
 def _of_energies(run: Run) -> Iterator[str]:
-    """Yield a sentence on places that so few rocks reached that there is no p95 energy."""
+    """Yield a sentence on zones and areas without a p95 energy, because too few rocks reached them."""
     few = [bench for bench in bench_table(run.terrain, run.maps) if 0 < bench.reached["rocks"] < FEWEST_ROCKS]
     if few:
         names = [f"{bench.name} (area)" if bench.kind == AREA else bench.name for bench in few]

@@ -30,7 +30,7 @@ class Painting:
     """
 
     def __init__(self, second: SecondProcess | None = None) -> None:
-        """Draw with a second process, or in this process if there is none."""
+        """Draw in a second process, or in this process if `second` is None."""
         self._second = second
         self.waited_s = 0.0
 
@@ -42,7 +42,7 @@ class Painting:
     def draw(self, folder: Path, shown: "RunPictures", terrain: "Terrain") -> None:
         """Draw all pictures into a result folder; they are complete after `wait`.
 
-        terrain : the terrain passed to `begin`; it is needed if this process draws
+        terrain : the terrain passed to `begin`; used only if this process draws
         """
         if self._second is not None and self._second.has_begun():
             self._second.ask("draw", folder, shown)

@@ -120,7 +120,7 @@ def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
 def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
     """Return the started process, None if it cannot be started.
 
-    It has its own process group, because Ctrl-C at a terminal goes to all processes of a group, even while they start.
+    The process has its own process group. Else Ctrl-C at a terminal would end the process while it starts.
     """
     own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}
     if not sys.executable:  # Python is part of another program
@@ -141,7 +141,7 @@ def _how(code: int) -> str:
 def _send(pipe: BinaryIO, requests: "queue.SimpleQueue[Message | None]") -> None:
     """Write each request from a queue to the second process, until the request None.
 
-    It runs in a thread, so that a second process that does not read cannot delay the run.
+    This function runs in a thread, so that a second process that does not read cannot delay the run.
     """
     with suppress(OSError), pipe:  # OSError: the process has ended
         while (request := requests.get()) is not None:
@@ -222,7 +222,10 @@ def main(module: str, name: str) -> None:
 
 
 def _take(requests: "queue.SimpleQueue[Message]") -> None:
-    """Put each request from standard input into a queue; end this process when the main process has ended."""
+    """Put each request from standard input into a queue; end this process at the end of standard input.
+
+    Standard input ends when the main process ends.
+    """
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:

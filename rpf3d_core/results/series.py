@@ -12,9 +12,10 @@ LEAST = 1e-4
 class Series(NamedTuple):
     """One series of S points in the plot of error against computing time, such as one method with several time steps.
 
-    kind : numerical, geometric or statistical; colour : red, green, blue, each up to 255
+    kind : kind of the error: numerical, geometric or statistical; colour : red, green, blue, each up to 255
     seconds : (S,) s; errors : (S,) (-), above 0; words : (S,) labels next to the points
-    compiled : (S,) s, times of the same steps with the compiled engine, if `seconds` are times of the thesis' method
+    compiled : (S,) s, computing times of the compiled engine with the steps of each point, if `seconds` are computing
+        times of the thesis' method; else None
     """
 
     name: str

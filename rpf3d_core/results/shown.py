@@ -41,7 +41,7 @@ class RunCounts(NamedTuple):
     def describe_some(self, number: int) -> str:
         """Return how many rocks a picture shows, as text for its title, such as '100 of 1,000 rocks'.
 
-        number : rocks in the picture; the total is named only if it is larger
+        number : number of rocks in the picture; if all rocks flown are in the picture, the text is that of `describe`
         """
         if number >= self.rocks:
             return self.describe()

@@ -112,7 +112,7 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return the digests of the scene and of the releases: two results with equal digests have the same inputs."""
+    """Return the digests of the scene and of the releases; two results with equal digests have equal inputs."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
@@ -182,7 +182,7 @@ def _left_out(figures: Any, name: str) -> dict[str, str]:
 
 
 def _barriers(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section on barriers; with a misfit, each barrier states that its intervals do not include it."""
+    """Return the section on barriers; with a misfit, each barrier states that its intervals leave the misfit out."""
     from rpf3d_core.results.hazard_files.barriers_report import barriers_section
 
     has_misfit = maps.sets is not None and maps.sets.displaced is not None
@@ -214,7 +214,11 @@ def _unknowns(findings: Run) -> dict[str, Any]:
 
 
 def _with_intervals(name: str, sample: Sample, figures: Any) -> dict[str, Any]:
-    """Return a distribution for summary.json, with intervals of its percentiles in a run over parameter sets."""
+    """Return a distribution for summary.json, with intervals of its percentiles in a run over parameter sets.
+
+    name : of the quantity in `figures`; sample : values of all rocks
+    figures : `hazard.sets.SetFigures`, None without parameter sets
+    """
     facts = sample.summary(PERCENTILES)
     if figures is None:
         return facts
@@ -314,7 +318,7 @@ def _hazard(maps: HazardMaps) -> dict[str, Any]:
 
 
 def _reach(maps: HazardMaps) -> dict[str, Any]:
-    """Return the largest reach probability of a cell, and the largest number of passages per metre if it is mapped.
+    """Return the largest reach probability of a cell, and the largest number of passages per metre if mapped.
 
     Reach probability grows with the cell size; passages per metre do not.
     """

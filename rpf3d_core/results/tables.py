@@ -3,7 +3,7 @@
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
 energies (translational) in J. A value that does not exist (no ground contact, height not computed) is left empty.
 
-Rocks with a shape have additional columns. Their positions are those of the centre of mass, and so are their heights.
+Rocks with a shape have additional columns. Positions and heights of these rocks are those of the centre of mass.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -78,8 +78,7 @@ def write_trajectories(
 def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profiles: Mapping[str, Any]) -> None:
     """Write the points of profiles as a CSV file, one line for each point.
 
-    profiles : column name -> values (S,); `row` is the row of the rock in `deposits`, other columns are in m, s and
-        m/s
+    profiles : column name -> values (S,), in m, s or m/s; the column `row` has the row of the rock in `deposits`
     """
     columns = {name: _or_null(values) for name, values in profiles.items() if name != "row"}
     _write_csv(path, _table({**_rock_names(sources, deposits, profiles["row"]), **columns}))

@@ -66,7 +66,7 @@ def write_barriers(path: Path, maps: HazardMaps) -> None:
 
 
 def _banded(maps: HazardMaps) -> tuple[tuple[BarrierFigures, ...], tuple[Any, ...]]:
-    """Return the figures of all barriers, and the predictive intervals of each (None without parameter sets)."""
+    """Return, for each barrier, its figures and its predictive intervals; without parameter sets, these are None."""
     return maps.barriers, (None,) * len(maps.barriers) if maps.sets is None else maps.sets.barriers
 
 

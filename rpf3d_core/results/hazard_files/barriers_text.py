@@ -45,7 +45,7 @@ def text_rows(maps: HazardMaps) -> list[tuple[str, ...]]:
 def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, str, str]]:
     """Yield the row of each figure of a barrier: label, number of rocks, value, predictive and sampling interval.
 
-    facts : of the barrier, from `barriers_section`; flown : number of rocks of the run
+    facts : counts, shares and percentiles of the barrier, from `barriers_section`; flown : number of rocks of the run
     """
     came = facts.get("reached", share_of(facts["came"], flown))
     for label, share in zip(("came", *SHARES), (came, *(facts[did] for did in ROCKS)), strict=True):
@@ -61,7 +61,11 @@ def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, st
 
 
 def _design(label: str, found: dict[str, Any], unit: float) -> tuple[str, str, str, str, str]:
-    """Return the row of the 95th percentile of a quantity; unit : size of the displayed unit, such as KILO for kJ."""
+    """Return the row of the 95th percentile of a quantity, with the columns of `_rows`.
+
+    label : first cell; found : the quantity, from `barriers_section`, in SI units
+    unit : size of the displayed unit in the SI unit, such as KILO for kJ
+    """
     intervals = (interval_text(found.get("p95_predictive"), unit), interval_text(found["p95_interval_95"], unit))
     return label, f"{found['rocks']:,}", _number(found["p95"], unit), *intervals
 

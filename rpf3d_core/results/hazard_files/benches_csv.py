@@ -40,7 +40,10 @@ def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]])
 
 
 def share_columns(share: dict[str, Any]) -> list[Any]:
-    """Return a share as the columns of a CSV file: rocks, share, and the two ends of its 95 % interval."""
+    """Return a share as four columns of a CSV file: rocks, share, and the two ends of the 95 % interval.
+
+    share : as from `share_of`
+    """
     return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]
 
 

@@ -35,7 +35,7 @@ from rpf3d_core.hazard.quantities import (
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
-if TYPE_CHECKING:  # rasterio takes a tenth of a second to import; the second process already draws when it is needed
+if TYPE_CHECKING:  # rasterio takes 0.1 s to import, so it is imported late, while the second process draws
     from rasterio.crs import CRS
     from rasterio.windows import Window
 

@@ -9,7 +9,7 @@ from rpf3d_core.hazard.raster import round_cells
 
 
 def words_on_maps(maps: HazardMaps) -> str:
-    """Return one line on the hazard maps for the end of a run: their cells, and the largest share of a cell."""
+    """Return one line on the hazard maps for the end of a run: cells, largest reach probability, largest passage."""
     cell, share = maps.raster.cell, reach_probability(maps.cells, maps.flown)
     cells = f"hazard maps: cells of {cell:g} m, of which {len(maps.cells.cell):,} were reached"
     if not len(share):

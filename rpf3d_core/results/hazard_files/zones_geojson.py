@@ -25,7 +25,7 @@ from rpf3d_core.scene.hazard import HazardSpec, matrix_of
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
-if TYPE_CHECKING:  # rasterio takes a tenth of a second to import; the second process already draws when it is needed
+if TYPE_CHECKING:  # rasterio takes 0.1 s to import, so it is imported late, while the second process draws
     from rasterio.crs import CRS
 
 CELLS_THAT_TOUCH = 4

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 POSTERIOR, PRIOR, OBSERVED = "#1f4e9c", "#999999", "#c81e1e"
 AXES = ("along the slope (m)", "across the slope (m)")
 SHARES = 500
-"""Number of points of a curve of shares at even numbers of stops; as many further points are at even weights."""
+"""Number of points of a curve that are evenly spaced by number of stops; as many more are evenly spaced by weight."""
 DRAWN = 1500
 """Number of simulated stops that are drawn in plan."""
 
@@ -94,7 +94,7 @@ def _draw_shares(axes: Axes, observed: FloatArray, prior: Predicted, posterior: 
 
 
 def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
-    """Return ascending distances (K,) m of a curve, and the sum (K,) of the weights of the stops up to each distance.
+    """Return the points of a curve: ascending distances (K,) m, and the weight (K,) of all stops up to each distance.
 
     axis : 0 for distances along the slope, 1 for distances across it
     """
@@ -107,18 +107,21 @@ def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
-    """Return the rows (DRAWN,) of stops to draw: a stop of more weight (M,) is drawn more often; no random numbers."""
+    """Return the rows (DRAWN,) of the stops to draw, chosen without random numbers.
+
+    weights : (M,) of all stops; the row of a stop of more weight is returned more often
+    """
     reached = np.cumsum(weights)
     share = (np.arange(DRAWN) + 0.5) / DRAWN * reached[-1]
     return np.asarray(np.searchsorted(reached, share).clip(max=len(weights) - 1))
 
 
 def write_coverage(path: Path, rank: FloatArray) -> None:
-    """Write coverage.png: the share of N observed rocks that stopped within predictive intervals of each probability.
+    """Write coverage.png: how many of N observed rocks stopped within the predictive intervals of a calibration.
 
-    The calibration did not use these rocks (they were kept out).
+    The picture shows the share of these rocks for intervals of each probability. The rocks were kept out of the fit.
 
-    rank : (N, 2) predicted probability that a rock stops nearer than observed, along and across the slope
+    rank : (N, 2) predicted probability that a rock stops nearer than the observed rock, along and across the slope
     """
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)

@@ -17,10 +17,11 @@ MARGIN = 0.08
 
 
 def write_cost(path: Path, name: str, series: Sequence[Series], target: float, unknown: float | None) -> None:
-    """Write cost.png, from which users choose a setting: error against computing time, with the target as a line.
+    """Write cost.png, from which users choose a setting: error of the map of reach probability against computing time.
 
-    name : of the scene, for the title; target : error (-), drawn as a line
-    unknown : parametric error (-), drawn as a line, because it does not depend on computing time; None if not known
+    name : name of the scene, for the title; target : largest error (-) that the user accepts, drawn as a line
+    unknown : error of the map (-) from unknown values of the ground, the parametric error; None if it was not measured.
+        This error is drawn as a line, because no setting and no computing time reduces it.
     """
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     axes = figure.subplots()

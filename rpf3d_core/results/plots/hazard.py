@@ -130,7 +130,10 @@ def write_hazard_pictures(
 
 
 def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the picture of the reach probability's upper end as an entry of `themes`; {} without parameter sets."""
+    """Return an entry of `themes`: the upper end of the predictive interval of reach probability.
+
+    The result is empty without parameter sets.
+    """
     if maps.reach_band is None:
         return {}
     band, cell = maps.reach_band, maps.raster.cell
@@ -265,9 +268,10 @@ def _release(count: int) -> dict[str, Any]:
 
 
 def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> list[AxesImage]:
-    """Draw the map cells in the window, in the colours of the scale; return the images.
+    """Draw the map cells in the window; return the images.
 
-    A second image has the cells that too few rocks reached for a value, if there are any.
+    The first image shows the cells with a value, in the colours of the scale. A second image shows in the colour FEW
+    the cells that rocks reached, but too few rocks for a value; without such cells, there is no second image.
     """
     raster = maps.raster
     shown, extent = _cells_in(raster, window)
@@ -343,13 +347,18 @@ def _say_why_empty(side: Axes, maps: HazardMaps) -> Text:
 
 
 def _beyond(scale: Scale, known: Values) -> str:
-    """Return matplotlib's `extend`: the ends of the colour bar that are arrows, because values (N,) lie beyond them."""
+    """Return the ends of the colour bar to draw as arrows, because values lie beyond the ends of the scale.
+
+    The result is a value of matplotlib's `extend`: "neither", "min", "max" or "both".
+
+    known : (N,) all known values, in the unit of the scale
+    """
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 
 
 def _draw_legend(page: HazardPage, raster: Raster, few: bool) -> Legend:
-    """Draw the legend; few : True if some cells were reached by too few rocks for a value."""
+    """Draw the legend; raster : for the size of a cell; few : True if some cells have too few rocks for a value."""
     releases = page.starts
     point = {**_release(releases), "markersize": RELEASE["markersize"]}
     which = f"releases ({releases} drawn)" if releases == MOST_RELEASES else "releases"

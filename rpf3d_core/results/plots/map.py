@@ -55,7 +55,7 @@ def write_map(
 ) -> None:
     """Write map.png in z-up input coordinates, so that its axes have the numbers of the survey.
 
-    deposits, samples : ends and paths of the rocks to draw, which are all or some of the rocks flown
+    deposits, samples : ends and paths of the rocks to draw: all rocks flown, or a selection
     obstacles : barriers and trees of the scene
     ground : pictures of the terrain that other maps share; None to make them here
     """
@@ -83,7 +83,7 @@ def rocks_window(
 ) -> Window:
     """Return the part of the terrain that map.png shows: all rocks, a margin, and the areas that overlap this part.
 
-    The result is the whole terrain if the part is wider and higher than `sheet.WHOLE_SHARE` of it.
+    The result is the whole terrain if the part would cover more than `sheet.WHOLE_SHARE` of its width and its height.
 
     areas : name -> rings (N, 2) m, local frame
     """
@@ -128,7 +128,10 @@ def _marker(outcome: Outcome) -> dict[str, Any]:
 def _legend_entries(
     terrain: Terrain, deposits: Deposits, paths: int, areas: Mapping[str, Any], flown: RunCounts
 ) -> list[Any]:
-    """Return the legend entries of outcomes, paths, areas and zones, with the numbers of all and of drawn rocks."""
+    """Return the legend entries of outcomes, paths, areas and zones, with the numbers of all and of drawn rocks.
+
+    deposits : ends of the drawn rocks; paths : number of drawn paths; flown : numbers of all rocks
+    """
     entries: list[Any] = [Line2D([], [], linestyle="none", label="release", **RELEASE)]
     for outcome in Outcome:
         if count := flown.outcomes.get(outcome, 0):

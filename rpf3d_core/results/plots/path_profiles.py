@@ -78,10 +78,11 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 
 
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
-    """Return the rows of the example rocks to draw: shortest, median and longest runout, at most three rows.
+    """Return the rows of at most three example rocks to draw: those of shortest, median and longest runout.
 
-    rows : (N,) rows to choose from. The rocks are chosen among the deposited rocks, or among all rocks if none is
-    deposited; runout : (R,) m
+    The rocks are chosen from the deposits among `rows`, or from all `rows` if none of their rocks is a deposit.
+
+    rows : (N,) rows in `deposits` to choose from; runout : (R,) m, of all rocks
     """
     at_rest = rows[np.isin(deposits.outcome[rows], DEPOSITED)]
     some = at_rest if len(at_rest) else rows

@@ -20,13 +20,13 @@ LIMIT, BAND, FENCE = "#b3007a", "#9bb8e0", "#111111"
 
 
 class SectionDrawing(NamedTuple):
-    """The content of the picture of a critical section; distances (m) are horizontal and start at the toe.
+    """The content of the picture of a critical section; distances (m) are horizontal and start at `origin`.
 
     distance, ground : (S,) m, distance and elevation of the terrain; paths : each (P, 2) m, distance and elevation
-    held : distance (m) that 90 % of the rocks do not pass; None if it is not drawn
+    held : distance (m) within which 90 % of the rocks stop, drawn as a line; None to draw no line
     at : (D,) m, distances; passed : (D,) share (-) of the rocks that pass each distance
     sampling, predictive : (2, D) lower and upper ends of the intervals of `passed`; predictive is None if unknown
-    origin : name of the place where distances start
+    origin : name of the place where distances start: the toe, or the release if there is no toe
     fences : name, distance (m), and elevations (m) of foot and top of each barrier that crosses the section
     """
 
@@ -73,9 +73,10 @@ def _heights(drawing: SectionDrawing) -> tuple[float, float]:
 
 
 def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated: float) -> None:
-    """Draw the terrain's profile and the paths.
+    """Draw the terrain's profile, the paths, the barriers that cross the section, and the legend.
 
-    floor : lowest elevation of the panel (m); exaggerated : scale of heights over scale of lengths (-)
+    floor : lowest elevation of the panel (m)
+    exaggerated : factor (-) by which heights are drawn larger than lengths, 1 for equal scales
     """
     ground = drawing.ground
     axes.fill_between(drawing.distance, np.nan_to_num(ground, nan=floor), floor, color=GROUND, alpha=0.35, linewidth=0)

@@ -21,8 +21,8 @@ def write_tornado(
 ) -> None:
     """Write tornado.png: a panel for each result, a bar for each unknown, the longest on top.
 
-    names : of the U unknowns; titles : title and label of the axis of the Y results
-    sizes : (U, Y) length of the bars, in the unit of the axis; ends : (2, U, Y) ends of their intervals
+    names : names of the U unknowns; titles : for each of the Y results, the title and the axis label of its panel
+    sizes : (U, Y) lengths of the bars, in the unit of the axis; ends : (2, U, Y) ends of the intervals of these lengths
     """
     rows = max(-(-len(titles) // COLUMNS), 1)
     height = (0.35 * len(names) + 1.1) * rows

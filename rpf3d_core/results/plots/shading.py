@@ -115,7 +115,7 @@ def _coloured(terrain: Terrain, view: _LitView, zone_colour: NDArray[np.uint8], 
 def upward_normals(vertices: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
     """Return the unit normals (F, 3) of facets on their upper side; zero for a facet without area.
 
-    It does not use the compiled loop of the engines, because a process that only draws pictures loads no compiled code.
+    This function does not use compiled code of the engines, because a process that only draws pictures loads none.
     """
     corners = vertices[triangles]
     area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -55,7 +55,8 @@ def whole_window(terrain: Terrain) -> Window:
 def window_around(whole: Window, places: FloatArray) -> Window:
     """Return the part of the terrain that a map of given places (N, 2) m shows, with a margin.
 
-    The result is the whole terrain if the part is wider and higher than WHOLE_SHARE of it.
+    The result is the whole terrain if the part would cover more than WHOLE_SHARE of its width and of its height. The
+    result is also the whole terrain if there are no places, or if the part lies outside the terrain.
     """
     if len(places) == 0:
         return whole
@@ -124,7 +125,7 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 
 
 def placed(terrain: Terrain, window: Window) -> Window:
-    """Return a rectangle of the local frame in z-up input coordinates, for the axes of a map."""
+    """Return a rectangle, converted from the local frame to z-up input coordinates for the axes of a map."""
     east, north, _ = terrain.frame.origin
     return Window(
         left=window.left + east, right=window.right + east, bottom=window.bottom + north, top=window.top + north

@@ -25,7 +25,7 @@ CAP, BROAD = 6.0, 9.0
 
 
 def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> None:
-    """Write sweep.png: the figures of all panels over the values of a key; key : its path in the scene."""
+    """Write sweep.png: the curves of all panels over the values of the varied key; key : the key path."""
     rows = -(-len(panels) // COLUMNS)
     figure = Figure(figsize=(13.0, 3.4 * rows + 1.0), layout="constrained")
     places = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
@@ -49,9 +49,9 @@ def _bands(panels: Sequence[Panel]) -> str:
 
 
 def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
-    """Return the position of each value of the key on the axis, by the value's text.
+    """Return the position on the axis of each value of the varied key; the value as text is the key of the result.
 
-    The position is the value itself if all values are numbers; else the values are evenly spaced.
+    A number stands at its own value if all values are numbers; else the values are evenly spaced.
     """
     values: dict[str, Any] = {str(at): at for panel in panels for curve in panel.curves for at in curve.at}
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values.values()):
@@ -77,7 +77,10 @@ def _draw(axes: Axes, panel: Panel, at: dict[str, float], key: str) -> None:
 
 
 def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> None:
-    """Draw a curve with its intervals: predictive intervals as a band, sampling intervals as a bar at each point."""
+    """Draw a curve with its intervals: predictive intervals as a band, sampling intervals as a bar at each point.
+
+    at : from `_places_of`; number : number of the curve in its panel, which sets colour and marker
+    """
     colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
     order = sorted(range(len(curve.at)), key=lambda k: at[str(curve.at[k])])
     x = np.array([at[str(curve.at[k])] for k in order])
@@ -95,7 +98,10 @@ def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> 
 
 
 def _draw_band(axes: Axes, x: FloatArray, low: FloatArray, high: FloatArray, colour: str) -> None:
-    """Draw the band of a curve between its lower and upper ends (P,); the band of a single point is a broad line."""
+    """Draw the band of a curve with P points; the band of a single point is a broad line.
+
+    x : (P,) positions on the axis; low, high : (P,) lower and upper ends of the intervals
+    """
     axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
     for end in (low, high):
         axes.plot(x, end, color=colour, linewidth=0.7, alpha=0.7)
