@@ -53,10 +53,10 @@ class StoredSurveys(NamedTuple):
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
     def patches_ns(self, latest_ns: int) -> tuple[int, ...]:
-        """Return the time of each patch in the terrain (ns, by the machine's clock); no time is after `latest_ns`.
+        """Return when each patch of the terrain was received (ns, by the machine's clock), at most `latest_ns`.
 
-        If the terrain was stored whole after some patches, these have the time of the last, and their number is a lower
-        bound.
+        For a terrain that was stored whole after patches, the times of these patches are not known: each gets the time
+        at which that terrain was built. There may also have been more patches than times.
         """
         first, *patches = self.pieces
         times = [first.received_ns] * first.patches + [patch.received_ns for patch in patches]
@@ -76,7 +76,7 @@ def read_last(folder: Path) -> StoredSurveys | None:
     """Return the surveys of the last terrain that was stored in a folder; None if there is none.
 
     A damaged patch and all later patches are left out; `faults` then has a sentence. Raises TerrainError if the whole
-    survey is damaged, and OSError if it cannot be read.
+    survey is damaged, and OSError if a file cannot be read.
     """
     if not (folder / WHOLE).exists():
         return None
