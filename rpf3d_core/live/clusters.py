@@ -137,7 +137,7 @@ class ClusterTally:
 def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layers) -> tuple[AreaEvidence, ...]:
     """Return the evidence of areas with the number of parameter sets and, if enough rocks flew, `SafeEnds` added.
 
-    layers : map values of the areas
+    areas : the evidence without parameter sets; sets : counts of each parameter set; layers : map values of the areas
     """
     ends = sets.ends(layers)
     over_sets = [area._replace(sets=sets.count) for area in areas]

@@ -140,7 +140,9 @@ def _arrival_low(area: AreaEvidence) -> float:
 
 
 def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[float | None, float | None]:
-    """Return the worst predictive interval of several results, widened to contain the sampling interval low to high.
+    """Return the worst predictive interval of several results, widened to contain their worst sampling interval.
+
+    low, high : ends (-) of this sampling interval
 
     Both ends are None if no result is from parameter sets, or if a result from parameter sets has no interval.
     """
