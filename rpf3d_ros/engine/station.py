@@ -169,7 +169,10 @@ class Station:
             self.waiting("sources")
 
     def forget(self, why: str) -> None:
-        """Forget sources and the times at which patches were published, because the clock went back."""
+        """Forget all sources, evidence and received patches, because the clock went back.
+
+        why : sentence on the fault that lasts until every topic of sources has published again
+        """
         self.terrain.forget_received()
         self.flyer.forget()
         if self.desk is not None:
