@@ -33,7 +33,7 @@ class TerrainEntries:
         return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
     def grid(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the terrain of a point cloud with points in rows; nothing if the last terrain is repeated before any patch.
+        """Yield the terrain of a point cloud with points in rows; nothing if the cloud repeats the last terrain.
 
         Raises MessageRefused for scattered points.
         """
@@ -43,7 +43,7 @@ class TerrainEntries:
             yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))
 
     def mesh(self, data: bytes) -> Iterator[RecordingEntry]:
-        """Yield the terrain of a mesh (CDR bytes); nothing if the last terrain is repeated before any patch.
+        """Yield the terrain of a mesh (CDR bytes); nothing if the mesh repeats the last terrain.
 
         The entry has the current time, because a mesh has no stamp.
         """
