@@ -129,7 +129,7 @@ def _too_small(
 ) -> tuple[str, ...]:
     """Return why an answer with too few rocks is a fault, as sentences; empty if the answer is no fault.
 
-    The answer is a fault if no valid previous decision exists, and for each area that this decision does not cover.
+    The answer is a fault if no previous decision is valid, or for each area that the previous decision does not cover.
 
     worst : for each area, by name, the answer's finding with the highest level
     """
