@@ -113,10 +113,10 @@ def undecided(
 
 
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
-    """Return the held level of each area in the previous decision, by name, and the held level of any other area.
+    """Return the held level of each area in the previous decision, by name, and the held level for all other areas.
 
-    A decision in the log of an older version contains no areas. Then the held level of the site counts for every area,
-    and the names are those of the areas that raised it, taken from the sentences in `held_by`.
+    A decision in the log of an older version contains no areas. Then the held level of the site counts for every area.
+    The names are those of the areas that raised the held level, taken from the sentences in `held_by`.
     """
     if previous is None:
         return {}, Level.NORMAL

@@ -129,7 +129,7 @@ def _too_small(
 ) -> tuple[str, ...]:
     """Return why an answer with too few rocks is a fault, as sentences; empty if the answer is no fault.
 
-    It is a fault without a valid previous decision, and for each area that the previous decision does not cover.
+    The answer is a fault if no previous decision is valid, or for each area that the previous decision does not cover.
 
     worst : for each area, by name, the answer's finding with the highest level
     """
@@ -197,9 +197,9 @@ def _why_void(
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
-    """Return the time stamp (ns) of the newest answer so far; None if there is none.
+    """Return the time (ns) of the newest answer of this and all earlier decisions; None if there is no answer.
 
-    A stamp in the future is ignored. If the clock was set back, answers of earlier decisions are ignored.
+    An answer from the future is ignored. If the clock was set back, answers of earlier decisions are ignored.
     """
     before = None if previous is None or went_back(previous, now_ns) else previous.evidence_at_ns
     if evidence is None or evidence.at_ns > now_ns + ns_of(thresholds.evidence.clock_tolerance_s):
@@ -216,9 +216,10 @@ def _valid_until(
     faults: tuple[str, ...],
     small: bool,
 ) -> int:
-    """Return until when (ns) the mine may rely on the decision: at most until the evidence is too old.
+    """Return until when (ns) the mine may rely on the decision: `valid_s` from now, at most until evidence is too old.
 
-    An answer with too few rocks does not extend the validity of the previous decision.
+    The age of the evidence does not matter for a decision with faults. An answer with too few rocks does not extend the
+    validity of the previous decision.
 
     worst : for each area, by name, the answer's finding with the highest level; small : True if too few rocks flew
     """

@@ -119,7 +119,11 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
 
 
 def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
-    """Yield a fault for a predictive interval that does not contain the sampling interval, or has no parameter sets."""
+    """Yield a fault for a predictive interval or a `left_high` of an area that cannot be right.
+
+    The interval must come from parameter sets and contain the sampling interval. `left_high` must not be below the
+    upper end of the interval.
+    """
     low, high = area.predictive_low, area.predictive_high
     if area.sets < 0 or (low is None) != (high is None) or (low is not None and area.sets == 0):
         yield f"a predictive interval from {low} to {high} over {area.sets} parameter sets cannot be"
@@ -149,7 +153,8 @@ def _end_faults(area: AreaEvidence) -> Iterator[str]:
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:
     """Yield a fault if too much of an area has no terrain, or if rocks that left the terrain may have reached the area.
 
-    The rocks that left are a fault if they are too many, or if they would raise the level by reaching the area.
+    The rocks that left are a fault if there are too many of them, or if the area would have a higher level had they
+    reached the area. An impossible number is a fault, too.
     """
     terms = thresholds.evidence
     if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):

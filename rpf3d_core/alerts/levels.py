@@ -62,8 +62,8 @@ class Judged(NamedTuple):
     """The outline for which an area is judged.
 
     outline : digest of the outline
-    moved_ns : time (ns) at which a newer outline replaced it, for which too few rocks have flown so far; None if the
-        outline is the present one
+    moved_ns : time (ns) at which the area got a newer outline. Too few rocks have flown so far to judge the area for
+        the newer outline. None if there is no newer outline
     """
 
     outline: str
@@ -75,8 +75,8 @@ class AreaAlert(NamedTuple):
 
     why : the reason for `evident`, a sentence without the name of the area
     since : since when `level` is shown; None in a log of an older version
-    origin : the cluster of sources that gave `held`, in the newest answer that gives this level; None if `held` is
-        normal, or if the cluster is not known
+    origin : the cluster of sources that caused `held`, from the newest answer whose level equals `held`; None if `held`
+        is normal, or if the cluster is not known
     judged : the outline for which the area is judged; None in a log of an older version, and before the first answer
         that contains the area
     """
@@ -95,11 +95,12 @@ class Alert(NamedTuple):
     """A decision on the site and on each area: the levels, the reasons and the time of validity.
 
     level : the level shown; `EVACUATE` if `held` is `EVACUATE`, else `FAULT` if there are faults, else `held`
-    held : the highest level of danger since the last step down, NORMAL to EVACUATE, with or without faults
+    held : the held level, NORMAL to EVACUATE: the highest level of danger since the level last fell; a fault does not
+        change `held`
     evident : the level that the evidence of this decision gives by itself, NORMAL to EVACUATE
     reasons : sentences, at least one: faults, why the level is held, the findings for the areas
     faults : sentences, the reasons why the evidence is not believed
-    held_by : sentences, the reasons that raised `held`, in the words of that decision; empty at NORMAL
+    held_by : sentences, the reasons in the decision that raised the level to `held`; empty at NORMAL
     held_since_ns : time of the decision that raised or lowered the level to `held`
     worse_ns : time of the last decision at which the evident level of the site or of an area rose, or the clock was set
         back; an acknowledgement given before this time does not count
@@ -113,7 +114,7 @@ class Alert(NamedTuple):
     terrain_digest, terrain_stamp_ns : digest and stamp of the whole survey of the terrain in the evidence; "" and 0
         without evidence
     waiting : acknowledgements that have no effect before another person acknowledges
-    waiting_until_ns : time (ns) at which their wait ends, None if no acknowledgement waits
+    waiting_until_ns : time (ns) at which the first of these acknowledgements expires; None if none waits
     """
 
     level: Level

@@ -107,9 +107,10 @@ class DecisionLog:
         return self.head
 
     def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
-        """Write all lines to disk, or none; write the thresholds first if the file does not contain them.
+        """Write all lines to disk, or none. Raises OSError if the lines are not on disk.
 
-        Raises OSError if the lines are not on disk.
+        lines : kind and content of each line
+        thresholds : written before the last line, unless they equal the last thresholds in the file; None for none
         """
         begins = self._file < 0 or self._size >= self.largest_bytes
         number = self._number + 1 if begins else self._number
@@ -162,7 +163,10 @@ class DecisionLog:
         self._resume(path, tail)
 
     def _go_on_from(self, tails: list[Tail]) -> None:
-        """Set number, hash and alert from the last log lines, so that the log continues there; newest file first."""
+        """Set number, hash and alert from the last lines, so that the log continues after them.
+
+        tails : the states of the last log files, newest first
+        """
         last = next((tail.last for tail in tails if tail.last is not None), None)
         if last is not None:
             self._next, self.head = last["n"] + 1, last["sha256"]

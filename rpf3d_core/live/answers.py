@@ -82,11 +82,14 @@ class Answer:
     """The result of one stage of an answer: what the rocks flown so far did, as maps and trajectories.
 
     result : number of this result; each stage of an answer has its own number
-    stage : number of the stage, from 0; a stage has about twice the rocks of the previous stage, the second maybe more
-    complete : True if the target is met, or `most_rocks` have flown; this trigger then gets no better answer
+    stage : number of the stage, from 0. Each stage has about twice the rocks of the previous stage; the second stage
+        may have more, to reach `EnsembleSize.least`
+    complete : True if the target is met, or the next stage would have more rocks than `target.most_rocks`; this trigger
+        then gets no better answer
     trigger, standing : the sources, and the prepared terrain that the rocks flew over
     sources : number of sources that released rocks
-    flights : of the rocks of the first stage that are kept for display; outcomes, maps : of all rocks
+    flights : flights of some rocks of the first stage, for display
+    outcomes : number of rocks with each outcome; maps : hazard maps; both are of all rocks flown so far
     areas : outlines of the areas of interest in the maps, local frame
     evidence : for each area, the worst figures of all clusters of sources
     unfinished : number of rocks whose flight was cut off in the worst cluster, scaled to the smallest cluster
@@ -131,7 +134,8 @@ def answers(
 
     Parameters
     ----------
-    standing : the prepared terrain; around : how rocks are spread around each source
+    standing : the prepared terrain; trigger : the sources; around : how rocks are spread around each source
+    size : numbers of rocks, and the size of a cluster
     areas : live areas of interest, rings (P, 2) m, map frame, in addition to the scene's own
     stop : called with the number of the stage in flight; once it returns True, the stage is given up and no further
         answer is yielded
@@ -223,7 +227,7 @@ def _fly(
 ) -> bool:
     """Fly the next rocks of a cluster; return False if the flight was stopped.
 
-    numbers : two lists over all sources: first rock number to fly, and the number after the last rock
+    released : all sources; numbers : two lists over all sources: first rock number to fly, and number after the last
     size : approximate number of rocks between two checks whether to stop; None for the size in a run
     """
     sources = cluster.sources
@@ -300,8 +304,8 @@ def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpr
 
     Return the duration (s).
 
-    rocks : number of rocks; it must be so large that the reached cells together have more than `hazard.layers.FEW`
-        bins, because for fewer bins NumPy is used, and the loop would not be compiled
+    rocks : number of rocks. It must be so large that the cells that rocks reach have more than `hazard.layers.FEW` bins
+        in total; for fewer bins the code uses NumPy, and the loop would not be compiled
     """
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]

@@ -16,7 +16,7 @@ CORNERS_A_QUARTER = 8
 
 
 def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
-    """Return the outlines (P, 2) m of an area of interest from its corners in plan, at least three.
+    """Return the outlines (P, 2) m of an area of interest; corners : at least three, (x, y) in plan, m.
 
     Raises
     ------
@@ -29,8 +29,8 @@ def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
 def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
     """Return the outlines (P, 2) m of the area within circles around places (N, 2) m, such as vehicles.
 
-    Overlapping circles form one area. Outlines of holes are included. Each polygon encloses its true circle, so a rock
-    on the circle is counted.
+    Overlapping circles form one area. Outlines of holes are included. Each circle is drawn as a polygon that encloses
+    the circle, so a rock on the circle is counted. radius : of the circles, m
     """
     drawn = radius / np.cos(np.pi / (4 * CORNERS_A_QUARTER))
     circles = shapely.buffer(shapely.points(places), drawn, quad_segs=CORNERS_A_QUARTER)

@@ -17,8 +17,8 @@ class TerrainCells(NamedTuple):
     """Where the C cells of a map lie over ground, and how high the ground is; computed once for each terrain.
 
     covered : (C,) True if there is ground below the middle of the cell
-    height : (C,) m, local frame, of the highest ground below the middle of the cell; without ground there, of ground
-        near it; NaN if no facet is near
+    height : (C,) m, local frame, height of the highest ground below the middle of the cell. If there is none: mean
+        height of the corners of the highest facet whose box in plan touches the cell; NaN without such a facet
     """
 
     covered: NDArray[np.bool_]
@@ -63,10 +63,10 @@ def _span(low: float, high: float, origin: float, cell: float, count: int) -> sl
 
 @loop
 def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: Any) -> None:
-    """Find for each cell of a map whether there is ground, and its height: update `covered` (C,) and `height` (C,) m.
+    """Write into `covered` (C,) and `height` (C,) m which cells of a map lie over ground, as in `TerrainCells`.
 
-    Before the call, both are False and NaN in the cells to find. Each facet is compared with all cells in its box in
-    plan.
+    In all cells to be computed, `covered` must be False and `height` NaN before the call. Each facet is compared with
+    all cells in the facet's box in plan.
     """
     x, y, cell, nx, ny = raster.x, raster.y, raster.cell, raster.nx, raster.ny
     for f in range(len(triangles)):

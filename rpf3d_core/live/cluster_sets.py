@@ -84,9 +84,9 @@ def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None
 
 
 class SafeEnds(NamedTuple):
-    """For A areas, the figures over the parameter sets of a cluster that are compared with limits; NaN where unknown.
+    """The figures of a cluster in A areas that follow from all its parameter sets, for limits; NaN where unknown.
 
-    share : predictive intervals of the share (-) of rocks that reach each area
+    share : predictive intervals, two arrays (A,), of the share (-) of rocks that reach each area
     left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had reached the areas ahead
     energy_high : (A,) J, upper ends of the p95 energy; energy_sets : (A,) number of sets that have a p95 energy
     first_arrival : (A,) s, of the fastest rock of all sets, on displaced paths if the scene states a misfit
@@ -99,7 +99,7 @@ class SafeEnds(NamedTuple):
     first_arrival: FloatArray
 
     def added_to(self, area: AreaEvidence, number: int) -> AreaEvidence:
-        """Return the evidence of an area with these figures added, none less safe than the figures of all rocks.
+        """Return the evidence of an area with these figures added; no figure is less safe than that of all rocks.
 
         number : index of the area in the arrays
         """
@@ -116,7 +116,10 @@ class SafeEnds(NamedTuple):
 
 
 def _known(pooled: float | None, end: float) -> list[float]:
-    """Return those of two figures that are known, that is neither None nor NaN."""
+    """Return a list of the known figures, those that are neither None nor NaN.
+
+    pooled : figure of all rocks; end : figure over the parameter sets
+    """
     return [float(value) for value in (pooled, end) if value is not None and not np.isnan(value)]
 
 
@@ -127,8 +130,8 @@ class ClusterSets:
         """Begin without rocks.
 
         tallies : counts of the cluster
-        places : empty counts of displaced paths from `tallies_of_displaced`; all clusters of an answer share them, but
-            not those of areas; None without displacements
+        places : empty counts of displaced paths from `tallies_of_displaced`, None without displacements. All clusters
+            of an answer share the counts of map cells; each cluster has its own counts of areas
         """
         self._sets, self._engine, self._tallies = sets, engine, tallies
         counted = [tallies.inside]
@@ -168,7 +171,7 @@ class ClusterSets:
             areas.end(number)
 
     def ends(self, flown: Layers) -> SafeEnds | None:
-        """Return the figures over the parameter sets that are compared with limits; None if too few rocks flew.
+        """Return the figures that follow from all parameter sets; None if too few rocks flew.
 
         flown : map values of the areas from the simulated paths, without displacement
         """

@@ -47,7 +47,7 @@ def clusters_of(places: FloatArray, sound: Flags, side: float) -> list[IntArray]
 
 
 def first_of_clusters(clusters: Sequence[IntArray], sources: int, rocks: int) -> list[int]:
-    """Return how many rocks each source releases in the first stage; the total is at least `rocks`.
+    """Return a list with the number of rocks of each source in the first stage; the total is at least `rocks`.
 
     All clusters release about the same number of rocks, because each cluster is judged separately. A source without a
     cluster releases no rocks.
@@ -62,7 +62,7 @@ def first_of_clusters(clusters: Sequence[IntArray], sources: int, rocks: int) ->
 
 
 def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: int) -> int:
-    """Return the total number of rocks with which each cluster has at least `least` rocks.
+    """Return the smallest total number of rocks at which each cluster has at least `least` rocks.
 
     first : number of rocks of each source in the first stage; later stages keep the ratios of these numbers
     clusters : as from `clusters_of`, arrays (N,) of source numbers
@@ -103,7 +103,8 @@ class ClusterTally:
         """Begin without rocks.
 
         sources : (N,) source numbers of the cluster; areas : the areas of interest; origin : of the cluster
-        tallies : the empty counts of the answer; the clusters share its counts of map cells, but not those of areas
+        tallies : the empty counts of the answer. All clusters share the counts of map cells; each cluster has its own
+            counts of areas
         """
         inside = tallies.inside
         self.sources, self._areas, self._origins = sources, areas, all_from(origin)
@@ -134,9 +135,9 @@ class ClusterTally:
 
 
 def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layers) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of areas with the figures over the parameter sets added, if enough rocks have flown.
+    """Return the evidence of areas with the number of parameter sets and, if enough rocks flew, `SafeEnds` added.
 
-    layers : map values of the areas
+    areas : the evidence without parameter sets; sets : counts of each parameter set; layers : map values of the areas
     """
     ends = sets.ends(layers)
     over_sets = [area._replace(sets=sets.count) for area in areas]

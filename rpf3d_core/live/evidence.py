@@ -16,8 +16,9 @@ def together(parts: Sequence[Evidence]) -> Evidence:
     parts : the evidence of each wall, at least one, the newest last
 
     The areas are those of the newest part that has areas. All numbers of rocks are scaled to the part with the fewest
-    rocks and rounded up, so the result is as uncertain as that part. The result is as old as the oldest trigger and the
-    oldest survey. Other values are those of the newest part.
+    rocks and rounded up, so the result is as uncertain as that part. The result has the stamps of the oldest trigger
+    and the oldest survey, the faults and notes of all parts, and the total number of sources. All other values are
+    those of the newest part.
     """
     newest = parts[-1]
     if len(parts) == 1:
@@ -47,7 +48,10 @@ def _flown(part: Evidence) -> int:
 
 
 def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
-    """Return the worst of several results for one area, figure by figure; numbers are scaled to `flown` rocks."""
+    """Return for one area the worst value of each figure in several results.
+
+    said : the results for the area, at least one; flown : number of rocks to which all numbers of rocks are scaled
+    """
     reached = max(scaled(area.reached, area.flown, flown) for area in said)
     left = max(scaled(area.left, area.flown, flown) for area in said)
     low, high = wilson_interval(reached, max(flown, 1))
@@ -136,7 +140,9 @@ def _arrival_low(area: AreaEvidence) -> float:
 
 
 def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[float | None, float | None]:
-    """Return the worst predictive interval of several results, widened to contain the sampling interval low to high.
+    """Return the worst predictive interval of several results, widened to contain their worst sampling interval.
+
+    low, high : ends (-) of this sampling interval
 
     Both ends are None if no result is from parameter sets, or if a result from parameter sets has no interval.
     """
@@ -160,5 +166,5 @@ def _left_high_of(said: list[AreaEvidence], predictive_high: float | None) -> fl
 
 
 def scaled(count: int, of: int, to: int) -> int:
-    """Return a number of rocks out of `of` rocks, scaled to `to` rocks and rounded up; 0 if `of` is 0."""
+    """Return `count` of `of` rocks as a number of `to` rocks, rounded up: count * to / of; 0 if `of` is 0."""
     return -(-count * to // of) if of else 0

@@ -1,7 +1,8 @@
 """The terrain that rocks fly over in a live simulator: built from a whole survey, and changed by patches.
 
 A terrain is built from a whole survey in memory that no terrain in use occupies. Meanwhile, rocks can fly over another
-terrain. A patch changes the terrain in its own memory: no rock may fly over the old terrain during the change or later.
+terrain. A patch changes the arrays of the terrain in use: no rock may fly over this terrain during the change, and the
+terrain from before the patch must not be used afterwards.
 
 Pieces of terrain, whose facets share no vertex with other pieces, can pass through each other only in a mesh survey.
 Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
@@ -80,7 +81,8 @@ class Border(NamedTuple):
 class LiveTerrain:
     """The terrain of a live simulator, with everything that is needed to fly rocks over it.
 
-    terrain, facets, engine : share memory; the engine is compiled, unless `Workshop` uses the reference engine
+    terrain, facets : the triangles; engine : flies rocks over the facets; all three use the same memory (`room`). The
+        engine is compiled, unless `Workshop` uses the reference engine
     digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the terrain before the patch
     stamp_ns : stamp (ns) of the last survey or patch
     received_ns : time (ns) when the terrain was built, by the machine's clock
@@ -160,15 +162,17 @@ class Workshop:
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the terrain after a patch, that is a survey of a part of the terrain.
 
-        The result uses the same memory, so `ground` must not be used any more. The footprint of a patch is the area
-        that its triangles cover in plan; see `live.patching`. If no facet of the terrain stays, the result is built
+        The result uses the memory of `ground`, so `ground` must not be used any more. The footprint of a patch is the
+        area that its triangles cover in plan; see `live.patching`. If no facet of `ground` stays, the result is built
         from the patch alone in other memory, and `ground` is unchanged.
+
+        ground : the terrain before the patch; patch : the survey; stamp_ns : stamp of the patch (ns)
 
         Raises
         ------
         TerrainError
-            The patch is too large, is not a terrain, folds in plan, does not touch the terrain, reaches far beyond it,
-            or cannot be joined to it. The terrain is then unchanged.
+            The patch is too large, is not a terrain, folds over itself in plan, does not touch the terrain, reaches far
+            beyond the terrain, or cannot be joined to the terrain. The terrain is then unchanged.
         ValueError
             `ground` has been patched already; only the terrain after that patch is valid.
         """

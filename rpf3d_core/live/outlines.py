@@ -40,7 +40,7 @@ class WatchedOutlines:
         self._known: dict[str, list[KnownOutline]] = {}
 
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
-        """Watch exactly these areas from now (ns) on; an outline that is watched already keeps its time.
+        """Watch these areas, and no others, from now (ns) on; an outline that is watched already keeps its time.
 
         digests : for each area, by name, the digest of its outline
         """
@@ -64,9 +64,10 @@ class WatchedOutlines:
         )
 
     def outdated(self, parts: Sequence[Evidence]) -> tuple[Outdated, ...]:
-        """Return the areas that at least one part of the evidence does not show at their present place, and since when.
+        """Return each watched area whose present outline is missing in a part of the evidence, and when the area moved.
 
-        parts : the evidence of each wall; a part without areas is skipped, because it has no answer, a separate fault
+        parts : the evidence of each wall. A part without areas is skipped: its sources have no answer, and the missing
+            answer is a separate fault
         """
         found: dict[str, int] = {}
         for part in parts:
@@ -80,8 +81,8 @@ class WatchedOutlines:
     def _replaced_ns(self, name: str, digest: str) -> int | None:
         """Return when (ns) an outline of an area was replaced; None if the outline is the present one.
 
-        digest : of the outline, "" for an evidence without the area. An unknown outline counts as replaced when the
-        oldest remembered outline began.
+        digest : digest of the outline, "" if the evidence lacks the area. An outline that is not remembered counts as
+            replaced at the time since when the oldest remembered outline is watched
         """
         known = self._known[name]
         if known[-1].digest == digest:

@@ -47,7 +47,9 @@ def with_patch(
 ) -> IndexedTerrain:
     """Carry out the changes of a patch in the memory of the terrain, and return the changed terrain.
 
-    Raises TerrainError, with nothing changed, if the terrain would become too wide.
+    Raises TerrainError, with nothing changed, if the patch makes the terrain too wide for its contact tolerance.
+
+    room : the memory of the terrain; share : runs functions in parallel
     """
     low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)
     numbers, vertices = _vertices(terrain, change, room)
@@ -96,7 +98,9 @@ def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int3
 def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: Share) -> tuple[Vec, Vec]:
     """Return the low and high corner (m) of the box around all facets after a patch.
 
-    Raises TerrainError if the box grows too much. marks : (F,) as `change_of` has set them
+    Raises TerrainError if the box becomes too wide for the terrain's contact tolerance.
+
+    marks : (F,) as `change_of` has set them
     """
     going = facets.corners[change.gone].reshape(-1, 3)
     box = np.array([facets.low, facets.high])

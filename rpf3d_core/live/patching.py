@@ -92,7 +92,7 @@ def change_of(
 
 
 class _Found:
-    """The facets of the terrain that a patch touches, with functions that compare places with the patch in plan."""
+    """The facets of the terrain that a patch touches (`gone`), and methods to compare places with the patch in plan."""
 
     def __init__(
         self, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8], patch: FloatArray,
@@ -136,7 +136,8 @@ def _ring(
     Vertex numbers from V on, the number of the terrain's vertices, are the patch's vertices.
 
     seam : (N, 2) edges between removed and remaining facets
-    border : (M, 2) other edges around the removed facets, away from the patch: the former boundary of the terrain
+    border : (M, 2) edges of the removed facets at the former boundary of the terrain, away from the patch
+    found : the facets that the patch touches
     """
     count = len(terrain.vertices)
     edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
@@ -158,9 +159,10 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
-    """Return triangles with new vertex numbers: the terrain's vertices `some` get the first numbers, then the patch's.
+    """Return triangles (N, 3) with new vertex numbers: first the terrain's vertices in `some`, then those of the patch.
 
-    came : (N, 3) added triangles, patch vertices numbered after all terrain vertices; some : sorted terrain vertices
+    came : (N, 3) added triangles; the patch's vertices are numbered after all V vertices of the terrain
+    some : (K,) sorted numbers of those vertices of the terrain that get the new numbers 0 to K - 1
     """
     old = came < len(terrain.vertices)
     return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))

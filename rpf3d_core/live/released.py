@@ -1,7 +1,7 @@
 """Release rocks for the sources of one message over a terrain.
 
-Monitoring gives the place of a source to some metres, and a rough speed. Therefore the rocks of a source are spread
-around it, and the answer includes this uncertainty.
+Monitoring gives the place of a source with an error of some metres, and a rough speed. Therefore the rocks of a source
+are spread around the source, and the answer includes this uncertainty.
 """
 
 import math
@@ -43,7 +43,8 @@ class ReleaseSpread:
 
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
     above_ground : height above the ground (m) to which each source is moved; None to keep the height in the message
-    highest : distance from the ground (m) above which a source is reported as doubtful: z may point down in the input
+    highest : largest distance from the ground (m); a source farther away is reported as doubtful, because z may point
+        down in the input
     map_origin : (east, north, height) m, survey coordinates of the origin of the map frame
     """
 
@@ -58,11 +59,12 @@ class ReleaseSpread:
 class Released:
     """The S sources of one message, in the order of the message, and which of them release rocks.
 
-    All sources keep their numbers even if some are left out, so that their random numbers stay the same.
+    A source keeps its number even if other sources are left out, so the random numbers of its rocks do not change.
 
     places : (S, 3) m, local frame; velocities : (S, 3) m/s
-    diameters : (S,) m, NaN for the size of the scene's rocks; None if all rocks have that size
-    heights : (S,) m above the highest ground there; spread rocks start at the same height; NaN if rocks are not spread
+    diameters : (S,) m, NaN for the size of the scene's rocks; None if all rocks have the size of the scene's rocks
+    heights : (S,) m, height of each source above the highest ground below it, at which its spread rocks start, too; NaN
+        if rocks are not spread
     sound : (S,) True for sources that release rocks; left_out : a sentence on the other sources, "" if there are none
     doubtful : a sentence on sound sources that are too far from the ground, "" if there are none
     around : how rocks are spread around each source

@@ -16,11 +16,11 @@ SETS = 2
 
 
 class Room:
-    """A memory set for one terrain, and the objects that use it.
+    """A memory set, that is memory for all arrays of one terrain, and the objects that use this memory.
 
     claimed : True while a terrain is being built in this memory
     patches : number of patches of the terrain since it was built from a whole survey
-    free_rows, free_vertices : rows of the arrays of facets and of vertices that are no longer used
+    free_rows : (U,) unused rows of the arrays of facets; free_vertices : (W,) unused rows of the array of vertices
     """
 
     def __init__(self) -> None:
@@ -55,7 +55,10 @@ class Room:
 
 
 class Rooms:
-    """All memory sets of a `Workshop`: one for each terrain in use, and at most SETS unused ones."""
+    """All memory sets of a `Workshop`: one for each terrain in use or being built, and a few unused sets.
+
+    `free_one` releases all unused sets but SETS.
+    """
 
     def __init__(self) -> None:
         self._rooms: list[Room] = []

@@ -85,8 +85,8 @@ STAND_INS: Mapping[str, Any] = {
 def live_parameters() -> tuple[SceneField, ...]:
     """Return the fields of a scene that users may give as single parameters, in the order of the reference.
 
-    `default` is the value of a field that no parameter gives, None for a field that is then left out. A field `within`
-    a model or an effect has its default only if the model or the effect is named.
+    `SceneField.default` of each result is the value that the scene has if no parameter gives the field; None if the
+    scene then has no such field. For a field of a model or an effect, this holds if the model or the effect is named.
     """
     standard = live_scene({})
     offered = (field for field in scene_fields() if why_excluded(field.key) is None)
@@ -102,7 +102,7 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
     Raises
     ------
     SceneError
-        A value is refused (one line for each, as for a scene file), or there are values in addition to `scene`.
+        A value is refused (one line for each refused value), or other parameters are given in addition to `scene`.
     """
     given = {name: value for name, value in values.items() if name != SCENE}
     if values.get(SCENE):
@@ -114,7 +114,10 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
 
 
 def why_excluded(key: str) -> str | None:
-    """Return why a field of a scene cannot be a live parameter; None if it can be one. key : such as `rock.diameter`"""
+    """Return why a field of a scene cannot be given as a live parameter; None if the field can be given.
+
+    key : key path of the field, such as `rock.diameter`
+    """
     return next((why for at, why in EXCLUDED.items() if key == at or key.startswith(f"{at}.")), None)
 
 

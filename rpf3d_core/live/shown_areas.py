@@ -20,6 +20,7 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
     them get the height of the line next to them. A ring that crosses no cell with known height is left out.
 
     areas : rings (P, 2) m, local frame, with or without the first corner repeated
+    cells : heights of the ground in the cells of `raster`; frame : the terrain's local frame
     """
     return {
         name: [frame.points_to_input(line) for ring in rings if len(line := _laid_on(ring, cells, raster))]

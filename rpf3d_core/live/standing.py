@@ -75,7 +75,7 @@ class PreparedTerrain:
     flight : materials, settings and models of the rocks; with unknowns, those of the first parameter set
     areas : rings of the scene's own areas of interest, local frame
     tallies : counts for the maps of the current answer, emptied for the next answer
-    before : map cells of the terrain before the last patch; None if there was no patch, or once `cells` has used them
+    before : map cells of the terrain before the last patch; None without a patch, and after `cells` has been computed
     uncovered : share of an area without terrain; the key is its outline as bytes (`live.coverage`)
     sets : parameter sets of a scene with unknowns; None without unknowns
     area_digests : digest of the outline of each of the scene's own areas, by name
@@ -200,7 +200,10 @@ def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
 def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
     """Prepare a terrain for answers after a patch; only the changed part is computed again.
 
-    before : the prepared terrain without the patch; its memory is used again, so it must not be used any more
+    before : the prepared terrain without the patch; the result uses its memory, so `before` must not be used any more
+
+    Everything is computed again if the patch changes the raster of the maps or the terrain's frame, and with the
+    reference engine.
     """
     terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed
     scene, raster = before.scene, before.tallies.ground.raster

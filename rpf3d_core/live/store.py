@@ -53,10 +53,10 @@ class StoredSurveys(NamedTuple):
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
     def patches_ns(self, latest_ns: int) -> tuple[int, ...]:
-        """Return the time of each patch in the terrain (ns, by the machine's clock); no time is after `latest_ns`.
+        """Return when each patch of the terrain was received (ns, by the machine's clock), at most `latest_ns`.
 
-        If the terrain was stored whole after some patches, these have the time of the last, and their number is a lower
-        bound.
+        For a terrain that was stored whole after patches, the times of these patches are not known: each gets the time
+        at which that terrain was built. There may also have been more patches than times.
         """
         first, *patches = self.pieces
         times = [first.received_ns] * first.patches + [patch.received_ns for patch in patches]
@@ -76,7 +76,7 @@ def read_last(folder: Path) -> StoredSurveys | None:
     """Return the surveys of the last terrain that was stored in a folder; None if there is none.
 
     A damaged patch and all later patches are left out; `faults` then has a sentence. Raises TerrainError if the whole
-    survey is damaged, and OSError if it cannot be read.
+    survey is damaged, and OSError if a file cannot be read.
     """
     if not (folder / WHOLE).exists():
         return None
@@ -121,13 +121,13 @@ class Store:
         self._thread.start()
 
     def keep(self, ground: LiveTerrain, survey: Survey, is_patch: bool = False) -> None:
-        """Queue the survey of a new terrain or patch for writing, and return at once.
+        """Queue the survey of a new terrain for writing, and return without waiting for the disk.
 
-        survey : the whole survey that the terrain was built from, or its last patch
-        is_patch : True if the survey is a patch; if it has replaced the whole terrain, it is stored as a whole survey
+        ground : the new terrain; survey : the whole survey that it was built from, or its last patch
+        is_patch : True if the survey is a patch; a patch that replaced the whole terrain is stored as a whole survey
 
-        After many patches, or if a survey is missing on disk, the terrain itself is copied and stored whole, which
-        takes some hundredths of a second.
+        After `most_patches` patches, or if a survey is missing on disk, the terrain is copied and stored whole. The
+        copy takes some hundredths of a second.
         """
         follows = ground.patches > 0 and self._patches < self._most and self._last and not self._gap
         upon = self._last if follows else ""
@@ -145,7 +145,7 @@ class Store:
             self._changed.notify_all()
 
     def follow(self, last: StoredSurveys) -> None:
-        """Continue after a restart from surveys that were read from this folder; later patches are added to them."""
+        """Continue after a restart from the surveys that were read from this folder; later patches are added there."""
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:

@@ -133,8 +133,9 @@ def _piece(body: memoryview) -> StoredSurvey:
 def _with_whole_ns(piece: StoredSurvey) -> StoredSurvey:
     """Return a survey from a file of an older version, which has no `whole_ns`, with `whole_ns` and `patches` set.
 
-    A whole survey without patches gets its own stamp as `whole_ns`. For a terrain that was stored whole after patches,
-    `whole_ns` stays 0, that is unknown: its digest differs from that of its mesh.
+    A whole survey without patches gets its own stamp as `whole_ns`. A terrain that was stored whole after patches is
+    recognised because its digest differs from the digest of its mesh: `whole_ns` stays 0 (unknown), and `patches`
+    becomes 1, a lower bound. A patch is returned unchanged.
     """
     if digest_of(piece.survey) == piece.digest:
         return piece._replace(whole_ns=piece.stamp_ns)

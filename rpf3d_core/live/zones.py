@@ -14,8 +14,8 @@ from rpf3d_core.terrain.frame import FloatArray
 class ShownZone:
     """A hazard zone for display: the facets within one range of reach probability, map frame.
 
-    name : the reach level as text; corners : (F, 3, 3) m, of the zone's facets
-    outline : (E, 2, 3) m, both ends of each edge around the facets of at least this level
+    name : the reach level as text; corners : (F, 3, 3) m, corners of the zone's facets
+    outline : (E, 2, 3) m, both ends of each edge around all facets whose reach probability is at least the level
     """
 
     name: str

@@ -55,7 +55,9 @@ class ShiftContent:
 
 
 def shift_content(scene: Path, sources: int) -> ShiftContent:
-    """Return the messages of the demo, made from its scene; `sources` of the scene's rocks become sources.
+    """Return the messages of the demo, made from its scene.
+
+    scene : the scene file; sources : number of sources, taken evenly from the releases of the scene
 
     Raises InputError if the scene has no ground at the second survey.
     """

@@ -54,7 +54,7 @@ class StandIn:
         return began
 
     def subscribe(self, topic: str, receive: Receive, qos: QoSProfile = NEWS) -> None:
-        """Call `receive` with the serialized bytes of each message of a topic."""
+        """Call `receive` for each message of a topic, with its CDR bytes and its time of arrival (ns, monotonic)."""
         arrived = time.monotonic_ns
         kind = TOPICS[topic].message_class
         self.node.create_subscription(kind, topic, lambda data: receive(data, arrived()), qos, raw=True)
@@ -86,7 +86,9 @@ class StandIn:
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
         """Acknowledge as an operator would: set name and reason as a parameter, then call the service.
 
-        Returns whether the acknowledgement was accepted, and the reply.
+        Return True if the level was lowered, else False, and the reply as text.
+
+        by : "NAME: REASON"; seconds : longest time to wait for each answer (s)
         """
         done = self._call(self._set, acknowledged_by_request(by), seconds)
         if done is None or not done.results[0].successful:

@@ -22,9 +22,9 @@ class AnsweredSources:
         self._last: dict[Hashable, Trigger] = {}
 
     def note(self, region: Hashable, trigger: Trigger) -> None:
-        """Keep a trigger that is answered as the last trigger of its region.
+        """Keep a trigger as the last trigger of its region; if too many are kept, forget the one noted first.
 
-        A trigger without sources is not kept, but removes the older triggers of its topic.
+        A trigger without sources is not kept, but removes the triggers of its topic that have an older stamp.
         """
         if not len(trigger.positions):
             self._last = {
@@ -38,7 +38,10 @@ class AnsweredSources:
             del self._last[next(iter(self._last))]
 
     def others(self, latest: Trigger) -> list[Trigger]:
-        """Return all kept triggers except `latest` that are not too old, in the order in which they were noted."""
+        """Return all kept triggers except `latest`, in the order in which they were noted, without too old triggers.
+
+        latest : the newest trigger, from whose stamp the age of the other triggers is counted
+        """
         return [one for one in self._last.values() if one is not latest and one.stamp_ns >= latest.stamp_ns - self._age]
 
     def holds(self, trigger: Trigger) -> bool:

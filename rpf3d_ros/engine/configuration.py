@@ -50,10 +50,14 @@ DECISIONS = "decisions"
 class StationConfiguration:
     """Everything that a configured simulator needs: scene, thresholds, log, store and last terrain.
 
-    standing : the last good terrain, prepared, None if there is none; standing_report : its age, or why it is missing
-    thresholds : of the site, None if there are no alerts; log_fault : why decisions cannot be logged, or empty
+    workshop : builds the terrains; store : keeps the terrain on disk, None if no store is named
+    standing : the prepared terrain from the store; None if the store has none, or if the terrain cannot be read
+    standing_report : age of this terrain and its unreadable patches, or why it cannot be read; "" if there is none
+    thresholds : of the site, None if there are no alerts
+    log : the decision log, None if there are no alerts or if the log cannot be opened
+    log_fault : why the log cannot be opened, or problems found in the log; "" without problems
     compile_s : wall time of compiling (s)
-    before : what is known of the patches of the terrain before a restart
+    before : which patches the terrain from the store contains or lacks
     """
 
     parameters: SimulatorParameters
@@ -72,9 +76,9 @@ class StationConfiguration:
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
     """Read and prepare everything for a configured simulator; call this on a thread, because it takes seconds.
 
-    given : the given parameters of the scene, by name; now_ns : time of the node's clock (ns)
+    given : values of the scene parameters that a user gave, by name; now_ns : time of the node's clock (ns)
 
-    Raises InputError if the scene, the site file or the store is refused; the store is then free again.
+    Raises InputError if the scene, the site file or the store is refused; another attempt can then open the store.
     """
     scene = live_scene(given)
     _check_names(scene)
@@ -100,7 +104,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
 
 
 def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError if no answer can have the rocks without which the site lowers no level."""
+    """Raise InputError if `target.most_rocks` of the scene is below `evidence.fewest_rocks` of the site file."""
     fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
     if most < fewest:
         raise InputError(
@@ -140,7 +144,12 @@ def spread_of(parameters: SimulatorParameters) -> ReleaseSpread:
 
 
 def warm(scene: Scene, parameters: SimulatorParameters) -> float:
-    """Compile all code that answers use, by making one answer over an artificial slope; return the wall time (s)."""
+    """Compile the code of answers before the first sources arrive, and return the wall time (s) that this took.
+
+    The function builds a terrain from an artificial slope and a patch, flies the first stage of one answer over this
+    terrain, and discards the result. The scene's areas of interest are left out, because they lie elsewhere. The
+    reference engine needs no compiling, so only one rock flies.
+    """
     began = time.perf_counter()
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
     slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
@@ -177,10 +186,10 @@ def _store_of(parameters: SimulatorParameters) -> Store | None:
 def _restored(
     store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
 ) -> tuple[PreparedTerrain | None, str, TerrainBefore]:
-    """Return the last good terrain in a store, prepared, a sentence on its age, and what is known of its patches.
+    """Return the prepared terrain from a store, a sentence on the age of the terrain, and what is known of its patches.
 
-    If the terrain cannot be read, return None for the terrain, and the reason in the sentence. The simulator then
-    starts without a terrain.
+    Without a store, or if the store is empty, the terrain is None and the sentence "". If the terrain cannot be read,
+    the terrain is None and the sentence gives the reason. The simulator then starts without a terrain.
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
@@ -202,7 +211,7 @@ def _restored(
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
-    """Open the decision log, and return the log and its problems, "" if it has none.
+    """Open the decision log; return the log, and the problems that were found in it, "" without problems.
 
     If the log cannot be opened, return None and the reason; alerts also work without a log.
     """

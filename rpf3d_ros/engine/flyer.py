@@ -242,7 +242,7 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the current answer, with about twice as many rocks, and publish it."""
+        """Fly the next stage of the current answer, and publish the stage unless a better answer was published."""
         stages, trigger = self._stages, self._schedule.current
         if stages is None or trigger is None:
             return
@@ -262,7 +262,7 @@ class Flyer:
                 self._listener.answered(answer)
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
-        """True if the stage that was just flown may be published: its trigger was not forgotten during the flight.
+        """True if the result of the last flight still counts: its trigger is not forgotten, and the flyer is active.
 
         stages : the stages of the answer; ended : True if the answer has no further stage
         """

@@ -26,8 +26,8 @@ class PublishedAnswers:
     def note(self, trigger: Trigger, areas: Mapping[str, Outlines], rocks: int) -> bool:
         """Note an answer before it is published; return False if it must not be published.
 
-        This is so if an answer to the same sources, over the same areas and with more rocks, was already published: the
-        first stage of a repeated answer has few rocks.
+        An answer must not be published if an answer to the same trigger, with the same live areas and more rocks, was
+        already published: the first stage of a repeated answer has few rocks.
 
         areas : the live areas of each topic; rocks : number of rocks of the answer
         """
@@ -39,5 +39,5 @@ class PublishedAnswers:
         return True
 
     def clear(self) -> None:
-        """Forget all published answers, because the terrain has changed or their stamps are no longer valid."""
+        """Forget all published answers, because the terrain has changed or the answers' stamps are no longer valid."""
         self._published = []

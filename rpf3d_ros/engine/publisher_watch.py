@@ -63,9 +63,9 @@ class PublisherWatch:
         self._first_seen: dict[tuple[str, str, Hashable], float] = {}
 
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
-        """Return the present faults of the publishers.
+        """Return the present faults of the publishers, and warnings about them.
 
-        seen : the publishers of each watched topic, by its name; at : time of a steady clock (s)
+        seen : the publishers of each watched topic, by the topic's name; at : time of a steady clock (s)
         """
         now = [(topic, one.node, one.identity) for topic, publishers in seen.items() for one in publishers]
         self._first_seen = {each: self._first_seen.get(each, at) for each in now}
@@ -115,7 +115,7 @@ class MuteSensors:
         return tuple(topic.name for topic in self._topics)
 
     def understood(self, topic: str) -> None:
-        """Note an accepted message of a topic: from then on, its age is judged. A refused message does not count."""
+        """Note an accepted message of a topic, which is then not mute any more. A refused message does not count."""
         self._understood.add(topic)
 
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:

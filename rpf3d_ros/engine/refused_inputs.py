@@ -50,15 +50,18 @@ class RefusedInputs:
         )
 
     def understood(self, topic: str, speakers: Callable[[], int]) -> None:
-        """Note that a message of a topic was understood; speakers : returns the number of publishers of the topic."""
+        """End the fault of a topic, because a message of the topic was understood and the topic has one publisher.
+
+        speakers : returns the number of publishers of the topic; with several publishers, the fault stays
+        """
         if topic in self._refused and speakers() <= 1:
             self._end(topic)
 
     def acknowledged(self, by: str, now: float) -> tuple[str, ...]:
         """End the faults of topics that have been silent since their refused message, and return these topics.
 
-        Until enough persons have acknowledged, end no fault. An acknowledgement counts only for the topics that were
-        silent at that time, and for no topic if a message is refused later.
+        Until enough persons have acknowledged, no fault ends and the result is empty. An acknowledgement counts only
+        for topics that were silent when it was given, and for no topic if a message is refused later.
 
         by : name of the person; now : time (s, steady clock)
         """

@@ -51,9 +51,10 @@ class RegionEvidence:
         self._topics, self._outlines = SourceTopics(expected, has_sensors), WatchedOutlines()
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
-        """Keep the evidence of a region; evidence without sources removes older evidence of its topic.
+        """Keep the evidence of a region, unless newer evidence of the region is already kept.
 
-        Only the last evidence without sources is kept. Its faults are added to the evidence that has sources.
+        Evidence without sources removes older evidence of its topic. Only the last evidence without sources is kept;
+        its faults are added to the evidence that has sources.
         """
         self._topics.note(topic, evidence.trigger_stamp_ns)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
@@ -75,12 +76,12 @@ class RegionEvidence:
         return bool(self._evidence)
 
     def fresh(self, now_ns: int) -> Evidence | None:
-        """Return the evidence of all regions that is not too old, combined into one for a decision.
+        """Return the evidence of all regions, combined into one for a decision; None if there is no evidence.
 
-        Returns None if there is no evidence. Evidence without sources counts only if there is no other evidence. If all
-        evidence is too old, the newest counts. Otherwise stale evidence is omitted, because the radar may have reported
-        later that the rocks are at other places. A radar that has reported nothing later is a fault. Areas that the
-        evidence of a region shows at a former place are listed in `outdated`.
+        Stale evidence is left out, because the radar may have reported later that the rocks are at other places. If the
+        radar has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
+        Evidence without sources counts only if no other evidence has sources. `outdated` of the result lists the areas
+        that the evidence of a region shows at a former place.
         """
         if not self._evidence:
             return None

@@ -31,7 +31,7 @@ class SourceTopics:
         self._lost_click: int | None = None
 
     def note(self, topic: str, stamp_ns: int) -> None:
-        """Note the stamp (ns) of a message, with or without sources.
+        """Note the stamp (ns) of a message, with or without sources; clicks are not noted.
 
         A message that is answered again is not newer than the last message of its topic, so the call changes nothing.
         """
@@ -39,9 +39,11 @@ class SourceTopics:
             self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a sentence for each silent topic: its last message is too old, or it must publish and has not.
+        """Return a sentence for each silent topic: its last message is too old, or an expected message never came.
 
-        oldest_ns : stamp (ns) before which a message is too old
+        A lost click is reported, too, and also clicks without any message of the node's sensors.
+
+        oldest_ns : stamp (ns) before which a message is too old; now_ns : present time (ns)
         """
         fell_silent = tuple(
             f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}; {REMOVED}"
@@ -62,9 +64,9 @@ class SourceTopics:
         )
 
     def forget(self) -> None:
-        """Forget all stamps, because they are invalid or the node was not subscribed meanwhile.
+        """Forget all stamps, because the stamps are invalid or the node was not subscribed meanwhile.
 
-        The topics must then publish again: a sensor that fell silent before that is still silent.
+        Every topic that has published must then publish again: a sensor that had fallen silent still counts as silent.
         """
         self._heard = dict.fromkeys((*self._heard, *self._last), ANY_STAMP)
         self._last.clear()

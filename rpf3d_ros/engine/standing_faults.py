@@ -7,7 +7,7 @@ from collections.abc import Callable
 class StandingFaults:
     """The present standing faults: one sentence for each cause. Any thread may call.
 
-    changed : called after each change, when the lock is released
+    changed : called after each change, once the lock is released
     """
 
     def __init__(self, changed: Callable[[], None]) -> None:
@@ -16,9 +16,10 @@ class StandingFaults:
         self._lock = threading.Lock()
 
     def report(self, cause: str, sentence: str) -> None:
-        """Set the fault of a cause, which lasts until it is ended; an empty sentence ends the fault.
+        """Set the standing fault of a cause; the fault stays until another sentence is reported for this cause.
 
-        A sentence that is reported again changes nothing.
+        cause : name of the cause, such as "patches"
+        sentence : describes the fault in alerts; "" ends the fault. The present sentence again changes nothing
         """
         with self._lock:
             if self._sentences.get(cause, "") == sentence:
@@ -28,10 +29,10 @@ class StandingFaults:
         self._changed()
 
     def settle(self, cause: str) -> None:
-        """End a fault, because its cause has ended."""
+        """End the standing fault of a cause; do nothing if the cause has none."""
         self.report(cause, "")
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The sentences of all faults, in the order in which the faults began."""
+        """The sentences of all faults, in the order in which they were set; a changed sentence moves to the end."""
         return tuple(self._sentences.values())

@@ -169,7 +169,10 @@ class Station:
             self.waiting("sources")
 
     def forget(self, why: str) -> None:
-        """Forget sources and the times at which patches were published, because the clock went back."""
+        """Forget all sources, evidence and received patches, because the clock went back.
+
+        why : sentence on the fault that lasts until every topic of sources has published again
+        """
         self.terrain.forget_received()
         self.flyer.forget()
         if self.desk is not None:
@@ -249,7 +252,7 @@ class Station:
         self._decide_without_answer(trigger, "there is no terrain to fly over")
 
     def waiting(self, what: str) -> None:
-        """Report in the diagnostics that an input is still missing."""
+        """Report in the diagnostics that an input is still missing; what : "terrain" or "sources"."""
         self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
 
     def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
@@ -270,7 +273,7 @@ class Station:
     # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Report in the diagnostics which terrain is in use."""
+        """Report in the diagnostics which terrain is in use; what : a sentence on how the terrain was made."""
         age = (self._outlets.now() - ground.whole_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
@@ -304,7 +307,10 @@ class Station:
         self._refused_inputs.understood(topic, speakers)
 
     def report_fault(self, cause: str, sentence: str) -> None:
-        """Add a fault to all decisions until its cause has ended; an empty sentence ends the fault."""
+        """Add a fault to all decisions until it ends; do nothing without a site file.
+
+        cause, sentence : as in `StandingFaults.report`; an empty sentence ends the fault
+        """
         if self.desk is not None:
             self.desk.standing.report(cause, sentence)
 

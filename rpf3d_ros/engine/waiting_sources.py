@@ -15,7 +15,7 @@ NO_SOURCES = "no sources"
 
 
 class WaitingSources:
-    """Waiting triggers (the sources of one message each), one for each region; a newer one replaces an older one.
+    """Waiting triggers (the sources of one message each), one for each region: a new trigger replaces the old trigger.
 
     After a flood of messages about one wall, only the newest message is answered; triggers of other walls stay.
     """
@@ -32,7 +32,10 @@ class WaitingSources:
         self.dropped = 0
 
     def put(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in the queue; if the queue is full, drop and return the trigger of the oldest region."""
+        """Put a trigger in the queue; if too many then wait, remove and return the one that has waited longest.
+
+        The trigger replaces the waiting trigger of its region. Replaced and removed triggers count in `dropped`.
+        """
         region = self.region_of(trigger)
         if self._waiting.pop(region, None) is not None:
             self.dropped += 1
@@ -43,7 +46,10 @@ class WaitingSources:
         return self._waiting.pop(next(iter(self._waiting)))
 
     def take(self) -> Trigger | None:
-        """Return the newest trigger of the region that has not been served for longest; None if nothing waits."""
+        """Remove and return the trigger of the region whose last turn is longest ago; None if nothing waits.
+
+        Regions without a turn so far come first; among these, the newest trigger.
+        """
         if not self._waiting:
             return None
         newest_first = reversed(self._waiting)

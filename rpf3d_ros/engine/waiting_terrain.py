@@ -103,9 +103,9 @@ class WaitingTerrain(Generic[M]):
     Older whole surveys are kept until a newer survey has become the terrain. Their number is limited. A chapter is a
     whole survey with its patches. The first chapter belongs to the survey in use.
 
-    A large mesh may be received after a patch that was published later. Therefore received patches are kept for a
-    while, and applied again to a whole survey that they follow, even if they have been taken already. Patches that are
-    too old are not kept, but counted as missing in such a survey.
+    A large mesh may be received after a patch that was published later. Therefore each received patch is kept for a
+    while, even after `take` has returned the patch. If a whole survey then arrives that was published before the patch,
+    the patch is applied to this survey, too. A patch that is too old to be kept counts as missing in the survey.
     """
 
     def __init__(self, most_patches: int) -> None:
@@ -142,7 +142,8 @@ class WaitingTerrain(Generic[M]):
     def refuse(self, kind: str, published_ns: int = 0, why: str = "") -> None:
         """Note that a message was refused before it was queued.
 
-        kind : "whole" or "patch"; published_ns : its time of publication (ns), 0 if it is not known
+        kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known
+        why : the reason, for a whole survey
         """
         with self._changed:
             if kind == "whole":
@@ -175,8 +176,8 @@ class WaitingTerrain(Generic[M]):
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.
 
-        A latched survey may be received again. If it is already in the queue or in use, the repetition is ignored,
-        because patches may have been applied to the survey.
+        A latched survey may be received again. The repetition is ignored if the survey is already in the queue or in
+        use, because patches may have been applied to the survey.
         """
         with self._changed:
             if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
@@ -237,7 +238,7 @@ class WaitingTerrain(Generic[M]):
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def refused(self, why: str = "") -> None:
-        """Note that the last taken whole survey cannot be used; the survey before it is used, with the patches of both.
+        """Note that the last taken whole survey cannot be used; its patches go to the survey before it.
 
         why : the reason
         """

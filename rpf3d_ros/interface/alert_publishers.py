@@ -47,9 +47,11 @@ class AlertPublishers:
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
         """Publish the alert of a decision: `alarm` and `alerts`.
 
-        The message has the stamp of the decision's sources, or the time of the decision if there is no answer.
+        `alerts` has the stamp of the oldest sources of the decision, or the time of the decision if there is no answer.
 
-        Returns False if the node is not active and nothing was published.
+        evidence : the evidence of the decision, None if there is no answer; frame : frame of `alerts`
+
+        Return False if the node is not active, so that nothing was published.
         """
         if self.closed or not self._alerts.is_activated:
             return False
@@ -71,9 +73,9 @@ class AlertPublishers:
     def beat(self) -> None:
         """Publish the last alert again if a heartbeat is due; call this several times per HEARTBEAT.
 
-        If the validity of the last decision has ended without a new decision, or if no decision could be made, only the
-        alarm is published. The next decision may be on its way, so the alarm waits for one more heartbeat after the end
-        of the validity.
+        Only the alarm is published if there is no decision yet, if `sound_alarm` was called after the last decision, or
+        if the validity of the last decision has ended. In the last case the alarm waits for one more heartbeat, because
+        the next decision may be on its way.
         """
         with self._lock:
             since = time.monotonic() - self._published_at

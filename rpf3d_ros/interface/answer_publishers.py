@@ -50,7 +50,9 @@ class AnswerPublishers:
         self.closed = False
 
     def publish(self, answer: Answer, parameters: SimulatorParameters, made: Time) -> None:
-        """Publish an answer; `results` is last, so a subscriber that waits for `results` has all other messages.
+        """Publish all messages of an answer, `results` last; stop if the node is no longer active.
+
+        DDS keeps no order between topics: a subscriber that has received `results` may still lack other messages.
 
         made : time when the answer was made
         """
@@ -66,7 +68,12 @@ class AnswerPublishers:
 def messages_of(
     header: Header, answer: Answer, parameters: SimulatorParameters, made: Time
 ) -> Iterator[tuple[str, Any]]:
-    """Yield each topic with its message, made on demand; the hazard grid is first, because it is the most urgent."""
+    """Yield (topic, message) for each topic of an answer; a message is made only when it is asked for.
+
+    The hazard grid is first, because it is the most urgent message; `results` is last.
+
+    header : frame and stamp of all messages; made : time when the answer was made
+    """
     terrain, scene, result = answer.standing.ground.terrain, answer.standing.scene, answer.result
     cells = answer.standing.cells
     yield "hazard/grid", occupancy_grid(header, answer.maps, cells, terrain.frame, made)

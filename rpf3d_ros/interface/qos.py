@@ -42,7 +42,8 @@ The parameters are `qos_overrides.<topic>.<publisher|subscription>.*`.
 def terrain_qos(durability: str) -> QoSProfile:
     """Return the quality of service of terrain subscriptions.
 
-    The user chooses the durability, because a transient_local subscriber never matches a volatile publisher.
+    durability : "volatile" or "transient_local", chosen by the user, because a transient_local subscriber never matches
+        a volatile publisher
     """
     if durability == "transient_local":
         return LATCHED
@@ -61,9 +62,9 @@ Events may wait while a large terrain is written.
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """Return the quality of service for a program that plays survey or radar; only terrain is latched.
+    """Return the quality of service with which a stand-in for survey or radar publishes; only terrain is latched.
 
-    offered : kind of topic, as in `RecordedTopic`
+    offered : STATE, EVENT, RESULT or TERRAIN, as in `RecordedTopic`
     """
     return LATCHED if offered == TERRAIN else EVENTS
 
@@ -71,6 +72,7 @@ def given_qos(offered: str) -> QoSProfile:
 def recorded_qos(offered: str, durability: str) -> QoSProfile:
     """Return the quality of service for recording a topic.
 
-    offered : kind of topic, as in `RecordedTopic`; durability : of terrain topics, chosen by the user
+    offered : STATE, EVENT, RESULT or TERRAIN, as in `RecordedTopic`
+    durability : as in `terrain_qos`; it matters for terrain topics only
     """
     return terrain_qos(durability) if offered == TERRAIN else RECORDED[offered]

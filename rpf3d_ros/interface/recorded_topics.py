@@ -19,11 +19,11 @@ TERRAIN : a parameter sets the durability
 
 
 class RecordedTopic(NamedTuple):
-    """A topic that the recorder records.
+    """A topic that the recorder records: the type of its messages, and how they are published.
 
-    kind : ROS type of its messages
-    offered : kind of topic: STATE, EVENT, RESULT or TERRAIN
-    given : True if the topic is an input of the simulator
+    kind : ROS type of the messages, such as "sensor_msgs/msg/PointCloud2"
+    offered : STATE, EVENT, RESULT or TERRAIN; this value decides the quality of service of the topic (`qos`)
+    given : True if the topic is an input of the simulator, False if a node of rpf3d publishes the topic
     """
 
     kind: str
@@ -32,7 +32,7 @@ class RecordedTopic(NamedTuple):
 
     @property
     def message_class(self) -> Any:
-        """The rclpy class of the topic's messages; nothing else in this file needs ROS."""
+        """The class of the topic's messages in rclpy; only this property needs ROS, the rest of the file does not."""
         module, _, name = self.kind.rpartition("/")
         return getattr(import_module(module.replace("/", ".")), name)
 
@@ -67,6 +67,8 @@ A topic with a leading slash is outside every namespace.
 
 def topic_called(name: str, namespace: str = "") -> str | None:
     """Return the key in TOPICS for the full name of a topic, as in a bag; None if the topic is not recorded.
+
+    namespace : namespace of the nodes, with or without slashes; "" for none
 
     >>> topic_called("/mine/terrain/mesh", "/mine"), topic_called("/diagnostics", "/mine"), topic_called("/odom")
     ('terrain/mesh', '/diagnostics', None)

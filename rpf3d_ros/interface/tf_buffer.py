@@ -36,13 +36,13 @@ class TfTransforms:
         self._listener: Any = tf2_ros.TransformListener(self._buffer, node)
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
-        """Return the transform at a time (ns), or the newest before that time; if there is none, the reason as text.
+        """Return the transform from `source` into `target` at a time, or the newest before; else the reason as text.
 
-        stamp_ns : NEWEST for the newest of all
+        stamp_ns : time (ns); NEWEST for the newest transform of all
 
-        The newest transform of a chain of static transforms has the stamp 0, and is valid for all times. A dynamic
-        transform that was published with the stamp 0 also has the stamp 0, but is not valid for any other time. Every
-        error becomes a reason, because an error that leaves a callback would end the process.
+        tf2 gives the stamp 0 to a chain of static transforms, which is valid for all times. A dynamic transform that
+        was published with the stamp 0 looks the same, but a second lookup, at another time, then fails. Every error
+        becomes a reason, because an error that leaves a callback would end the process.
         """
         try:
             newest = self._buffer.lookup_transform(target, source, LATEST)

@@ -43,8 +43,9 @@ def trajectory_markers(header: Header, columns: Columns, most: int, points_each:
     """Return the trajectories as a marker message (CDR bytes): one line for each rock, coloured by speed.
 
     The array has at most `most` rocks and `points_each` points for each rock. If there are more, rocks and points are
-    thinned evenly, and the first and last points stay; the topic trajectories/points has all points. The text of each
-    marker is `result N`.
+    thinned evenly, and the first and last points stay; the topic trajectories/points has all points.
+
+    columns : as `AnswerContent.trajectories`; result : number of the result, in the text of each marker: `result N`
     """
     strips = _thinned(columns["rock"], most, points_each)
     rows = np.concatenate([np.empty(0, dtype=np.int64), *strips])

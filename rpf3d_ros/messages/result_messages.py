@@ -47,7 +47,7 @@ COMPLETE = {"true": True, "false": False}
 
 
 def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
-    """Return the message of `results`, the last message of an answer: it marks the answer as published."""
+    """Return the message for `results`, which the simulator publishes after all other messages of an answer."""
     done = "complete" if facts.complete else "to be refined"
     summary = f"result {facts.result}: {facts.rocks} rocks from {facts.sources} sources, {done}"
     values = {

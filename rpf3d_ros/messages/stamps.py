@@ -28,7 +28,11 @@ def seconds_text(ns: int) -> str:
 
 
 def nanoseconds_of_text(text: str) -> int | None:
-    """Return the nanoseconds of a time as `seconds_text` writes it; None for any other text."""
+    """Return the time (ns) in a text of seconds with nine decimals, such as `seconds_text` returns; else None.
+
+    The result is also None if more than 10 digits precede the point (a time after the year 2286), although
+    `seconds_text` returns such a text.
+    """
     whole, point, decimals = text.removeprefix("-").partition(".")
     if not (whole.isascii() and whole.isdigit() and point and decimals.isascii() and decimals.isdigit()):
         return None

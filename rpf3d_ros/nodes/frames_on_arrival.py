@@ -28,11 +28,17 @@ class FramesOnArrival:
         self._closed = threading.Event()
 
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
-        """Return the map frame that converts a message, as `InputFrames.of`. Raises MessageRefused."""
+        """Return the map frame that converts a message, as `InputFrames.of`; may wait for the first transforms.
+
+        Raises MessageRefused.
+        """
         return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data that must not move (`InputFrames.static`). Raises MessageRefused."""
+        """Return the map frame of data that must not move, as `InputFrames.static`; may wait for the first transforms.
+
+        Raises MessageRefused.
+        """
         return self._when_known(lambda: self._frames.static(frame_id, because))
 
     def close(self) -> None:

@@ -54,7 +54,10 @@ class BagWriter:
             raise FileExistsError(str(error)) from error
 
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
-        """Add a message of a topic of TOPICS with the full name `name`, received at stamp_ns.
+        """Add a received message.
+
+        topic : key in `recorded_topics.TOPICS`; name : full name of the topic; stamp_ns : time of reception (ns)
+        data : CDR bytes of the message
 
         Raises OSError if the bag cannot be written.
         """

@@ -75,7 +75,10 @@ class EntryTimes:
         self._events = EventNumbers()
 
     def of_message(self, message: Any, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
-        """Return an entry with the stamp of a message and the event number of this stamp."""
+        """Return an entry with the stamp of a message and the event number of this stamp.
+
+        draw, keeps : as in `RecordingEntry`
+        """
         stamp_ns = nanoseconds(message.header.stamp)
         return RecordingEntry(stamp_ns=stamp_ns, event=self._events.of(stamp_ns), draw=draw, keeps=keeps)
 

@@ -30,7 +30,7 @@ class IncidentBag:
         self.fault = ""
 
     def begin_with(self, recording: Path) -> None:
-        """Begin the bag for a new file of the recording, and close the last bag.
+        """Close the last bag, and begin the bag for a new file of the recording; recording : path of this file.
 
         Raises OSError if the first bag cannot be written. For later bags, `fault` states the error.
         """
@@ -60,7 +60,10 @@ class IncidentBag:
             self.fault = f"an old bag could not be deleted: {error}"
 
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
-        """Add a message unchanged; if this fails, `fault` states the error and the bag is abandoned."""
+        """Add a message unchanged; if this fails, `fault` states the error and the bag is abandoned.
+
+        topic, name, stamp_ns, data : as in `BagWriter.write`
+        """
         if self._prefix is None:
             return
         try:

@@ -61,7 +61,11 @@ class RockEntries:
             yield from self._whole.trajectories(array)
 
     def paths(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield motion, points and lines of the chosen rocks, if an answer differs from the previous answer."""
+        """Yield motion, points and lines of the rocks chosen from an answer.
+
+        Yield nothing if points and areas equal those of the previous answer. A cloud without points yields entries that
+        delete the points and lines of the last event, once.
+        """
         if cloud.width == 0:
             cleared = list(self._cleared(PATHS, cloud))
             yield from cleared
@@ -102,7 +106,10 @@ class RockEntries:
             yield self._times.of_message(cloud, lambda r: r.trajectories(strips), _kept(LINES))
 
     def hits(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the impacts or deposits of the chosen rocks, and the energies of all impacts."""
+        """Yield the impacts or deposits of the chosen rocks; for impacts, also the energies of all rocks' impacts.
+
+        Yield nothing if the content equals that of the previous answer.
+        """
         if cloud.width == 0:
             yield from self._cleared(topic, cloud)
             return

@@ -33,14 +33,20 @@ class TerrainEntries:
         return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
     def grid(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the terrain from a point cloud with points in rows."""
+        """Yield the terrain of a point cloud with points in rows; nothing if the cloud repeats the last terrain.
+
+        Raises MessageRefused for scattered points.
+        """
         survey = grid_of_cloud(cloud, frame_of(cloud, self._frames))
         digest = hashlib.sha256(survey.points.tobytes()).digest()
         if digest != self._digest:
             yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))
 
     def mesh(self, data: bytes) -> Iterator[RecordingEntry]:
-        """Yield the terrain of a mesh, at the current time, because a mesh has no stamp."""
+        """Yield the terrain of a mesh (CDR bytes); nothing if the mesh repeats the last terrain.
+
+        The entry has the current time, because a mesh has no stamp.
+        """
         frame = self._frames.static(self._mesh_frame, MESH_HAS_NO_STAMP)
         digest = hashlib.sha256(data).digest() + b"".join(each.tobytes() for each in (frame.other or ())[1:])
         if digest != self._digest:

@@ -85,7 +85,7 @@ class ViewerFeed:
         self._thread.start()
 
     def offer(self, entries: list[RecordingEntry]) -> None:
-        """Queue entries for the viewer; if the queue is full, the entries are dropped and counted."""
+        """Queue a list of entries for the viewer; if the queue is full, drop the list and count it in `dropped`."""
         try:
             self._queue.put_nowait(entries)
         except Full:
@@ -127,7 +127,7 @@ class ViewerFeed:
         recording.flush(PATIENCE)
 
     def _empty(self) -> None:
-        """Drop the entries that waited while there was no viewer; the state that is sent first replaces them."""
+        """Drop and count the lists that waited while there was no viewer; the viewer gets the current state instead."""
         while True:
             try:
                 self._queue.get_nowait()

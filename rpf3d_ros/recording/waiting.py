@@ -13,7 +13,7 @@ SETTLED = 1_000_000_000
 class PacedMessages:
     """Passes the messages of a topic on at a limited rate: the first at once, then the newest of each interval.
 
-    One interval follows another, however often `due` is called.
+    An interval begins when the previous interval ends, even if `due` is called late.
     """
 
     def __init__(self, interval_ns: int) -> None:
@@ -52,7 +52,10 @@ class PacedMessages:
 
 
 class HeldLines:
-    """Keeps the line markers of an answer until it is clear whether its points arrive, which contain every rock."""
+    """Keeps the line markers of an answer until the answer's points have arrived, or for at most SETTLED (ns).
+
+    The points contain every rock, so the line markers are drawn only if no points arrive.
+    """
 
     def __init__(self) -> None:
         self._waiting: Read | None = None
