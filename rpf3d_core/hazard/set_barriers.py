@@ -38,7 +38,10 @@ class BarrierSets:
         self._tally.part = self._counted[number]
 
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:
-        """Return the predictive intervals at each barrier; rocks : (S,) number of rocks flown with each set."""
+        """Return the predictive intervals of shares (-), energies (J) and heights (m) at each barrier.
+
+        rocks : (S,) number of rocks flown with each set
+        """
         return tuple(_bands(at, rocks) for at in zip(*self._counted, strict=True))
 
 

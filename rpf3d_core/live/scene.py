@@ -114,7 +114,10 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
 
 
 def why_excluded(key: str) -> str | None:
-    """Return why a field of a scene cannot be a live parameter; None if it can be one. key : such as `rock.diameter`"""
+    """Return why a field of a scene cannot be a live parameter; None if it can be one.
+
+    key : such as `rock.diameter`
+    """
     return next((why for at, why in EXCLUDED.items() if key == at or key.startswith(f"{at}.")), None)
 
 
