@@ -250,6 +250,8 @@ MODELS = (
     ("effects", "Any number of:", model_keys.EffectsSpec),
 )
 """Keys of the scene that name models or effects; the page of effects has their parameters."""
+WITHOUT_KEYS: dict[type, str] = {scene_method.MethodSpec: "`events`", model_keys.EffectsSpec: "none"}
+"""The default of each part whose default has no keys."""
 
 
 def document() -> str:
@@ -321,6 +323,8 @@ def default_of(field: Any) -> str:
         made = field.default_factory()
         if isinstance(made, model_keys.OneOf):
             return f"`{made.name}`"
+        if type(made) in WITHOUT_KEYS:
+            return WITHOUT_KEYS[type(made)]
         return "the defaults of its keys" if isinstance(made, BaseModel) else "none"
     if field.default is PydanticUndefined:
         return "must be given"
