@@ -234,7 +234,7 @@ def _part(name: str, part: type[BaseModel]) -> list[str]:
 
 def _short(meaning: str) -> str:
     """Shorten the meaning of a parameter for a table cell: remove its first article and the word "number"."""
-    return re.sub(r"^(a number |an? |the )", "", meaning)
+    return re.sub(r"^(a number (of )?|an? |the )", "", meaning)
 
 
 def _source(source: str, confirmed: str, above: str) -> str:

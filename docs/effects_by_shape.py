@@ -24,12 +24,13 @@ and `test/scene/test_effects_by_shape.py` checks each cell of the table.
 """
 ON_BODIES = """
 ## How do effects act on bodies?
-- A body hits a barrier or a tree if the path of its centre of mass does. Barriers and trees compare, and take, the sum
-  of translational and rotational energy. Velocity and spin decrease by the same factor.
+- A body hits a barrier or a tree if the path of its centre of mass does. Barriers and trees compare the sum of the
+  body's translational and rotational energy with the energy that they can take. They take energy from this sum, so
+  speed and spin decrease by the same factor.
 - A body that stops against an obstacle while it touches the ground has `leaning` in `stopped_because`.
 - Drag and drag layers act on the centre of mass. They do not change the spin. Drag uses the area of the sphere of equal
   volume.
-- Soft ground takes speed from the centre of mass before each impact. It does not change the spin.
+- Soft ground (`scarring`) takes speed from the centre of mass before each impact. It does not change the spin.
 
 """
 
@@ -60,12 +61,14 @@ def document() -> str:
 
 
 def _refusals() -> list[str]:
-    """Return a list item for each effect, and each parameter of an effect, that bodies do not have."""
+    """Return a list item for each effect that bodies do not have, and for parameters with the same replacement."""
     found = []
     for name, spec in specs().items():
         if spec.NOT_FOR_BODIES is not None:
             found.append(f"- `{name}`: {spec.NOT_FOR_BODIES}.")
-        found += [f"- `{name}.{key}`: give {instead} instead." for key, instead in spec.REPLACED_FOR_BODIES.items()]
+        for instead in dict.fromkeys(spec.REPLACED_FOR_BODIES.values()):
+            keys = [f"`{name}.{key}`" for key, other in spec.REPLACED_FOR_BODIES.items() if other == instead]
+            found.append(f"- {', '.join(keys)}: give {instead} instead.")
     return [textwrap.fill(item, 120, subsequent_indent="  ", break_on_hyphens=False) for item in found]
 
 

@@ -47,8 +47,8 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - A key that does not exist, or a value out of bounds, is refused. The message has the file, the line, the key and what
   would be right.
 - YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key
-  of the copy, and the line of the original value. All aliases of a file together may repeat 100,000 values. An alias
-  inside its own anchor and merge keys (`<<`) are refused.
+  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. An
+  alias inside its own anchor and merge keys (`<<`) are refused.
 - In the tables, a value without a stated type is a number; (-) means without a unit. *Left out* describes a scene
   without the key.
 """
@@ -67,7 +67,8 @@ receives sources in messages.
 PIT = "Lengths are in m, angles in degrees."
 BENCHES = """\
 A slope of level berms and plane faces, for a design without a mesh. Lengths are in m, angles in degrees. The uppermost
-edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is the middle of the slope.
+edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is the middle of the slope. Here a berm is
+a level step between two faces, not a [ridge of loose rock](#terrainberms).
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
@@ -134,11 +135,14 @@ SCENE = f"""\
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) serve for comparison.
 """
 BERMS = """\
-A berm is a part of the ground. Berms are made before all other changes of the terrain. The crest of a berm has a
-constant height above the ground below. The berm slopes down to its foot on both sides and beyond its ends. Where two
-berms cross, their heights are added. The facets of a berm form the zone `berm_<name>`, even inside a polygon of
-`zones`, so `materials` and the bench table can use this name. If a berm cuts a facet into parts, the first part keeps
-the number of the facet.
+The word *berm* has two meanings in a scene. A berm of `terrain.berms` is a ridge of loose rock, the *windrow* of the
+[glossary](glossary.md). `berm` of [`terrain.benches`](#terrainbenches) is the level step between two faces.
+
+A berm of `terrain.berms` is a part of the ground. Berms are made before all other changes of the terrain. The crest of
+a berm has a constant height above the ground below. The berm slopes down to its foot on both sides and beyond its ends.
+Where two berms cross, their heights are added. The facets of a berm form the zone `berm_<name>`, even inside a polygon
+of `zones`, so `materials` and the bench table can use this name. If a berm cuts a facet into parts, the first part
+keeps the number of the facet.
 
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
@@ -210,8 +214,8 @@ difference, and [a how-to](../howto/unknown-ground.md) the steps.
   value for all materials.
 - With unknowns, the rocks of a run are shared among `sets` parameter sets. Without unknowns, `sets` has no effect.
 - If a parameter has a column in `sample`, it is drawn from the sample, even if it also has a prior.
-- `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. Runs in parts refuse a scene with
-  unknowns.
+- `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. A
+  [run in parts](../howto/parallel-runs.md#run-one-scene-in-parts) refuses a scene with unknowns.
 
 ```yaml
 materials:
@@ -246,6 +250,8 @@ MODELS = (
     ("effects", "Any number of:", model_keys.EffectsSpec),
 )
 """Keys of the scene that name models or effects; the page of effects has their parameters."""
+WITHOUT_KEYS: dict[type, str] = {scene_method.MethodSpec: "`events`", model_keys.EffectsSpec: "none"}
+"""The default of each part whose default has no keys."""
 
 
 def document() -> str:
@@ -317,6 +323,8 @@ def default_of(field: Any) -> str:
         made = field.default_factory()
         if isinstance(made, model_keys.OneOf):
             return f"`{made.name}`"
+        if type(made) in WITHOUT_KEYS:
+            return WITHOUT_KEYS[type(made)]
         return "the defaults of its keys" if isinstance(made, BaseModel) else "none"
     if field.default is PydanticUndefined:
         return "must be given"

@@ -40,7 +40,7 @@ class BarrierSets:
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:
         """Return the predictive intervals at each barrier, of shares (-), p95 energies (J) and p95 heights (m).
 
-        rocks : (S,) number of rocks flown with each set
+        rocks : (S,) number (-) of rocks flown with each set
         """
         return tuple(_bands(at, rocks) for at in zip(*self._counted, strict=True))
 
@@ -48,7 +48,7 @@ class BarrierSets:
 def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
     """Return the predictive intervals at one barrier.
 
-    at : the counts of each of S sets there; rocks : (S,) number of rocks flown with each set
+    at : the counts of each of S sets there; rocks : (S,) number (-) of rocks flown with each set
     """
     came = np.array([float(each.first[1:].sum()) for each in at])
     did = {name: np.array([float(each.first[place]) for each in at]) for name, place in FIRST.items()}

@@ -86,8 +86,8 @@ class HazardSpec(StrictModel):
     cell: Number | None = Field(
         None,
         ge=LEAST_CELL,
-        description=f"a length of at least {LEAST_CELL} (m), the side of a cell; left out: a size with which enough "
-        "rocks reach a cell for percentiles",
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell; left out: chosen so that most "
+        "cells on the rocks' paths get the 20 rocks that a percentile needs",
     )
     reach_levels: Shares = Field(
         REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"
@@ -101,7 +101,8 @@ class HazardSpec(StrictModel):
     passage_per_metre: bool = Field(
         False,
         strict=True,
-        description="true or false, whether passages per metre are mapped, which do not depend on the cell",
+        description="true or false, whether passages per metre of width across the path are mapped; their number does "
+        "not depend on the cell",
     )
     memory_gb: Number = Field(
         1.0, gt=0, description="a number above 0 (GB of 10^9 bytes), the largest memory of the maps"

@@ -121,10 +121,12 @@ class ObservedSpec(StrictModel):
 
     points_file: InputFile = Field(description="the path of a file with x y z (m) first on each line")
     along: Annotated[Vector, AfterValidator(_pointing_somewhere)] = Field(
-        (1.0, 0.0, 0.0), description="three numbers, the direction in which the sections are measured"
+        (1.0, 0.0, 0.0), description="three numbers, the direction in which the distances of stops are measured"
     )
     sections: Annotated[Mapping[str, tuple[Number | None, Number | None]], AfterValidator(_rising)] = Field(
-        default_factory=dict, description="[low, high] (m) for the name of each section, along `along`; null: no limit"
+        default_factory=dict,
+        description="mapping of names to [low, high] (m), ranges of the distance along "
+        "`along` in which stops are counted; null: no limit",
     )
 
 

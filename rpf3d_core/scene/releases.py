@@ -135,7 +135,10 @@ class SourceSpec(StrictModel):
         None, ge=-90, le=90, description="a number from -90 to 90 (degrees) above the horizontal; with `speed`"
     )
     spread_deg: Number | None = Field(
-        None, ge=0, le=180, description="a number from 0 to 180 (degrees), half the cone of directions; with `speed`"
+        None,
+        ge=0,
+        le=180,
+        description="a number from 0 to 180 (degrees), half the opening angle of the cone of directions; with `speed`",
     )
     above_ground: Number | None = Field(
         None, ge=0, description="a height >= 0 (m) above the terrain, or left out to keep the heights of the points"

@@ -44,7 +44,7 @@ class ShapeSpec(StrictModel):
     )
     corners: Count = Field(
         40, ge=FEWEST_CORNERS, le=MOST_CORNERS, description=f"a whole number from {FEWEST_CORNERS} to {MOST_CORNERS}, "
-        "the number of directions; in each, the outermost point of a file becomes a corner",
+        "with `files`: the number of directions; the outermost point of a block in each direction becomes a corner",
     )  # fmt: skip
     weights: tuple[Annotated[Number, Field(ge=0)], ...] | None = Field(
         None, description="a number >= 0 for each file, how often its block is drawn; left out: all equally often"

@@ -96,7 +96,7 @@ class TerrainSpec(StrictModel):
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
     benches: BenchesSpec | None = Field(None, description="a mapping of the parameters of a slope of benches")
     berms: Annotated[tuple[BermSpec, ...], AfterValidator(no_two_alike)] = Field(
-        (), description="a list of {name, along, height, width}, each a part of the ground and a separate zone"
+        (), description="a list of {name, along, height, width}, ridges of loose rock; each is a separate zone"
     )
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
     split: tuple[Name, ...] | None = Field(

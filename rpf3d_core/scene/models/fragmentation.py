@@ -18,7 +18,7 @@ class FragmentationSpec(ModelSpec):
         "here by volume and surface"
     )
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
-    NOT_FOR_BODIES: ClassVar[str | None] = "no source gives the shapes of the fragments"
+    NOT_FOR_BODIES: ClassVar[str | None] = "no publication gives the shapes of the fragments"
 
     surface_factor: Number = parameter(0.0031, "a number >= 0, a in A = a E^e (m2, J)", "m2/J^e", GIS, "CC", ge=0)
     surface_exponent: Number = parameter(0.7562, "a number from 0 to 2, e in A = a E^e", "-", GIS, "CC", ge=0, le=2)

@@ -35,9 +35,12 @@ class ScarringSpec(ModelSpec):
         ("mu_min", "mu_max", "kappa"), "`slip_friction` of the material"
     )
 
-    stiffness: Number = parameter(15e6, "a number of at least 1000 (Pa), M_E of the ground", "Pa", LU, "C", ge=1e3)
-    form_drag: Number = parameter(1.0, "a number >= 0, C_f", "-", LU, "C", ge=0)
-    soil_drag: Number = parameter(1.5, "a number >= 0, C_s", "-", LU, "C", ge=0)
+    stiffness: Number = parameter(
+        15e6, "a number of at least 1000 (Pa), M_E of the ground; rocks penetrate stiffer ground less", "Pa", LU, "C",
+        ge=1e3,
+    )  # fmt: skip
+    form_drag: Number = parameter(1.0, "a number >= 0, C_f of the drag coefficient C_f + C_s", "-", LU, "C", ge=0)
+    soil_drag: Number = parameter(1.5, "a number >= 0, C_s of the drag coefficient C_f + C_s", "-", LU, "C", ge=0)
     density: Number = parameter(1700.0, "a number >= 0 (kg/m3), of the soil", "kg/m3", LU, "C", ge=0)
     mu_min: Number = parameter(0.55, "a number >= 0, friction of a rock that has not slipped", "-", BARTELT, "C", ge=0)
     mu_max: Number = parameter(
