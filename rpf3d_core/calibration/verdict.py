@@ -1,10 +1,12 @@
 """The conclusions from the findings of a calibration: warnings, the refusal, and the verdict in one paragraph."""
 
+import math
 from itertools import combinations
 
 import numpy as np
 
 from rpf3d_core.calibration.findings import Estimate, Findings
+from rpf3d_core.calibration.folds import Score
 from rpf3d_core.calibration.sampling import FLOOR, MOST_ROUNDS
 
 STRONG = 0.8
@@ -22,8 +24,12 @@ SURELY = 2.0
 """Number of standard errors by which a score must exceed the score of a curve to count as better."""
 LITTLE = 0.1
 """Shrinkage (-) below which the data does not determine a parameter."""
-BAND = 0.15
-"""Shortfall (-) of the coverage of 90 % intervals, compared with 0.9, above which a calibration warns."""
+BY_CHANCE = 0.05
+"""Probability (-) that correct 90 % intervals contain as few kept-out blocks, below which a calibration warns."""
+ASIDE = 3.0
+"""Number of standard errors by which observed stops must lie to one side of the predicted stops for a warning."""
+JUDGED = 0.5
+"""Part (-) of the smallest number of effective samples from which a refused calibration judges its parameters."""
 VALID = "valid for this model, this slope, these blocks"
 MORE = (
     "end points of a second slope, kept out of the fit",
@@ -41,7 +47,7 @@ def is_refused(found: Findings) -> bool:
 def warnings_of(found: Findings) -> list[str]:
     """Return what a user must know before using a calibration, as sentences."""
     of_data = [*found.of_data, *found.left_out]
-    return [*_combinations(found), *_of_parameters(found), *_of_predictions(found), *of_data]
+    return [*_of_predictions(found), *of_data, *_combinations(found), *_of_parameters(found)]
 
 
 def _combinations(found: Findings) -> list[str]:
@@ -72,59 +78,106 @@ def _of_parameters(found: Findings) -> list[str]:
 
 
 def _of_predictions(found: Findings) -> list[str]:
-    """Return sentences about rocks that left, the score against a curve, and coverage."""
-    sentences = []
+    """Return sentences about scores, coverage and the side of the stops, and about rocks that left."""
+    sentences = [*_of_scores(found), *_of_sides(found), *_of_coverage(found)]
     if found.left >= MANY_LEFT:
         sentences.append(f"{100 * found.left:.0f} % of the simulated rocks left the terrain or did not stop; they "
                          "count as wrong; extend the terrain if the observed rocks may have gone there")  # fmt: skip
-    if found.held_out is not None and found.curve is not None:
-        gain, doubt = gain_of(found)
-        if gain <= SURELY * doubt:
-            sentences.append(
-                f"the score of kept-out blocks ({found.held_out.mean:.2f}) is not clearly better than that of a normal "
-                f"curve without physics ({found.curve.mean:.2f}; difference {gain:+.2f} +- {doubt:.2f}): the end "
-                "points do not show that the physics adds anything here"
-            )
-    coverage = found.coverage()
-    for axis in ("along", "across") if coverage else ():
-        if coverage and coverage["90"][axis] < 0.9 - BAND:
-            sentences.append(f"90 % intervals hold {100 * coverage['90'][axis]:.0f} % of the kept-out blocks {axis} "
-                             "the slope: the model spreads its rocks too little")  # fmt: skip
     return sentences
 
 
-def gain_of(found: Findings) -> tuple[float, float]:
-    """Return by how much the calibrated model predicts blocks better than the curve: mean gain and its standard error.
+def _of_scores(found: Findings) -> list[str]:
+    """Return sentences if the calibration predicts kept-out blocks not clearly better than a curve or the book does."""
+    sentences = []
+    for other, name, meaning in (
+        (found.curve, "a normal curve without physics",
+         "the end points do not show that the physics adds anything here"),
+        (found.book, "the book values", "the observations do not show that the calibration adds anything here"),
+    ):  # fmt: skip
+        if found.held_out is None or other is None:
+            continue
+        gain, doubt = _gain(found.held_out, other)
+        if gain <= SURELY * doubt:
+            worse = gain < -SURELY * doubt
+            than, so = ("clearly worse than", "do not use this calibration; check coordinates, sources and model")
+            sentences.append(
+                f"the score of kept-out blocks ({found.held_out.mean:.2f}) is "
+                f"{than if worse else 'not clearly better than'} that of {name} ({other.mean:.2f}; difference "
+                f"{gain:+.2f} +- {doubt:.2f}): {so if worse else meaning}"
+            )
+    return sentences
 
-    The gain is the difference of the log scores of a block (-). Both numbers are 0 without scores.
-    """
+
+def _of_sides(found: Findings) -> list[str]:
+    """Return a sentence for each direction in which the kept-out blocks lie to one side of the predicted stops."""
+    if found.rank is None:
+        return []
+    error = math.sqrt(1.0 / 12.0 / len(found.rank))  # of the mean of uniform ranks
+    return [
+        f"most kept-out blocks lie to one side of the predicted stops {axis} the slope (on average at "
+        f"percentile {100 * mean:.0f}): check the coordinates of end points and sources"
+        for axis, mean in zip(("along", "across"), found.rank.mean(axis=0).tolist(), strict=True)
+        if abs(mean - 0.5) > ASIDE * error
+    ]
+
+
+def _of_coverage(found: Findings) -> list[str]:
+    """Return a sentence for each direction in which 90 % intervals contain too few kept-out blocks for chance."""
+    coverage, sentences = found.coverage(), list[str]()
+    if coverage is None:
+        return sentences
+    for axis in ("along", "across"):
+        plain, whole = coverage["90"][axis], coverage["with_misfit"]["90"][axis]
+        if _is_too_few(plain, coverage["blocks"]):
+            sentence = (f"90 % intervals hold {100 * plain:.0f} % of the kept-out blocks {axis} the slope: the model "
+                        "spreads its rocks too little, or coordinates are wrong")  # fmt: skip
+            if _is_too_few(whole, coverage["blocks"]):
+                sentence += f"; with the misfit of the model they still hold only {100 * whole:.0f} %"
+            sentences.append(sentence)
+    return sentences
+
+
+def _is_too_few(share: float, blocks: int) -> bool:
+    """Return True if correct 90 % intervals rarely contain as small a share (-) of a number of blocks (binomial)."""
+    inside = round(share * blocks)
+    return sum(math.comb(blocks, k) * 0.9**k * 0.1 ** (blocks - k) for k in range(inside + 1)) < BY_CHANCE
+
+
+def gain_of(found: Findings) -> tuple[float, float]:
+    """Return the mean gain of the score per block over the curve's score, and its standard error; 0 without scores."""
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
-    each = found.held_out.each - found.curve.each
+    return _gain(found.held_out, found.curve)
+
+
+def _gain(score: Score, other: Score) -> tuple[float, float]:
+    """Return the mean gain (-) of a score per block over another score, and its standard error (-)."""
+    each = score.each - other.each
     return float(each.mean()), float(each.std(ddof=1) / np.sqrt(len(each)))
 
 
 def advice_of(found: Findings) -> list[str]:
     """Return what would help a calibration that has too few effective samples, as sentences."""
-    first = _first_help(found)
     least = min(found.estimates, key=lambda estimate: estimate.shrinkage)
     drop = [f"remove {least.name} from the unknowns, which the data hardly determines"]
-    more = drop if _can_drop(found, least) else []
-    return [first, *more, "narrow priors that reach far beyond what the ground can be"]
+    return [*_helps(found), *(drop if _can_drop(found, least) else []),
+            "narrow priors that reach far beyond what the ground can be"]  # fmt: skip
 
 
-def _first_help(found: Findings) -> str:
-    """Return the advice that helps most: more rocks for each set, or more time while rounds are left."""
-    if found.noise > NOISY:
-        return f"the noise of the log-likelihood is {found.noise:.1f}: raise `calibration.rocks` above {found.rocks}"
+def _helps(found: Findings) -> list[str]:
+    """Return the advice that helps most: more time while rounds are left, else more rocks for each set."""
+    rocks = f"raise `calibration.rocks` above {found.rocks}, in a new folder"
     if found.all_rounds:
-        return (f"all {MOST_ROUNDS} rounds are flown, so more time adds nothing: raise `calibration.rocks` above "
-                f"{found.rocks}, in a new folder")  # fmt: skip
-    return "give it more time: run the same command again with a larger --budget; flown sets are kept"
+        return [f"all {MOST_ROUNDS} rounds are flown, so more time adds nothing: {rocks}"]
+    time = "give it more time: run the same command again, perhaps with a larger --budget; flown sets are kept"
+    if found.noise > NOISY:
+        return [time, f"if that does not help, {rocks}: the noise of the log-likelihood is {found.noise:.1f}"]
+    return [time]
 
 
 def _can_drop(found: Findings, least: Estimate) -> bool:
-    return len(found.estimates) > 1 and least.shrinkage < LITTLE
+    """Return True if an unknown may be dropped; few effective samples do not show what the data determines."""
+    return len(found.estimates) > 1 and least.shrinkage < LITTLE and found.effective >= JUDGED * FLOOR
 
 
 def verdict_of(found: Findings) -> str:

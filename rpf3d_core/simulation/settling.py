@@ -27,9 +27,9 @@ In a corner between facets, for example, bounces never stay on one facet.
 SKIMMING = 1e-12
 """Ratio (-) of the speed off a facet to the whole speed, below which a rock stays on the facet.
 
-Rough ground turns the speed upwards in some later impact, so its bounces are not summed up. But R_n may reduce the speed
-off the facet, impact after impact, to a rounding error of the velocity (1e-16). The rock would then be as likely to move
-into the facet as off it, and could fall through.
+Rough ground turns the speed upwards in some later impact, so its bounces are not summed up. But R_n may reduce the
+speed off the facet, impact after impact, to a rounding error of the velocity (1e-16). The rock would then be as likely
+to move into the facet as off it, and could fall through.
 """
 
 SETTLING = int(Mode.SETTLING)

@@ -27,16 +27,28 @@ def test_all_rounds_are_flown_only_with_the_last_set(rounds: int, missing: int, 
     assert flown(rounds, missing).is_complete == complete
 
 
-def first_advice(noise: float, all_rounds: bool) -> str:
+def advice(noise: float, all_rounds: bool, effective: float = 40.0) -> str:
+    """Return the advice for a refused calibration with one of two parameters that hardly shrank."""
+    estimates = [SimpleNamespace(name="friction", shrinkage=0.5), SimpleNamespace(name="restitution", shrinkage=0.0)]
     found: Any = SimpleNamespace(
-        noise=noise, all_rounds=all_rounds, rocks=128, estimates=[SimpleNamespace(name="friction", shrinkage=0.5)]
+        noise=noise, all_rounds=all_rounds, rocks=128, estimates=estimates, effective=effective
     )
-    return advice_of(found)[0]
+    return "; ".join(advice_of(found))
 
 
 def test_more_time_is_proposed_only_while_rounds_are_left() -> None:
-    assert "larger --budget" in first_advice(0.1, all_rounds=False)
-    last = first_advice(0.1, all_rounds=True)
-    assert "more time adds nothing" in last
-    assert "`calibration.rocks` above 128" in last
-    assert "noise of the log-likelihood" in first_advice(9.0, all_rounds=True)
+    assert "larger --budget" in advice(0.1, all_rounds=False)
+    last = advice(0.1, all_rounds=True)
+    assert "more time adds nothing" in last and "--budget" not in last
+    assert "`calibration.rocks` above 128, in a new folder" in last
+
+
+def test_noise_of_few_samples_is_a_reason_for_more_rocks_only_after_more_time() -> None:
+    noisy = advice(9.0, all_rounds=False)
+    assert noisy.index("--budget") < noisy.index("`calibration.rocks` above 128")
+    assert "the noise of the log-likelihood is 9.0" in noisy
+
+
+def test_a_parameter_is_not_judged_by_few_effective_samples() -> None:
+    assert "remove restitution from the unknowns" in advice(0.1, all_rounds=False, effective=40.0)
+    assert "from the unknowns" not in advice(0.1, all_rounds=False, effective=6.0)

@@ -1,0 +1,64 @@
+"""What a calibration warns of: scores, coverage, and observations to one side of all predictions."""
+
+import numpy as np
+
+from rpf3d_core.calibration.findings import Findings
+from rpf3d_core.calibration.folds import Score
+from rpf3d_core.calibration.verdict import warnings_of
+
+BLOCKS = 25
+
+
+def found(held_out: float = -8.0, curve: float = -9.0, book: float | None = None, rank: np.ndarray | None = None,
+          whole: np.ndarray | None = None) -> Findings:  # fmt: skip
+    """Return findings with mean scores, whose gains scatter, and predicted probabilities (N, 2) of nearer stops."""
+    scatter = np.linspace(-0.5, 0.5, BLOCKS)
+    even = np.column_stack([(np.arange(BLOCKS) + 0.5) / BLOCKS] * 2)
+    rank = even if rank is None else rank
+    return Findings(
+        estimates=[], correlation=np.empty((0, 0)), effective=200.0, noise=0.1, held_out=Score(held_out + scatter),
+        prior=None, book=None if book is None else Score(np.full(BLOCKS, book)), curve=Score(np.full(BLOCKS, curve)),
+        rank=rank, whole_rank=rank if whole is None else whole, misfit=1.0, left=0.0, sets=100, rocks=128, of_data=(),
+    )  # fmt: skip
+
+
+def test_a_calibration_that_predicts_well_has_no_warning() -> None:
+    assert warnings_of(found()) == []
+
+
+def test_a_score_worse_than_a_curve_is_not_called_not_better() -> None:
+    (worse,) = warnings_of(found(held_out=-9.7))
+    assert "clearly worse than that of a normal curve" in worse and "do not use this calibration" in worse
+    (no_better,) = warnings_of(found(held_out=-9.05))
+    assert "not clearly better than that of a normal curve" in no_better
+
+
+def test_book_values_that_predict_as_well_are_named() -> None:
+    (sentence,) = warnings_of(found(book=-7.9))
+    assert "not clearly better than that of the book values (-7.90; difference -0.10 +- 0.06)" in sentence
+
+
+def test_coverage_is_judged_by_chance() -> None:
+    """At most 19 of 25 blocks lie within correct 90 % intervals in 3 of 100 calibrations, at most 20 in 10."""
+    rank = found().rank
+    assert rank is not None
+    for outside, warned in ((5, False), (6, True)):
+        some = rank.copy()
+        some[:, 1] = np.linspace(0.1, 0.9, BLOCKS)
+        some[:outside, 1] = np.where(np.arange(outside) % 2, 0.01, 0.99)
+        sentences = warnings_of(found(rank=some, whole=rank))
+        assert [("across the slope" in each) for each in sentences] == [True] * warned
+
+
+def test_coverage_that_the_misfit_does_not_mend_is_named() -> None:
+    rank = np.column_stack([np.linspace(0.1, 0.9, BLOCKS), np.linspace(0.1, 0.9, BLOCKS)])
+    rank[::3, 0] = np.where(np.arange(9) % 2, 0.01, 0.99)
+    (sentence,) = warnings_of(found(rank=rank))
+    assert "90 % intervals hold 64 % of the kept-out blocks along the slope" in sentence
+    assert "with the misfit of the model they still hold only 64 %" in sentence
+
+
+def test_end_points_of_another_grid_lie_to_one_side() -> None:
+    rank = np.column_stack([np.linspace(0.1, 0.9, BLOCKS), np.linspace(0.7, 0.94, BLOCKS)])
+    (sentence,) = warnings_of(found(rank=rank))
+    assert "one side of the predicted stops across the slope (on average at percentile 82)" in sentence
