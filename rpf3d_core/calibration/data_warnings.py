@@ -1,12 +1,11 @@
 """Warnings about observations of a calibration that determine less than it seems."""
 
-from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
 
-from rpf3d_core.calibration.data_checks import FEW_STOPS, off_terrain
-from rpf3d_core.calibration.density import LEAST_STOPS
+from rpf3d_core.calibration.data_checks import off_terrain
+from rpf3d_core.calibration.field_warnings import field_warnings
 from rpf3d_core.calibration.flying import Flown, Slope
 from rpf3d_core.calibration.observations import Field
 
@@ -19,18 +18,7 @@ def data_warnings(slope: Slope, flown: list[Flown]) -> tuple[str, ...]:
 
     flown : all flown parameter sets
     """
-    field = slope.field
-    return *_of_number(len(field.stops)), *_of_place(slope), *_of_counts(field), *_of_gates(slope, flown)
-
-
-def _of_number(stops: int) -> Iterator[str]:
-    """Yield a sentence if the number of observed stops is too small for the misfit, or for reliable intervals."""
-    if stops < LEAST_STOPS:
-        yield (f"the error of the model (misfit) is unknown, because it needs {LEAST_STOPS} end points or more and the "
-               f"scene has {stops}: the model counts as exact, so all intervals are too narrow")  # fmt: skip
-    elif stops < FEW_STOPS:
-        yield (f"only {stops} end points were observed; so few hardly determine the error of the model or the coverage "
-               f"of intervals: survey at least {FEW_STOPS}")  # fmt: skip
+    return *field_warnings(slope.prepared, slope.field), *_of_place(slope), *_of_gates(slope, flown)
 
 
 def _of_place(slope: Slope) -> Iterator[str]:
@@ -41,25 +29,6 @@ def _of_place(slope: Slope) -> Iterator[str]:
         yield (f"{len(off)} of {len(slope.field.stops)} end points lie off the terrain in plan or over a hole of it "
                f"(number {', '.join(map(str, off[:NAMED].tolist()))}{more}): no simulated rock can stop there; check "
                "their coordinates, or extend the terrain")  # fmt: skip
-
-
-def _of_counts(field: Field) -> Iterator[str]:
-    """Yield sentences if rocks are probably observed twice: by counts and end points, or by several counts."""
-    places = sorted({one.place for one in field.counted if one.of == len(field.stops)})
-    if places:
-        yield (
-            f"the counts of {', '.join(places)} are of {len(field.stops)} rocks, as many as there are end points: "
-            "if they are the same rocks, they count twice and intervals are too narrow; leave these counts out"
-        )
-    counts = defaultdict[int, list[str]](list)
-    for one in field.counted:
-        counts[one.of].append(f"{one.kind} {one.place}")
-    for rocks, several in counts.items():
-        if len(several) > 1:
-            yield (
-                f"the counts {', '.join(several)} are of {rocks} rocks each: if they are the same rocks, the counts "
-                "depend on each other and intervals are too narrow; keep one of them, or give the end points"
-            )
 
 
 def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from rpf3d_core.calibration.normal_space import values_of
 from rpf3d_core.calibration.report import report_text
 from rpf3d_core.calibration.rounds import Result
 from rpf3d_core.calibration.state import RESULTS
-from rpf3d_core.calibration.verdict import gain_of, is_refused, verdict_of
+from rpf3d_core.calibration.verdict import gain_of, is_refused, verdict_of, warnings_of
 from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
 
@@ -46,6 +46,7 @@ def content_of(found: Findings) -> dict[str, Any]:
         "gain": gain if known and found.curve else None,
         "coverage": found.coverage() if known else None,
         "verdict": verdict_of(found),
+        "warnings": warnings_of(found) if known else [],
     }
 
 

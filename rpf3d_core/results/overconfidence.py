@@ -1,6 +1,8 @@
 """Sentences for a run's table on results that look surer than they are, because an interval leaves something out."""
 
+import json
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -75,9 +77,22 @@ def _of_the_ground(run: Run) -> Iterator[str]:
     if spec is not None and spec.sample is not None and spec.misfit is None:
         yield ("the sample states no misfit: how far the model is wrong is in no interval, so all of them are too "
                "narrow where the model is poor")  # fmt: skip
+    if spec is not None and spec.sample is not None:
+        yield from _of_the_calibration(spec.sample)
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
         yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals are not "
                f"known; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
+
+
+def _of_the_calibration(sample: Path) -> Iterator[str]:
+    """Yield a sentence with the first warnings of the calibration that wrote a sample, from the files beside it."""
+    try:
+        warnings = json.loads((sample.parent / "calibration.json").read_text(encoding="utf-8"))["warnings"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return  # a sample from elsewhere
+    if warnings:
+        more = f"; {len(warnings) - NAMED:,} more in report.md beside the sample" if len(warnings) > NAMED else ""
+        yield f"the calibration of the sample warned: {'; '.join(map(str, warnings[:NAMED]))}{more}"
 
 
 def share_calibrated_elsewhere(run: Run) -> float:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from rpf3d_core.calibration.data_checks import check_field, check_stops, without_ground
+from rpf3d_core.calibration.field_warnings import field_warnings
 from rpf3d_core.calibration.observations import Directions, Field, directions_of, field_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
@@ -28,7 +29,8 @@ def observations_in_words(prepared: Prepared) -> tuple[tuple[str, ...], list[str
         check_stops(prepared, directions, field)
     except InputError as fault:
         return (), [f"rpf3d calibrate refuses this scene: {fault}"]
-    return tuple(_lines(field)), [*_stops_outside(prepared), *_gates_outside(prepared, field, directions)]
+    warnings = [*_stops_outside(prepared), *_gates_outside(prepared, field, directions)]
+    return tuple(_lines(field)), [*warnings, *field_warnings(prepared, field)]
 
 
 def _lines(field: Field) -> Iterator[str]:

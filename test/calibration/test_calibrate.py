@@ -61,7 +61,7 @@ def test_all_files_are_written(done: Path) -> None:
 
 def test_the_keys_of_calibration_json(done: Path) -> None:
     found = content(done)
-    keys = "parameters correlation effective_samples noise score gain coverage verdict"
+    keys = "parameters correlation effective_samples noise score gain coverage verdict warnings"
     assert list(found) == keys.split()
     assert set(found["score"]) == {"held_out", "prior", "book", "curve"}
     assert found["score"]["book"] is None  # the scene names no values of a book

@@ -44,10 +44,13 @@ def test_the_observations_are_counted_and_those_outside_are_named(tmp_path: Path
         "gate far at 5000 m: 1 x speed, 5 to 5",
         "low: 2 of 3 observed rocks stopped",
     )
-    stops, gate = warnings
+    stops, gate, few, twice, exact = warnings
     assert stops.startswith("2 of 3 observed stops lie outside the terrain")
     assert "number 2 at (500, 20, 0), 3 at (20, -5, 0);" in stops
     assert gate.startswith("gate 'far' is at 5000 m, but the terrain reaches from 0 to 50 m")
+    assert "only 3 end points were observed" in few
+    assert "the counts of low are of 3 rocks, as many as there are end points" in twice
+    assert "values count as exact (speed at far, speed at near)" in exact
 
 
 def test_nothing_is_said_of_stops_on_the_terrain(tmp_path: Path) -> None:

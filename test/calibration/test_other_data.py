@@ -112,6 +112,30 @@ def test_values_at_gates_carry_no_error_of_the_model(site: Path, tmp_path: Path)
     assert "the values observed at far, road carry their measuring error but no error of the model" in verdict
     assert "at the gate far (at 5000 m), no simulated rock had what was observed" in verdict
     assert "at the gate road" not in verdict
+    assert "values count as exact (speed at far, speed at road)" in verdict
+
+
+def test_masses_in_another_unit_are_named_with_those_of_the_scene(site: Path, tmp_path: Path) -> None:
+    lines = (site.parent / "stops.csv").read_text().splitlines()
+    text = "\n".join([f"{lines[0]},tonnes", *(f"{line},0.5" for line in lines[1:])])
+    (site.parent / "tonnes.csv").write_text(text + "\n")
+    out, data = tmp_path / "tonnes", STOPS.replace("stops", "tonnes")
+    done = calibrated(site, out, STOPS + "calibration:\n", data + "calibration:\n  mass_column: tonnes\n")
+    assert done.exit_code == 0, done.output
+    warned = "more than 0.5 kg, half of the scene's rocks more than 500 kg: check the unit of the masses"
+    assert warned in content(out)["verdict"]
+    checked = CliRunner().invoke(app, ["check", str(site.with_name("tonnes.yaml"))])
+    assert warned in " ".join(checked.output.split())
+
+
+def test_a_run_repeats_the_warnings_of_the_calibration_of_its_sample(site: Path, tmp_path: Path) -> None:
+    out = tmp_path / "warned"
+    assert calibrated(site, out, STOPS, keep_stops(site, 5)).exit_code == 0
+    flown = CliRunner().invoke(
+        app, ["run", str(out / "calibrated.yaml"), "--out", str(tmp_path / "run"), "--rocks", "2000"]
+    )
+    assert flown.exit_code == 0, flown.output
+    assert f"the calibration of the sample warned: {content(out)['warnings'][0][:40]}" in " ".join(flown.output.split())
 
 
 def test_counts_of_the_rocks_that_have_end_points(site: Path, tmp_path: Path) -> None:
