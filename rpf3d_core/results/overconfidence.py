@@ -85,13 +85,13 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 
 
 def _of_the_calibration(sample: Path) -> Iterator[str]:
-    """Yield a sentence with the first warnings of the calibration that wrote a sample, from the files beside it."""
+    """Yield a sentence with the first warnings of the calibration that wrote a sample, from the file next to it."""
     try:
         warnings = json.loads((sample.parent / "calibration.json").read_text(encoding="utf-8"))["warnings"]
     except (OSError, ValueError, KeyError, TypeError):
         return  # a sample from elsewhere
     if warnings:
-        more = f"; {len(warnings) - NAMED:,} more in report.md beside the sample" if len(warnings) > NAMED else ""
+        more = f"; {len(warnings) - NAMED:,} more in report.md next to the sample" if len(warnings) > NAMED else ""
         yield f"the calibration of the sample warned: {'; '.join(map(str, warnings[:NAMED]))}{more}"
 
 
