@@ -129,6 +129,7 @@ def test_landxml_is_northing_first_with_surfaces_as_zones_and_its_reference_syst
         ("<LandXML", '<!DOCTYPE LandXML [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>\n<LandXML', "document type"),
         ("<F>1 2 7</F>", "<F>1 2 999</F>", "names a point that does not exist"),
         ("<F>1 2 7</F>", "<F>1 2</F>", "three point numbers"),
+        ("<F>1 2 7</F>", "<F>1 2</F><F>7 1 2 7</F>", "three point numbers"),
         ('id="3"', 'id="2"', "the same id"),
         ("</LandXML>", "", "not complete XML"),
     ],

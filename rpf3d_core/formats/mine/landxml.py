@@ -167,14 +167,13 @@ def _numbers(path: Path, texts: list[str], what: str, must: str, kind: Any) -> N
 
     what, must : what the texts are, and what each must be, for the message
     """
-    words = " ".join(texts).split()
+    wrong = next((text for text in texts if len(text.split()) != 3), None)  # 2 and 4 numbers are 6 numbers in total
     try:
-        if len(words) != 3 * len(texts):
-            raise ValueError(f"{len(words):,} numbers in {len(texts):,} elements")
-        return np.array(words, dtype=kind).reshape(-1, 3)
+        if wrong is None:
+            return np.array(" ".join(texts).split(), dtype=kind).reshape(-1, 3)
     except (ValueError, OverflowError) as fault:
-        wrong = next((text for text in texts if len(text.split()) != 3), str(fault))
-        raise TerrainError(f"{path}: {what} must be {must} each, but has {wrong[:60]!r}") from fault
+        raise TerrainError(f"{path}: {what} must be {must} each, but has {str(fault)[:60]!r}") from fault
+    raise TerrainError(f"{path}: {what} must be {must} each, but has {wrong[:60]!r}")
 
 
 def _remarks(path: Path, content: _Content) -> list[str]:
