@@ -1,8 +1,8 @@
 """The live node in a script.
 
-The script starts the simulator node. It publishes a terrain and a source of rocks, in place of survey and radar. Then
-it prints the alert level of the site and the largest reach probability of the hazard map. The script needs the extra
-`ros`. Its messages stay on this machine.
+The script starts the simulator node, and publishes a terrain and a source of rocks in place of survey and radar. It
+prints the alert level of the site and the largest reach probability on the hazard map. Its messages stay on this
+machine. The script needs the extra `ros`.
 """
 
 import os
