@@ -1,8 +1,7 @@
 """The live node in a script.
 
-The script starts the simulator node, and publishes a terrain and a source of rocks in place of survey and radar. It
-prints the alert level of the site and the largest reach probability on the hazard map. Its messages stay on this
-machine. The script needs the extra `ros`.
+The script starts the simulator node, and publishes terrain and rock sources in place of survey and radar. It prints
+the alert level and the largest reach probability. The script needs the extra `ros`, and stays on this machine.
 """
 
 import os
