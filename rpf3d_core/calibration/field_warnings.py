@@ -40,10 +40,10 @@ def _of_masses(prepared: Prepared, field: Field) -> Iterator[str]:
     masses = releases_in_ranges(prepared, rocks_of_round(prepared.sources, rocks, 0)).mass
     observed, simulated = float(np.median(field.masses)), float(np.median(masses))
     if not 1.0 / OTHER_ROCKS <= observed / simulated <= OTHER_ROCKS:
-        yield (f"half of the observed blocks have more than {observed:.3g} kg, half of the scene's rocks more than "
-               f"{simulated:.3g} kg: check the unit of the masses (kg); the calibration flies the observed masses, but "
-               "runs of its result fly the scene's rocks (`rock: {mass: {measured: FILE, column: NAME}}` flies the "
-               "observed masses)")  # fmt: skip
+        yield (f"the median mass of the {len(field.masses)} observed blocks is {observed:.3g} kg, that of the scene's "
+               f"rocks {simulated:.3g} kg: check the unit of the masses (kg); the calibration flies the observed "
+               "masses, but runs of its result fly the scene's rocks (`rock: {mass: {measured: FILE, column: NAME}}` "
+               "flies the observed masses)")  # fmt: skip
 
 
 def _of_counts(field: Field) -> Iterator[str]:
@@ -56,13 +56,12 @@ def _of_counts(field: Field) -> Iterator[str]:
         )
     counts = defaultdict[int, list[str]](list)
     for one in field.counted:
-        counts[one.of].append(f"{one.kind} {one.place}")
+        counts[one.of].append(f"{one.kind} at {one.place}")
     for rocks, several in counts.items():
-        if len(several) > 1:
-            more = "" if len(field.stops) else ", or give the end points"
+        if len(several) > 1 and rocks != len(field.stops):
             yield (
                 f"the counts {', '.join(several)} are of {rocks} rocks each: if they are the same rocks, the counts "
-                f"depend on each other and intervals are too narrow; keep one of them{more}"
+                f"depend on each other and intervals are too narrow; keep one of them"
             )
 
 

@@ -86,7 +86,8 @@ class Slope:
     names : key paths of the unknowns; directions : along and across the slope; field : the observations
     rocks : number of rocks of each set
     error : m, measuring error of an end point; misfits : (M,) m, possible errors of the model
-    alike : (N, R) weight of each rock in the prediction for each observed block; None if all weights are equal
+    alike : (N, R) weight of each rock in the prediction for each observed block, with the rocks in the order of
+        `Flown.stops` (`_mixed_order`); None if all weights are equal
     """
 
     prepared: Prepared
@@ -138,7 +139,8 @@ def slope_of(scene: Scene) -> Slope:
     flight = prepared.flight
     precompile_flights(prepared.engine, flight.models, flight.materials, flight.settings)
     precompile_ground_below(prepared.engine)
-    return replace(slope, alike=_alike(field, releases))
+    weights = _alike(field, releases)
+    return replace(slope, alike=None if weights is None else weights[:, _mixed_order(rocks)])
 
 
 def rocks_a_set(scene: Scene, blocks: int) -> int:
@@ -157,7 +159,7 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
     prepared, field = slope.prepared, slope.field
     releases = releases_in_ranges(prepared, rocks_of_round(prepared.sources, slope.rocks, number))
     block = np.arange(slope.rocks) % max(len(field.stops), 1)
-    if field.masses is not None or field.shapes is not None:  # else each block falls from a few points only
+    if field.masses is not None or field.shapes is not None:  # so that no block falls from the same few points
         key = [prepared.scene.seed, DEALT + number]
         releases = taken(releases, np.random.Generator(np.random.Philox(key=key)).permutation(slope.rocks))
     if field.masses is not None:
@@ -269,8 +271,7 @@ def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> 
     Densities of values at gates do not depend on the misfit.
     """
     field, mixed = slope.field, _mixed_order(len(releases.x))
-    alike = None if slope.alike is None else slope.alike[:, mixed]
-    parts = [stop_densities(stops, field.stops, np.hypot(slope.error, slope.misfits), alike)]
+    parts = [stop_densities(stops, field.stops, np.hypot(slope.error, slope.misfits), slope.alike)]
     gates = {one.at: passages(batch, slope.directions, one.at, slope.prepared.engine) for one in field.values}
     for one in field.values:
         known = _of_values(one, gates[one.at], releases.mass, mixed)

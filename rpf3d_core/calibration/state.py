@@ -25,7 +25,7 @@ RESULTS = (
     "coverage.png",
 )  # fmt: skip
 """Names of the files that a calibration writes."""
-VERSION = 2
+VERSION = 3
 """Version of the kept files; it changes whenever the sampler or the densities change."""
 
 

@@ -19,13 +19,15 @@ A uniform posterior has a share of 0.05 there.
 MANY_LEFT = 0.02
 """Smallest share (-) of simulated rocks that left the terrain, or did not stop, for which a calibration warns."""
 NOISY = 1.5
-"""Noise of the log-likelihood (-) above which more rocks for each set help more than more sets."""
+"""Noise of the log-likelihood (-) above which more rocks for each set are the advice after more time."""
 SURELY = 2.0
-"""Number of standard errors by which a score must exceed the score of a curve to count as better."""
+"""Number of standard errors by which a score must exceed the score of a curve or of the book to count as better."""
 LITTLE = 0.1
 """Shrinkage (-) below which the data does not determine a parameter."""
 BY_CHANCE = 0.05
 """Probability (-) that correct 90 % intervals contain as few kept-out blocks, below which a calibration warns."""
+FEWEST_TO_CONDEMN = 8
+"""Number of scores from which a calibration may be called clearly worse; fewer differ too often by chance."""
 ASIDE = 3.0
 """Number of standard errors by which observed stops must lie to one side of the predicted stops for a warning."""
 JUDGED = 0.5
@@ -98,10 +100,10 @@ def _of_scores(found: Findings) -> list[str]:
             continue
         gain, doubt = _gain(found.held_out, other)
         if gain <= SURELY * doubt:
-            worse = gain < -SURELY * doubt
+            worse = gain < -SURELY * doubt and len(found.held_out.each) >= FEWEST_TO_CONDEMN
             than, so = ("clearly worse than", "do not use this calibration; check coordinates, sources and model")
             sentences.append(
-                f"the score of kept-out blocks ({found.held_out.mean:.2f}) is "
+                f"the score of kept-out observations ({found.held_out.mean:.2f}) is "
                 f"{than if worse else 'not clearly better than'} that of {name} ({other.mean:.2f}; difference "
                 f"{gain:+.2f} +- {doubt:.2f}): {so if worse else meaning}"
             )
@@ -112,12 +114,16 @@ def _of_sides(found: Findings) -> list[str]:
     """Return a sentence for each direction in which the kept-out blocks lie to one side of the predicted stops."""
     if found.rank is None:
         return []
-    error = math.sqrt(1.0 / 12.0 / len(found.rank))  # of the mean of uniform ranks
+    few = len(found.rank) < FEWEST_TO_CONDEMN
+    sd = np.maximum(found.rank.std(axis=0, ddof=0 if few else 1), math.sqrt(1.0 / 12.0))  # uniform ranks, or wider
+    limits = ASIDE * sd / math.sqrt(len(found.rank))
     return [
-        f"most kept-out blocks lie to one side of the predicted stops {axis} the slope (on average at "
-        f"percentile {100 * mean:.0f}): check the coordinates of end points and sources"
-        for axis, mean in zip(("along", "across"), found.rank.mean(axis=0).tolist(), strict=True)
-        if abs(mean - 0.5) > ASIDE * error
+        f"the kept-out blocks lie on average at percentile {100 * mean:.0f} of the predicted stops {axis} the slope, "
+        "not in the middle: check the coordinates of end points and sources, or choose another model"
+        for axis, mean, limit in zip(
+            ("along", "across"), found.rank.mean(axis=0).tolist(), limits.tolist(), strict=True
+        )
+        if abs(mean - 0.5) > limit and not few
     ]
 
 
@@ -139,8 +145,12 @@ def _of_coverage(found: Findings) -> list[str]:
 
 def _is_too_few(share: float, blocks: int) -> bool:
     """Return True if correct 90 % intervals rarely contain as small a share (-) of a number of blocks (binomial)."""
-    inside = round(share * blocks)
-    return sum(math.comb(blocks, k) * 0.9**k * 0.1 ** (blocks - k) for k in range(inside + 1)) < BY_CHANCE
+    inside, whole = round(share * blocks), math.lgamma(blocks + 1)
+    logs = (
+        whole - math.lgamma(k + 1) - math.lgamma(blocks - k + 1) + k * math.log(0.9) + (blocks - k) * math.log(0.1)
+        for k in range(inside + 1)
+    )
+    return math.fsum(map(math.exp, logs)) < BY_CHANCE
 
 
 def gain_of(found: Findings) -> tuple[float, float]:

@@ -4,7 +4,7 @@ import hashlib
 import os
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -59,13 +59,16 @@ def save_in_turn(loop: Any) -> None:
     same file. Later calls with one type would then run the code compiled for the other type.
     """
     files = getattr(getattr(loop, "_cache", None), "_cache_file", None)
-    if files is None or fcntl is None:
+    index = getattr(files, "_index_path", None)
+    if files is None or index is None or fcntl is None:
         return
-    flock, exclusive, save = fcntl.flock, fcntl.LOCK_EX, files.save
+    save = files.save
 
     def save_alone(key: Any, data: Any) -> None:
-        with Path(f"{files._index_path}.lock").open("w") as lock:
-            flock(lock, exclusive)
+        with ExitStack() as stack:
+            with suppress(OSError):  # some network folders have no locks, and another user may own the file
+                lock = stack.enter_context(Path(f"{index}.lock").open("a"))
+                fcntl.flock(lock, fcntl.LOCK_EX)
             save(key, data)
 
     files.save = save_alone

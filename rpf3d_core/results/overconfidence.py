@@ -87,10 +87,13 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 def _of_the_calibration(sample: Path) -> Iterator[str]:
     """Yield a sentence with the first warnings of the calibration that wrote a sample, from the file next to it."""
     try:
-        warnings = json.loads((sample.parent / "calibration.json").read_text(encoding="utf-8"))["warnings"]
-    except (OSError, ValueError, KeyError, TypeError):
+        found = json.loads((sample.parent / "calibration.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
         return  # a sample from elsewhere
-    if warnings:
+    warnings = found.get("warnings") if isinstance(found, dict) else None
+    if not isinstance(warnings, list):
+        yield "the warnings of the calibration of the sample are not known: its calibration.json does not list them"
+    elif warnings:
         more = f"; {len(warnings) - NAMED:,} more in report.md next to the sample" if len(warnings) > NAMED else ""
         yield f"the calibration of the sample warned: {'; '.join(map(str, warnings[:NAMED]))}{more}"
 

@@ -122,7 +122,7 @@ def test_masses_in_another_unit_are_named_with_those_of_the_scene(site: Path, tm
     out, data = tmp_path / "tonnes", STOPS.replace("stops", "tonnes")
     done = calibrated(site, out, STOPS + "calibration:\n", data + "calibration:\n  mass_column: tonnes\n")
     assert done.exit_code == 0, done.output
-    warned = "more than 0.5 kg, half of the scene's rocks more than 500 kg: check the unit of the masses"
+    warned = "observed blocks is 0.5 kg, that of the scene's rocks 500 kg: check the unit of the masses"
     assert warned in content(out)["verdict"]
     checked = CliRunner().invoke(app, ["check", str(site.with_name("tonnes.yaml"))])
     assert warned in " ".join(checked.output.split())
@@ -143,4 +143,11 @@ def test_counts_of_the_rocks_that_have_end_points(site: Path, tmp_path: Path) ->
     assert calibrated(site, out, "calibration:\n", AREA + "calibration:\n" + SHARE).exit_code == 0
     verdict = content(out)["verdict"]
     assert f"the counts of berm are of {BLOCKS} rocks, as many as there are end points" in verdict
-    assert f"the counts stopped berm, reached berm are of {BLOCKS} rocks each" in verdict
+    assert "keep one of them" not in verdict, "the advice is to leave them all out"
+
+
+def test_several_counts_of_the_same_rocks(site: Path, tmp_path: Path) -> None:
+    out = tmp_path / "several"
+    shares = SHARE.replace(f"of: {BLOCKS}", "of: 40")
+    assert calibrated(site, out, "calibration:\n", AREA + "calibration:\n" + shares).exit_code == 0
+    assert "the counts stopped at berm, reached at berm are of 40 rocks each" in content(out)["verdict"]

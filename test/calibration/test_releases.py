@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rpf3d_core.calibration.flying import releases_of_round
+from rpf3d_core.calibration.flying import _mixed_order, fly_set, releases_of_round, slope_of
 from rpf3d_core.calibration.observations import Field
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import Prepared, prepare
@@ -52,3 +52,27 @@ def test_each_observed_block_falls_from_many_points(tmp_path: Path, points: int,
     met = {(mass, y) for each in rounds for mass, y in zip(each.mass.tolist(), each.x[:, 1].tolist(), strict=True)}
     assert min(sum(mass == one for one, _ in met) for mass in masses.tolist()) >= min(points - 2, 15)
     assert all(np.array_equal(each.mass, rounds[0].mass) for each in rounds), "weights of rocks for blocks are kept"
+
+
+OBSERVED = """\
+observed: {points_file: stops.csv, along: [1, 0, 0]}
+calibration:
+  unknowns: {materials.default.normal_restitution: {min: 0.2, max: 0.5}}
+  mass_column: mass
+"""
+
+
+def test_weights_of_rocks_for_blocks_have_the_order_of_the_stops_of_a_flown_set(tmp_path: Path) -> None:
+    """Otherwise each block would be ranked among rocks of any mass."""
+    prepared_crest(tmp_path, 3)
+    stops = [f"5,{y},0,{mass}" for y, mass in ((1, 10), (2, 1000), (3, 100000))]
+    (tmp_path / "stops.csv").write_text("\n".join(["x,y,z,mass", *stops]) + "\n")
+    (tmp_path / "scene.yaml").write_text(SCENE + OBSERVED)
+    slope = slope_of(read_scene(tmp_path / "scene.yaml"))
+    releases = releases_of_round(slope, 0)
+    assert slope.alike is not None
+    flown = fly_set(slope, [0.3], releases)
+    masses = releases.mass[_mixed_order(slope.rocks)]
+    speeds = np.sqrt(2000.0 * flown.energy / masses)
+    assert speeds.max() < 2.0 * speeds.min(), "the energies, and so the stops, have this order"
+    assert np.array_equal(slope.alike.argmax(axis=0), np.searchsorted([10.0, 1000.0, 100000.0], masses))

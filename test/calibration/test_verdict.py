@@ -1,5 +1,7 @@
 """What a calibration warns of: scores, coverage, and observations to one side of all predictions."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rpf3d_core.calibration.findings import Findings
@@ -61,4 +63,22 @@ def test_coverage_that_the_misfit_does_not_mend_is_named() -> None:
 def test_end_points_of_another_grid_lie_to_one_side() -> None:
     rank = np.column_stack([np.linspace(0.1, 0.9, BLOCKS), np.linspace(0.7, 0.94, BLOCKS)])
     (sentence,) = warnings_of(found(rank=rank))
-    assert "one side of the predicted stops across the slope (on average at percentile 82)" in sentence
+    assert "on average at percentile 82 of the predicted stops across the slope" in sentence
+
+
+def test_ranks_that_pile_up_at_both_ends_are_not_called_one_sided() -> None:
+    """A model that spreads its rocks too little, with 16 of 25 stops on one side: chance, not coordinates."""
+    rank = np.column_stack([np.where(np.arange(BLOCKS) < 16, 0.99, 0.01)] * 2)
+    assert not any("percentile" in sentence for sentence in warnings_of(found(rank=rank)))
+
+
+def test_few_values_do_not_condemn_a_calibration() -> None:
+    few = replace(found(held_out=-9.7), held_out=Score(np.array([-9.7, -9.71])), curve=Score(np.array([-9.0, -9.0])))
+    assert not any("do not use" in sentence for sentence in warnings_of(few))
+
+
+def test_many_end_points_are_judged_as_well() -> None:
+    rank = np.column_stack([(np.arange(2000) + 0.5) / 2000] * 2)
+    assert not any("90 % intervals hold" in sentence for sentence in warnings_of(found(rank=rank)))
+    rank[:400, 0] = np.where(np.arange(400) % 2, 0.01, 0.99)
+    assert any("90 % intervals hold" in sentence for sentence in warnings_of(found(rank=rank)))

@@ -1,5 +1,6 @@
 """Two processes that store compiled code of one loop at the same time do not take each other's files."""
 
+import errno
 import threading
 import time
 from pathlib import Path
@@ -34,6 +35,19 @@ def test_code_for_two_types_that_is_stored_at_the_same_time_is_found_again(
     for writer in writers:
         writer.join()
     assert [files.load(f"type {n}") for n in range(3)] == [f"code {n}" for n in range(3)]
+
+
+def test_code_is_stored_also_where_there_are_no_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_lock(file: object, kind: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("fcntl.flock", no_lock)
+    compiled: Any = numba.njit(cache=True)(_same)
+    save_in_turn(compiled)
+    files = compiled._cache._cache_file
+    files.save("type", "code")
+    assert files.load("type") == "code"
 
 
 def test_every_loop_stores_its_code_in_turn(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -112,7 +112,7 @@ def test_what_the_page_says_first_is_what_its_figures_say() -> None:
     assert all(held(AUTHUME, model, "across") < 0.8 * 41 for model in POINTS_AND_SPHERES)
     low, high = RESULTS[AUTHUME]["field"]["side_sd_interval"]
     assert low < calibrated(AUTHUME, SHAPES)["side_sd"] < high, "as the blocks do"
-    assert held(AUTHUME, SHAPES, "along") >= 36 and held(TSCHAMUT, SHAPES, "along") < 15, "less well at Tschamut"
+    assert held(AUTHUME, SHAPES, "along") >= 36 and held(TSCHAMUT, SHAPES, "along") >= 15, "nine tenths but for chance"
     for site in SITES:
         for model in MODELS:
             shares = [fit(site, model)["kept_out"]["with_misfit"][way] for way in ("along", "across")]
