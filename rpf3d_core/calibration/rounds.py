@@ -187,10 +187,12 @@ def _fly_round(
     slope: Slope, priors: list[Distribution], z: FloatArray, number: int, state: Path, control: Control,
     tell: Callable[[int], None],
 ) -> list[Flown]:  # fmt: skip
-    """Fly the sets z (S, U) of a round that are not on disk yet, and return all flown sets of the round.
+    """Fly the parameter sets of a round that are not on disk yet, and return all flown sets of the round, in order.
 
     The result has fewer than S sets if the time was too short or the user interrupted.
-    number : number of the round, from 0; state : folder of the flown sets; tell : called with the number of flown sets
+    priors : of the U unknowns; z : (S, U) unknowns of each set as standard normal numbers (`normal_space`)
+    number : number of the round, from 0; state : folder of the flown sets
+    tell : called with the number of flown sets of this round, including sets from disk
     """
     kept, part = read_round(state, number, z.shape[1])
     done, unsaved, saved = list(kept.flown), list[Flown](), time.monotonic()

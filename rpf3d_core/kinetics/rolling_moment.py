@@ -132,9 +132,11 @@ def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
 
 @kernel
 def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> float:
-    """Return the error of a trial value of the length L, (5/2 + y) |p| - L: positive if the value is too small.
+    """Return (5/2 + y) |p| - L (m/s) for a trial value of L, with the symbols at the top of this file.
 
-    u, q, friction, moment : as in `_slipping`; c : slip before the impact (3,) m/s; length : the trial value
+    The result is positive if the value is too small, and 0 for the solution.
+    u, friction, moment : as in `impulses_of`; q : (3,) m/s, 2/5 of the surface velocity due to spin
+    c : (3,) m/s, slip before the impact; length : trial value of L (m/s)
     """
     left, share = _spin_left(u, q, friction, length), length - 2.5 * friction
     size = norm(left)

@@ -1,6 +1,7 @@
 """Ground model of rolling by STONE's rule: a constant deceleration, and a stop by speed alone.
 
-dv/dt = g_t - g sin(atan(mu_r)) v / |v|: neither Coulomb's k = mu g cos(b) nor Azzoni's (physics reference 0.9, 2.1).
+dv/dt = g_t - k v / |v|, with k = g sin(atan(mu_r)) on every slope; g_t is gravity along the ground. Coulomb's rule has
+k = mu g cos(b) on a slope of angle b. Azzoni's rule (`rolling.py`) has 5/7 g_t, and k = 5/7 mu_r g cos(b).
 
 Source: Guzzetti et al. 2002, Comput. Geosci. 28:1079-1093, as implemented in r.stone (physics reference 2.1).
 """

@@ -36,9 +36,10 @@ def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock:
 def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     """Return a `Rest` without further bounces: they would never end, because R_n tends to 1 for small bounces.
 
-    1 / v_k = 1 / v_0 + k / v_half, so the times of all bounces have no finite sum. A rise of 1 mm is reached after
-    about v_half / (0.14 m/s) bounces. The bounces that are left out have a finite length. Let T_0, v_0 and u_0 be the
-    time of the first bounce left out, the speed at its start and its speed along the ground. Then the length is at most
+    Bounce k starts with the speed v_k off the ground (m/s): 1 / v_k = 1 / v_0 + k / v_half. So the times of all bounces
+    have no finite sum. A rise of 1 mm is reached after about v_half / (0.14 m/s) bounces. If R_t < 1, the bounces that
+    are left out have a finite length. The first of these bounces takes the time T_0, and starts with v_0 off the ground
+    and u_0 along the ground. g_n and g_t are gravity normal to the ground and along the ground. The length is at most
     u_0 T_0 / (1 - R_t) along u_0, and g_t (1/2 + R_t / (1 - R_t)) (T_0^2 + 4 v_half v_0 / g_n^2) down the slope.
     """
     return at_once(motion, n)
