@@ -289,7 +289,7 @@ def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
         (SLOPE + ABOVE + "rock: {density: 2.7, diameter: 1}\n", "`rock.density` is 2.7 kg/m3; is it in t/m3?"),
         (friction + ABOVE + "ground: sliding\n", "`materials.rock.friction_angle_deg` is 0.6 degrees; is it in"),
         (SLOPE + ABOVE + "target: {half_width: 0.1}\n", "`target` has no effect, for `rocks` is not auto"),
-        (SLOPE + ABOVE.replace("rocks: 4", "rocks: 1"), "source 'above' uses 1 of its 2 points, for it has no"),
+        (SLOPE + ABOVE.replace("rocks: 4", "rocks: 1"), "source 'above' uses 1 of its 2 points, because it has no"),
     ):
         sentences = [sentence for sentence in checked(folder, text).warnings if "pilot" not in sentence]
         assert len(sentences) == 1 and sentences[0].startswith(told), sentences
