@@ -61,7 +61,7 @@ def _of_counts(field: Field) -> Iterator[str]:
         if len(several) > 1 and rocks != len(field.stops):
             yield (
                 f"the counts {', '.join(several)} are of {rocks} rocks each: if they are the same rocks, the counts "
-                f"depend on each other and intervals are too narrow; keep one of them"
+                "depend on each other and intervals are too narrow; keep one of them"
             )
 
 

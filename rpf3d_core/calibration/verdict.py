@@ -8,6 +8,7 @@ import numpy as np
 from rpf3d_core.calibration.findings import Estimate, Findings
 from rpf3d_core.calibration.folds import Score
 from rpf3d_core.calibration.sampling import FLOOR, MOST_ROUNDS
+from rpf3d_core.ensemble.two_shares import log_choose
 
 STRONG = 0.8
 """Correlation (-) of two parameters at which, or above which, only a combination of them is determined."""
@@ -90,40 +91,48 @@ def _of_predictions(found: Findings) -> list[str]:
 
 def _of_scores(found: Findings) -> list[str]:
     """Return sentences if the calibration predicts kept-out blocks not clearly better than a curve or the book does."""
-    sentences = []
-    for other, name, meaning in (
-        (found.curve, "a normal curve without physics",
-         "the end points do not show that the physics adds anything here"),
-        (found.book, "the book values", "the observations do not show that the calibration adds anything here"),
-    ):  # fmt: skip
-        if found.held_out is None or other is None:
-            continue
-        gain, doubt = _gain(found.held_out, other)
-        if gain <= SURELY * doubt:
-            worse = gain < -SURELY * doubt and len(found.held_out.each) >= FEWEST_TO_CONDEMN
-            than, so = ("clearly worse than", "do not use this calibration; check coordinates, sources and model")
-            sentences.append(
-                f"the score of kept-out observations ({found.held_out.mean:.2f}) is "
-                f"{than if worse else 'not clearly better than'} that of {name} ({other.mean:.2f}; difference "
-                f"{gain:+.2f} +- {doubt:.2f}): {so if worse else meaning}"
-            )
-    return sentences
+    compared = (
+        (found.curve, "a normal curve without physics", "the end points do not show that the physics adds"),
+        (found.book, "the book values", "the observations do not show that the calibration adds"),
+    )
+    return [
+        _of_score(found.held_out, other, name, f"{shown} anything here")
+        for other, name, shown in compared
+        if found.held_out is not None and other is not None and not _is_clearly_better(found.held_out, other)
+    ]
+
+
+def _is_clearly_better(score: Score, other: Score) -> bool:
+    """Return True if a score exceeds another score by more than chance."""
+    gain, doubt = _gain(score, other)
+    return gain > SURELY * doubt
+
+
+def _of_score(score: Score, other: Score, name: str, meaning: str) -> str:
+    """Return a sentence on a score that is not clearly better than another score, or clearly worse.
+
+    name : of the other prediction; meaning : what follows if the score is not clearly worse
+    """
+    gain, doubt = _gain(score, other)
+    rating = "not clearly better than"
+    if _is_clearly_better(other, score) and len(score.each) >= FEWEST_TO_CONDEMN:
+        rating, meaning = "clearly worse than", "do not use this calibration; check coordinates, sources and model"
+    return (f"the score of kept-out observations ({score.mean:.2f}) is {rating} that of {name} ({other.mean:.2f}; "
+            f"difference {gain:+.2f} +- {doubt:.2f}): {meaning}")  # fmt: skip
 
 
 def _of_sides(found: Findings) -> list[str]:
     """Return a sentence for each direction in which the kept-out blocks lie to one side of the predicted stops."""
-    if found.rank is None:
+    if found.rank is None or len(found.rank) < FEWEST_TO_CONDEMN:
         return []
-    few = len(found.rank) < FEWEST_TO_CONDEMN
-    sd = np.maximum(found.rank.std(axis=0, ddof=0 if few else 1), math.sqrt(1.0 / 12.0))  # uniform ranks, or wider
+    sd = np.maximum(found.rank.std(axis=0, ddof=1), math.sqrt(1.0 / 12.0))  # of uniform ranks, or wider
     limits = ASIDE * sd / math.sqrt(len(found.rank))
+    sides = zip(("along", "across"), found.rank.mean(axis=0).tolist(), limits.tolist(), strict=True)
     return [
         f"the kept-out blocks lie on average at percentile {100 * mean:.0f} of the predicted stops {axis} the slope, "
         "not in the middle: check the coordinates of end points and sources, or choose another model"
-        for axis, mean, limit in zip(
-            ("along", "across"), found.rank.mean(axis=0).tolist(), limits.tolist(), strict=True
-        )
-        if abs(mean - 0.5) > limit and not few
+        for axis, mean, limit in sides
+        if abs(mean - 0.5) > limit
     ]
 
 
@@ -145,11 +154,8 @@ def _of_coverage(found: Findings) -> list[str]:
 
 def _is_too_few(share: float, blocks: int) -> bool:
     """Return True if correct 90 % intervals rarely contain as small a share (-) of a number of blocks (binomial)."""
-    inside, whole = round(share * blocks), math.lgamma(blocks + 1)
-    logs = (
-        whole - math.lgamma(k + 1) - math.lgamma(blocks - k + 1) + k * math.log(0.9) + (blocks - k) * math.log(0.1)
-        for k in range(inside + 1)
-    )
+    inside = range(round(share * blocks) + 1)
+    logs = (log_choose(blocks, k) + k * math.log(0.9) + (blocks - k) * math.log(0.1) for k in inside)
     return math.fsum(map(math.exp, logs)) < BY_CHANCE
 
 

@@ -73,10 +73,11 @@ def _chance(a: int, n_a: int, b: int, n_b: int) -> float:
 
     This is the hypergeometric distribution.
     """
-    return math.exp(_log_choose(n_a, a) + _log_choose(n_b, b) - _log_choose(n_a + n_b, a + b))
+    return math.exp(log_choose(n_a, a) + log_choose(n_b, b) - log_choose(n_a + n_b, a + b))
 
 
-def _log_choose(n: int, k: int) -> float:
+def log_choose(n: int, k: int) -> float:
+    """Return the logarithm of the number of ways to choose k of n things."""
     return math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1)
 
 
