@@ -29,12 +29,6 @@ ROCKS = 2000
 SOURCES = 12
 SPREAD_X, SPREAD_V = 0.3, 0.2
 """Half-widths (m, m/s) of the node's spread of rocks; the spread in plan is too small to affect the levels."""
-CERTAIN = 0.7
-"""Factor on the lower end of a share's interval (-).
-
-The node's share differs a little, because the node flies other rocks from slightly other positions, and because whole
-terrains have a raised vertex. Patches do not change the share (`PATCHED`).
-"""
 PLACES = {
     "crest of the wall": (-606.0, -60.0, 60.0),
     "bench above the ramp": (-552.0, -60.0, 20.0),
@@ -78,15 +72,15 @@ def places_of(place: str) -> Any:
 def demanded(place: str, folder: Path) -> Level:
     """Return the alert level that rocks from a place surely demand, from a run without the node.
 
-    It is the level at CERTAIN times the lower end of the interval of the share of rocks that reach the ramp.
+    It is the level of the share of rocks that reach the ramp, without the upper end of its interval, which would demand
+    more. Patches do not change the share (`PATCHED`).
     """
     scene, spread = read_scene(SCENE), (SPREAD_V, SPREAD_V, SPREAD_V)
     changed = {"line": None, "points": tuple(map(tuple, places_of(place).tolist())), "rocks": ROCKS,
                "velocity": (SPEED, 0.0, 0.0), "velocity_spread": spread}  # fmt: skip
     source = scene.sources[0].model_copy(update=changed)
     run = run_scene(scene.model_copy(update={"sources": (source,)}), folder / "demanded")
-    sure = [(area, CERTAIN * area.low) for area in areas_of(run.maps)]
-    areas = tuple(area._replace(reached=int(share * area.flown), high=share) for area, share in sure)
+    areas = tuple(area._replace(high=area.reached / area.flown) for area in areas_of(run.maps))
     thresholds = read_site(SITE)
     evidence = Evidence(1, 0, 0, 0, 0, "", "", 1, scene.seed, "", areas)
     return decide(None, evidence, thresholds, 0).evident
