@@ -16,12 +16,12 @@ MOST_ROCKS = 10_000_000
 
 
 def check_target(target: float) -> None:
-    """Raise an error for a target (-) that no setting can meet: the sum of the three errors is between 0 and 1.
+    """Raise an error if a target (-) for the total error of a setting is not a number above 0 and below 1.
 
     Raises
     ------
     InputError
-        The target is not between 0 and 1.
+        The target is 0 or less, 1 or more, or NaN.
     """
     if not 0.0 < target < 1.0:
         raise InputError(f"the accuracy is {target:g}; it must be a number above 0 and below 1, an error of the map")
@@ -52,8 +52,8 @@ def errors_of_scene(prices: PriceList) -> dict[str, float]:
     """Return the errors (-) of a scene as it is now, by name: numerical, geometric, statistical and parametric.
 
     The geometric error is the error of a terrain with half of the triangles. The error of the survey itself is unknown,
-    and this error is the nearest value that can be measured. A scene without unknowns has no parametric error here,
-    because its size is not known.
+    and this error is the nearest value that can be measured. For a scene without unknowns, the result has no key
+    `parametric`: the parametric error cannot be measured.
     """
     halves = [line.error for line in prices.geometric if line.setting["part"] == 2]
     return {

@@ -97,7 +97,7 @@ def _own_steps(scene: Scene) -> Steps | None:
 
 
 def _own_method(prepared: Prepared, scene: Scene) -> Mapping[str, Any]:
-    """Return the method of the scene as the key of its line in the price list."""
+    """Return the scene's method as names and values (`Priced.setting`), to find its line in the price list."""
     if scene.rock.is_body:
         return contact_setting(prepared.flight.models.rebound.accuracy)
     own = _own_steps(scene)
@@ -107,11 +107,12 @@ def _own_method(prepared: Prepared, scene: Scene) -> Mapping[str, Any]:
 def _in_contact(
     prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
 ) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
-    """Return a line of the price list for each accuracy of the contact model of rocks with a shape.
+    """Return the lines of the price list for rocks with a shape, one for each accuracy of contact; and an empty list.
 
-    The second result, errors of single impacts, is empty: a comparison with 50 digits would need the steps in contact.
+    The empty list stands for the rounding errors of single impacts (`_numerical`): they are not measured, because a
+    comparison with 50 digits would have to repeat all steps in contact.
 
-    sampled : the samples with their numbers of rocks; tell : reports the progress
+    sampled : statistical errors, which state how much of a difference is chance; tell : receives progress texts
     """
     tell("numerical: the finest accuracy of contact")
     lines = []

@@ -45,7 +45,7 @@ class OverSets(NamedTuple):
 
 
 def over_sets(prepared: Prepared) -> OverSets | None:
-    """Return the parametric error of a scene; None if it has no unknowns, because the error is then unknown."""
+    """Return the parametric error of a scene; None if the scene has no unknowns, because nothing can be measured."""
     if not prepared.scene.has_unknowns:
         return None
     sets = sets_of_scene(prepared.scene)
@@ -68,8 +68,8 @@ def _flown(prepared: Prepared, values: dict[str, float], rocks: int, lot: int) -
 def compared(pairs: Sequence[tuple[FlownSample, FlownSample]]) -> OverSets:
     """Return the parametric error from two lots of rocks of each parameter set.
 
-    Two lots of one set differ by chance alone. Two lots of different sets differ by as much chance, and also because
-    the sets differ.
+    Two lots of one set differ by chance alone. Two lots of different sets differ by chance, equally strongly, and also
+    because the values of the unknowns differ.
     pairs : the two lots of each set
     """
     crossed = [(pairs[i][0], pairs[j][1]) for i in range(len(pairs)) for j in range(len(pairs)) if i != j]

@@ -99,7 +99,7 @@ def priced_events(error: float, seconds_per_1000: float) -> Priced:
 
 
 def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
-    """Return a fixed-step setting as names and values, the key of its line in the price list."""
+    """Return a fixed-step setting as names and values (`Priced.setting`), which identify its line in the price list."""
     return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
 
 
@@ -125,7 +125,7 @@ def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
 
 
 def contact_setting(accuracy: float) -> dict[str, Any]:
-    """Return an accuracy (m) of the contact of rocks with a shape as the key of its line in the price list."""
+    """Return an accuracy of contact (m) of rocks with a shape as names and values (`Priced.setting`)."""
     return {"method": "contact", "accuracy": accuracy}
 
 

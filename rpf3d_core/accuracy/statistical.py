@@ -153,11 +153,12 @@ def floor_of(rocks: int, sampled: list[Sampled]) -> float:
 def beyond_chance(distance: float, chance: float) -> float:
     """Return the part (-) of a distance of two maps that chance does not explain, 0 if chance explains all of it.
 
-    The squares of the two effects add up: the effect of two settings (or grounds), and the effect of chance. Chance
-    plays a part even if both settings fly the same rocks, if their shape makes the paths chaotic: with another accuracy
-    a rock soon takes another path, and the maps differ as much as maps of other rocks.
+    The distance has two causes: chance, and the difference of the settings (or grounds). The squares of both effects
+    add up. Chance has an effect even if both settings fly the same rocks: the paths of rocks with a shape are chaotic.
+    With another accuracy, such a rock soon takes another path, and the two maps differ as much as maps of different
+    rocks.
 
-    distance : between the maps of two settings
-    chance : between two maps of one setting, for other rocks, but as many
+    distance : (-), between the maps of two settings
+    chance : (-), distance between two maps of one setting, from two groups of different rocks of equal number
     """
     return math.sqrt(max(distance * distance - chance * chance, 0.0))

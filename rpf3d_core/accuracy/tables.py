@@ -110,7 +110,7 @@ def number(value: float | None) -> str:
 
 
 def findings(prices: PriceList, target: float) -> list[str]:
-    """Return the conclusions from a price list as sentences: rounding error, the errors, cheapest setting.
+    """Return the conclusions from a price list as sentences, such as on the largest error and the cheapest setting.
 
     target : largest total error (-)
     """
@@ -134,9 +134,11 @@ def findings(prices: PriceList, target: float) -> list[str]:
 
 
 def _unbought(prices: PriceList, target: float) -> list[str]:
-    """Return a sentence if more rocks cannot meet the target, because the parametric error is above it or unknown.
+    """Return a sentence if the parametric error is unknown, or so large that no number of rocks meets the target.
 
-    The list is empty otherwise. target : largest total error (-)
+    The list is empty otherwise.
+
+    target : largest total error (-)
     """
     if not prices.parametric:
         return ["parametric error: not known, because the scene gives every value of the ground as known; give ranges "
@@ -200,7 +202,7 @@ def ordinal(number: int) -> str:
 
 
 def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
-    """Return the tables of a price list, each as header and rows; without unknowns their table is left out."""
+    """Return the tables of a price list, each as header and rows; a scene without unknowns has no table of unknowns."""
     unknowns = [(PARAMETRIC_HEADER, parametric_rows(prices))] if prices.parametric else []
     return [
         (NUMERICAL_HEADER, numerical_rows(prices)),

@@ -83,7 +83,7 @@ def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
 def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
     """True if an area gets a higher alert level from the new answer than from the answer of the previous decision.
 
-    For an area that has moved, any level above normal is higher, because no decision was made for its new place.
+    For an area that has moved, every level above normal counts as higher: no decision was made for its new place.
 
     worst : for each area, by name, the new answer's finding with the highest level
     """
@@ -98,9 +98,10 @@ def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
 def undecided(
     previous: Alert | None, worst: Mapping[str, LimitFinding], thresholds: Thresholds, now_ns: int
 ) -> list[str]:
-    """Return the areas of an answer with too few rocks for which the previous decision cannot be kept either.
+    """Return the names of the areas on which no decision is possible if too few rocks of the new answer have flown.
 
-    The previous decision does not contain the area, or it judged the area for a place that the area left too long ago.
+    For all other areas, the previous decision is kept. It cannot be kept for an area that it does not contain, or that
+    it judged for a place that the area left too long ago.
 
     worst : for each area, by name, the answer's finding with the highest level; now_ns : time of the new decision (ns)
     """
@@ -115,8 +116,8 @@ def undecided(
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
     """Return the held level of each area in the previous decision, by name, and the held level for all other areas.
 
-    A decision in the log of an older version contains no areas. Then the held level of the site counts for every area.
-    The names are those of the areas that raised the held level, taken from the sentences in `held_by`.
+    A decision in the log of an older version contains no areas. Then the held level of the site counts for every area,
+    and the names in the result are those of the areas that raised this level, from the sentences in `held_by`.
     """
     if previous is None:
         return {}, Level.NORMAL

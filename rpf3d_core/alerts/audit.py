@@ -274,7 +274,7 @@ def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Return (name, level before, level after) of each area whose level changed otherwise than the site's level.
+    """Return (name, level before, level after) of each area whose level changed, but not as the site's level did.
 
     The level before is NORMAL for an area that the previous decision does not contain. The list is empty if there is no
     previous decision, or if the previous decision contains no areas.

@@ -129,7 +129,8 @@ def _too_small(
 ) -> tuple[str, ...]:
     """Return why an answer with too few rocks is a fault, as sentences; empty if the answer is no fault.
 
-    The answer is a fault if no previous decision is valid, or for each area that the previous decision does not cover.
+    Without a valid previous decision, the whole answer is a fault: one sentence. With a valid previous decision, there
+    is a sentence for each area on which this decision cannot be kept (`undecided`).
 
     worst : for each area, by name, the answer's finding with the highest level
     """

@@ -87,7 +87,10 @@ class AreaEvidence(NamedTuple):
 
 
 class Outdated(NamedTuple):
-    """An area that a part of the evidence does not show at its present place, and the time (ns) of its move."""
+    """An area that has moved, and is not yet at its new place in all parts of the evidence; with the time of the move.
+
+    since_ns : time (ns) at which the area moved; a part of the evidence is the answer to the sources of one wall
+    """
 
     name: str
     since_ns: int
@@ -103,7 +106,7 @@ class Evidence(NamedTuple):
     areas : if several answers are combined, an area may occur once for each answer: the highest level counts
     faults : sentences from the program that made the evidence, each a reason not to believe the evidence
     unfinished : number of rocks whose flight was cut off (`unfinished_of`)
-    outdated : areas whose present place is not in the answers to all sources
+    outdated : areas that have moved and are not yet at their new place in the answers to all sources
     notes : sentences that the reader of the alert must know, but that are no reason not to believe the evidence
     """
 

@@ -153,8 +153,8 @@ def _end_faults(area: AreaEvidence) -> Iterator[str]:
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:
     """Yield a fault if too much of an area has no terrain, or if rocks that left the terrain may have reached the area.
 
-    The rocks that left are a fault if there are too many of them, or if the area would have a higher level had they
-    reached the area. An impossible number is a fault, too.
+    The rocks that left are a fault if their share is too large, or if the area would have a higher level with these
+    rocks counted as rocks that reached the area. An impossible number is also a fault.
     """
     terms = thresholds.evidence
     if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):

@@ -65,7 +65,7 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 
 
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
-    """Return the level of an area if all rocks that left the terrain had reached the area; None if no rock left.
+    """Return the level of an area as if all rocks that left the terrain had reached the area; None if no rock left.
 
     Only the share of rocks counts here, because the energy of a rock that left is unknown. Without `left_high`, all
     rocks that left are counted in one parameter set, the worst case.
@@ -160,9 +160,9 @@ def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Ite
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
     """True if the share of rocks that reached an area is at or above a limit of the site.
 
-    If the site says `upper_end`, the upper end of the interval of the share is compared too. A small answer is judged
-    by the share alone. If no rock of 64 reaches the area, the interval still extends to 5.7 %: this figure is due to
-    the small number of rocks and not to the slope.
+    If the site file has `reach_probability_is: upper_end`, the limit is also compared with the upper end of the share's
+    interval. For a small answer (`is_small`), only the share is compared: if 0 of 64 rocks reach the area, the upper
+    end is 5.7 % because of the small number of rocks, and not because of the slope.
     """
     upper = terms.reach_probability_is == "upper_end" and not is_small(area, terms)
     return _share_of(area) >= limit or (upper and upper_end(area, terms) >= limit)
@@ -183,7 +183,7 @@ def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return words for a reason: which interval the upper end belongs to; "" for a scene without unknowns."""
+    """Return the words of a reason that state which interval was used for the upper end; "" without unknowns."""
     if area.sets == 0:
         return ""
     if _is_predictive(area, terms):
