@@ -55,7 +55,8 @@ def reach_time(height: float, rate: float, fall: float) -> float:
 def set_arms(arms: Any, corners: Any, first: int, last: int, size: float) -> None:
     """Write the corners of a body and their distances from the centre of mass into the first columns of `arms`.
 
-    arms : (4, N) receives x, y, z and the distance, m; a row for each, so that compiled code reads several at a time
+    arms : (4, N) m, receives the rows x, y, z and distance, with a column for each corner; in this order of memory,
+        compiled code reads several corners at a time
     corners : (N, 3); the rows `first` to `last` - 1 times `size` (m) are the body's corners, in the body's axes
     """
     for i in range(last - first):

@@ -75,7 +75,8 @@ def first_kind(s: float, c2: float, m: float, m1: float) -> float:
 def jacobi(u: float, m: float) -> Vec:
     """Return Jacobi's functions (sn, cn, dn)(u | m) for 0 <= m < 1, by descending Landen steps.
 
-    The steps are not stored: c(n) / 2 = sqrt(a(n + 1) c(n + 1)) leads back from the last mean to the first mean.
+    Step n has the arithmetic mean a(n) and the difference c(n). The steps are not stored: a(n) = a(n + 1) + c(n + 1)
+    and c(n) / 2 = sqrt(a(n + 1) c(n + 1)) lead back from the last step to the first step.
     """
     a, b, c, steps, scale = 1.0, math.sqrt(1.0 - m), math.sqrt(m), 0, 1.0
     while c > EQUAL * a and steps < MOST_MEANS:

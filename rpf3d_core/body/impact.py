@@ -79,8 +79,9 @@ def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
     the contacts that still approach are then solved one by one. If the sweeps diverge, as they can for a body that
     friction wedges, their result is not used: the contacts are solved one by one from the start.
 
-    The largest allowed speed is the body's speed before, plus GAINED times the largest goal velocity of a contact.
-    Sweeps whose result is faster count as diverging; a faster result of the single contacts is scaled down.
+    The largest allowed speed is the speed of the given `velocity`, plus GAINED times the largest goal velocity of a
+    contact. Sweeps whose result is faster count as diverging; a faster result of the single contacts is scaled down.
+    Here, a speed is that of `_size`: it includes the spin.
     """
     after = inelastic(points, rows, count, moments, velocity, within)
     fastest_allowed = _size(velocity, moments) + GAINED * _largest_goal(rows, count)
@@ -98,7 +99,7 @@ def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
 
 @kernel
 def _size(velocity: Velocity, moments: Vec) -> float:
-    """Return the speed (m/s) of a body's centre that has the same kinetic energy as its whole motion."""
+    """Return the speed (m/s) at which a body without spin has the same kinetic energy as this motion."""
     return math.sqrt(2.0 * kinetic(velocity, moments))
 
 
@@ -136,7 +137,8 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
 def impact(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, slow: float) -> Velocity:
     """Return the velocity of a body after an impact at all its contacts at once; the body never gains energy.
 
-    points, rows, count, moments : as in `inelastic`; the impulses in `points` are not those of the whole impact
+    points, rows, count, moments : as in `inelastic`; the impulses that are left in `points` must not be used: they are
+        those of the last call of `inelastic`, and not those of the whole impact
     slow : approach speed (m/s) below which an impact is inelastic, so that a body can stop
     """
     speed = norm(velocity.v) + norm(velocity.w) * size_of(moments)

@@ -1,4 +1,4 @@
-"""Warnings about observations of a calibration that determine less than it seems."""
+"""Warnings about the observations of a calibration, if they determine the unknowns less well than it seems."""
 
 from collections.abc import Iterator
 
@@ -34,7 +34,8 @@ def _of_place(slope: Slope) -> Iterator[str]:
 def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
     """Yield sentences on values at gates, and on gates where no simulated rock fits the observations.
 
-    Values at gates have no error of the model, so intervals are too narrow where the model is poor.
+    Values at gates are compared without the error of the model (the misfit), so intervals are too narrow if the model
+    is poor.
     """
     gates = sorted({one.gate for one in slope.field.values})
     if gates:
@@ -48,15 +49,19 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
     """Return name and distance (m) of the gates whose observations have a density of 0 under every set.
 
-    Counts of passed rocks are compared without an error of the model: the error would let rocks pass that stopped
-    before the gate.
+    The densities are those of the smallest misfit, 0: with a larger misfit, a simulated rock that stopped before the
+    gate would count as a rock that may have passed.
     """
     most = np.max([one.densities[:, 0].max(axis=0) for one in flown], axis=0)
     return {(name, at) for name, at, column in _gate_columns(slope.field) if not most[column].any()}
 
 
 def _gate_columns(field: Field) -> Iterator[tuple[str, float, slice]]:
-    """Yield name and distance (m) of each gate, with the columns of `Flown.densities` that only passing rocks fill."""
+    """Yield name and distance (m) of each gate, and the columns of `Flown.densities` that belong to it.
+
+    A density in these columns is above 0 only if a simulated rock passed the gate: the values observed at the gate, and
+    the count of passed rocks. The column for the rocks that did not pass is left out.
+    """
     column = len(field.stops)
     for values in field.values:
         yield values.gate, values.at, slice(column, column + len(values.observed))

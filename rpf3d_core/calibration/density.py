@@ -55,8 +55,8 @@ def misfits_of(observed: FloatArray) -> FloatArray:
 class Stops(NamedTuple):
     """The places where the R rocks of a parameter set stopped.
 
-    place : (R, 2) m, along and across the direction of comparison; deposited : (R,) False for rocks that left the
-    terrain or did not stop
+    place : (R, 2) m, distances along and across the slope
+    deposited : (R,) False for rocks that left the terrain or did not stop
     """
 
     place: FloatArray

@@ -1,4 +1,4 @@
-"""Warnings about observations that need no flight, for `rpf3d check` and for a calibration."""
+"""The warnings about observations that need no simulated rocks, for `rpf3d check` and for a calibration."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ def field_warnings(prepared: Prepared, field: Field) -> tuple[str, ...]:
 
 
 def _of_number(stops: int) -> Iterator[str]:
-    """Yield a sentence if the number of observed stops is too small for the misfit, or for reliable intervals."""
+    """Yield a sentence if the observed stops are too few to estimate the misfit, or to judge the intervals."""
     if stops < LEAST_STOPS:
         yield (f"the error of the model (misfit) is unknown, because it needs {LEAST_STOPS} end points or more and the "
                f"scene has {stops}: the model counts as exact, so all intervals are too narrow")  # fmt: skip

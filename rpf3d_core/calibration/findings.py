@@ -61,8 +61,9 @@ class Findings:
     book : score under the book values, None without book values
     curve : score under a normal curve without physics, None without end points
         All four scores are None if there are too few observations to keep any out.
-    rank : (N, 2) predicted probability of a stop nearer than each observed stop, along and across. Each prediction is
-        made without this stop, and with the measuring error alone, as a run shows its stops. None without stops
+    rank : (N, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
+        Each prediction is made without this observed stop, and with the measuring error alone: the stops of a run do
+        not include the misfit either. None without stops
     whole_rank : (N, 2) as `rank`, but with the misfit added to the measuring error; None without stops
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
@@ -138,9 +139,10 @@ def _columns(slope: Slope) -> int:
 
 
 def _counts_beside(slope: Slope) -> IntArray:
-    """Return the numbers (K,) of the observations that are counts of rocks; (0,) if no end points are observed.
+    """Return the numbers (K,) of the observations that are counts of rocks; an empty array without end points.
 
-    Only with end points are counts left out of folds, because the counts may be of the same rocks."""
+    If there are end points, no fold uses these counts, because a count may include rocks whose end points are kept out.
+    """
     first = len(slope.field.stops) + sum(len(one.observed) for one in slope.field.values)
     counts = 2 * len(slope.field.counted) if len(slope.field.stops) else 0  # rocks that did it, and rocks that did not
     return np.arange(first, first + counts)

@@ -132,7 +132,7 @@ class _Paths(NamedTuple):
 
 
 def _paths_of(batch: Batch) -> _Paths:
-    """Return the recorded paths of all rocks; each path has its end twice, for rocks without a recorded event."""
+    """Return the recorded paths of all rocks; the end is stored twice: a rock without an event also has two points."""
     ends = np.arange(len(batch.rows))
     rows = np.concatenate([np.repeat(ends, np.diff(batch.first[:, 1])), ends, ends])
     order = np.argsort(rows, kind="stable")

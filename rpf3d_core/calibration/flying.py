@@ -153,7 +153,8 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
     """Return the releases that all sets of a round share; each round has other rocks, evenly spread over all sources.
 
     If the masses or shapes of the observed blocks are known, they replace the masses or shapes of the simulated rocks:
-    one block for each release, and again from the first block. Each round assigns the blocks in another random order.
+    the releases receive the blocks in turn, and after the last block the first block again. In each round, the order of
+    the releases is random.
     number : number of the round, from 0
     """
     prepared, field = slope.prepared, slope.field

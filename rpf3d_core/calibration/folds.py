@@ -68,8 +68,9 @@ def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float
 def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: float) -> Score:
     """Return the log score of a normal curve fitted to the other folds: a prediction without any physics.
 
-    The curve follows the rules of the calibration. Mean and variance of the curve are unknown, like the parameters of a
-    scene, so the prediction is Student's t distribution. A share ASTRAY of the observations may come from anywhere.
+    The curve is scored by the rules for a calibration, so that both scores can be compared. Mean and variance of the
+    curve are not known, like the unknowns of a scene, so the prediction is Student's t distribution. A share ASTRAY of
+    the observations may come from anywhere.
 
     observed : (N, D), each axis with its own mean and standard deviation; axes are independent
     error : measuring error, the smallest standard deviation that a curve can have (LEAST_KERNEL if the error is less)
@@ -97,7 +98,9 @@ def _student_density(x: FloatArray, sample: FloatArray, least: float) -> FloatAr
 def ranks(
     stops: list[Stops], weights: FloatArray, observed: FloatArray, errors: FloatArray, alike: FloatArray | None = None
 ) -> FloatArray:
-    """Return the predicted probability (N, 2) of a stop nearer than each observed stop (N, 2), along and across.
+    """Return the predicted probability (N, 2) of a smaller coordinate than that of each observed stop (N, 2) m.
+
+    The two coordinates of a stop are the distances along and across the slope.
 
     Rocks that left the terrain or did not stop are left out. If all sets together have many rocks, only the first rocks
     of each set are used, because the order of the rocks is random.

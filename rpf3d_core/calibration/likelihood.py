@@ -47,7 +47,8 @@ class Densities(NamedTuple):
 class Weighed(NamedTuple):
     """The log-likelihood of S sets with its noise.
 
-    log_densities : (D, S, M, C) logarithms of the averaged densities: first of all groups, then of each draw of groups
+    log_densities : (D, S, M, C) logarithms of the averaged densities: at index 0 with equal weights of all groups, at
+        each further index of D with the weights of one draw of groups (`group_shares`)
     counts : (C,) number of rocks behind each observation
     """
 

@@ -84,7 +84,7 @@ def calibration_of(scene: Scene) -> CalibrationSpec:
     Raises
     ------
     InputError
-        The scene names no unknowns; the message shows how.
+        The scene names no unknowns; the message shows which keys to add.
     """
     unknowns = unknowns_of(scene)
     if not unknowns:

@@ -54,7 +54,7 @@ class Pace:
     flown: int = 0
 
     def begin(self) -> None:
-        """Begin a round: sets that are read from disk, and time between rounds, do not count."""
+        """Start to measure the flights of a round: no set has flown yet, and the time between rounds does not count."""
         self.began, self.flown = time.monotonic(), 0
 
     def count(self) -> None:

@@ -137,9 +137,9 @@ def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], 
 
 
 def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
-    """Start the time of a round, and return the function to call after each flown set, which counts and reports it.
+    """Start to measure the time of a round, and return a function that counts and reports the flown sets of the round.
 
-    The function takes the number of flown sets of the round. tell : reports this number
+    Call the returned function after each flown set, with the number of flown sets so far. tell : reports this number
     """
     pace.begin()
 

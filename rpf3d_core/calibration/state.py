@@ -37,7 +37,7 @@ class Kept(NamedTuple):
 
 
 def digest_of(scene: Scene) -> str:
-    """Return a digest of everything that affects a calibration, except the time that it may take and the engine."""
+    """Return a digest of everything that affects a calibration, except the time budget and the engine."""
     spec = "" if scene.calibration is None else scene.calibration.model_dump_json()
     whole = scene_digest(scene.model_copy(update={"engine": "auto"}))  # both engines give the same bits
     return hashlib.sha256(f"{VERSION} {whole} {spec}".encode()).hexdigest()

@@ -81,7 +81,7 @@ def _of_parameters(found: Findings) -> list[str]:
 
 
 def _of_predictions(found: Findings) -> list[str]:
-    """Return sentences about scores, coverage and the side of the stops, and about rocks that left."""
+    """Return warnings about the predictions: scores, stops on one side of them, coverage, and rocks that left."""
     sentences = [*_of_scores(found), *_of_sides(found), *_of_coverage(found)]
     if found.left >= MANY_LEFT:
         sentences.append(f"{100 * found.left:.0f} % of the simulated rocks left the terrain or did not stop; they "
@@ -137,7 +137,7 @@ def _of_sides(found: Findings) -> list[str]:
 
 
 def _of_coverage(found: Findings) -> list[str]:
-    """Return a sentence for each direction in which 90 % intervals contain too few kept-out blocks for chance."""
+    """Return a sentence for each direction in which 90 % intervals contain fewer blocks than chance explains."""
     coverage, sentences = found.coverage(), list[str]()
     if coverage is None:
         return sentences
@@ -192,7 +192,10 @@ def _helps(found: Findings) -> list[str]:
 
 
 def _can_drop(found: Findings, least: Estimate) -> bool:
-    """Return True if an unknown may be dropped; few effective samples do not show what the data determines."""
+    """Return True if the advice may be to remove `least`, the unknown that the data determines least.
+
+    With very few effective samples, the advice is not given: they do not show what the data determines.
+    """
     return len(found.estimates) > 1 and least.shrinkage < LITTLE and found.effective >= JUDGED * FLOOR
 
 
