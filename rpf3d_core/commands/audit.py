@@ -68,7 +68,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _counts(alert: "Alert") -> str:
-    """Return the first words of a sentence: whether the acknowledgement of a decision took effect."""
+    """Return the words before the name of a person who acknowledged; they state the effect of the acknowledgement."""
     if not alert.void:
         return "acknowledged by"
     waits = alert.acknowledgement in alert.waiting

@@ -48,7 +48,10 @@ def materials(
 
 
 def _facts(entry: "LibraryMaterial") -> dict[str, Any]:
-    """Return an entry of the library as plain values for JSON; the key `assumed` has the ranges that a scene adds."""
+    """Return an entry of the library as plain values for JSON.
+
+    The key `assumed` has the ranges that a scene assumes for coefficients without a published figure.
+    """
     ranges = {key: span if isinstance(span, float) else span._asdict() for key, span in entry.ranges.items()}
     assumed = {key: span._asdict() for key, span in entry.assumed.items()}
     return {**entry._asdict(), "ranges": ranges, "assumed": assumed}

@@ -26,7 +26,6 @@ class SceneState(NamedTuple):
     before : the text before each edit, oldest first
     """
 
-
     path: Path
     text: str
     saved: str
@@ -96,8 +95,8 @@ def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
     Raises
     ------
     InputError
-        The file exists and must not be replaced, or cannot be written. Or a file that the scene names by a relative
-        path is missing there, seen from the folder of the new file.
+        The file exists and must not be replaced, or it cannot be written. Or the scene names a file by a relative
+        path, and no such file exists relative to the folder in which the scene would be saved.
     """
     path = path.resolve()
     if path.suffix.lower() not in (".yaml", ".yml"):
@@ -109,7 +108,7 @@ def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
 
 
 def shown_path(path: Path) -> str:
-    """Return a path as the user types it: relative to the folder where the desk was started, if it lies there."""
+    """Return a path as the user types it: relative to the folder where the desk was started, if inside this folder."""
     try:
         return str(path.relative_to(Path.cwd()))
     except ValueError:

@@ -33,7 +33,7 @@ def progress_words(run: Run, last: bool = True) -> str:
 
 
 def run_notes(run: Run) -> list[str]:
-    """Return the warnings that `rpf3d run` prints, and the sentences on where the answer looks surer than it is."""
+    """Return the warnings that `rpf3d run` prints, and the reasons why the results look surer than they are."""
     return [*warnings_of_run(run), *(f"surer than it may be: {why}" for why in surer_than_it_may_be(run))]
 
 
@@ -55,4 +55,3 @@ def _kind(source: Any) -> str:
     if source.points is not None:
         return f"{len(source.points)} points"
     return next(kind for kind in PLACES if getattr(source, kind) is not None)
-

@@ -77,8 +77,8 @@ def is_on_free_side_of_facet(contact: Contact) -> bool:
 def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
     """Return the first passage of an arc through a cap from above, up to the time `end` (s); NO_LOSS if there is none.
 
-    This detects that a rock falls through a gap of the terrain. There is one rule for terrains with caps, and one
-    without.
+    Such a passage means that a rock falls through a gap of the terrain. One rule is for terrains with caps, another
+    rule for terrains without caps.
 
     caps : a `CapLocator`, or None if the terrain has no gap
     contact : the first contact with the ground

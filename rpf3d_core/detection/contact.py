@@ -28,7 +28,7 @@ class PreviousContact(NamedTuple):
     facet, other : the facet of the last contact, and a second facet if the rock moves in a gully between both; -1 for
         none
     side : side of the ground on which the rock is, +1.0 for the free side of `facet`, -1.0 for its back
-    resting : True if the rock was sliding there or at rest, so its speed along the normal is only rounding error
+    resting : True if the rock was sliding or at rest on `facet`, so its speed along the normal is only rounding error
     before : the last facet before `facet`, set in two cases, else -1. First, the rock changes between two facets by
         sliding, without progress. Second, the rock bounces to and fro between two sheets of ground: it met `before` on
         the opposite side, for example the back of `before` and then the free side of `facet`

@@ -5,10 +5,13 @@ ground although the search found no contact, the rock has fallen through the gro
 rock that left the terrain. Its flight ends at the last place where the rock was known to be on the ground, with the
 outcome `fell_through`. The summary counts this outcome, and alerts treat the outcome as a danger.
 
-The check tests a few places along the flight, straight down and straight up. If the rock moves from above the ground
-to below the ground, and not around the outer edge of the terrain, the rock has fallen. Each line of sight is one search
-for contacts. The search is large and is compiled at each place in the code that calls it. So the check is a record that
-advances step by step (`Inquiry`), and one call of the search serves all lines of sight.
+The check tests a few places along the flight. Vertical lines at and around each place (COLUMNS), here called lines of
+sight, show whether ground is below or above the place. If the rock moves from above the ground to below the ground, and
+not around the outer edge of the terrain, the rock has fallen.
+
+Each line of sight is one search for contacts. The search is large and is compiled at each place in the code that calls
+it. So the check is a record that advances step by step (`Inquiry`), and one call of the search serves all lines of
+sight.
 """
 
 import math
@@ -51,9 +54,9 @@ class Inquiry(NamedTuple):
     open : True while the check continues; fell : result of a finished check, True if the rock has fallen through
     place, path : number of the tested place, and the path to this place along the flight (m)
     over, under : last time when the rock was above the ground, and first time when the rock was below the ground (s)
-    line : number of the line of sight: one line down and one line up in each column
-    nearest : distance to the nearest underside of a facet above the place (m)
-    some_over : True if a tested column has ground below the place
+    line : number of the line of sight, from 0: at offset k of COLUMNS, line 2 k goes down and line 2 k + 1 goes up
+    nearest : distance to the nearest underside of a facet above the place (m), of the lines so far; inf for none
+    some_over : True if a line down around the place met the free side of the ground
     """
 
     open: bool
@@ -109,10 +112,11 @@ def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
 def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -> Inquiry:
     """Return the state of the check for a fall through the ground after the search along one line of sight.
 
-    A place counts as under the ground if no column, at the place or around the place, has ground below. One column is
-    not enough: next to a vertical wall, rounding may put the underside of the wall's top above the place, and in a
-    gully the columns around the place lie under the ground. If no underside of a facet is near, the rock has not passed
-    through a facet and counts as above the ground.
+    A place counts as under the ground if no line down, at the place or around the place, meets the free side of the
+    ground. All lines are needed. Next to a vertical wall, rounding may put the place just inside the wall: only a line
+    around the place then meets the free side. In a gully, the lines around the place may begin under the sides of the
+    gully: only the line at the place then meets the free side. If no underside of a facet is near above the place, the
+    rock has not passed through a facet, and the place counts as above the ground.
 
     end : s, end of the flight; later places are not tested
     height : m, distance along the line of sight to the facet that the line met; inf if the line met no facet
@@ -149,11 +153,12 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
 def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     """Return the state of the check for a fall after a tested place is classified: finished, or at the next place.
 
-    where : OVER, UNDER or OFF
+    where : the result at the place: OVER (above the ground), UNDER (below the ground) or OFF (outside the terrain)
 
-    A rock that leaves across the outer edge of the terrain may pass under the mesh later. In between, the rock is
-    outside the terrain, and repeated halving of the time between `over` and `under` finds such a place. At the first
-    place the result OFF does not finish the check, because it may be rounding at a seam.
+    OFF finishes the check: the rock has not fallen. A rock that leaves across the outer edge of the terrain may pass
+    under the mesh later, but only after it was outside the terrain. To find a place outside the terrain, the time
+    between `over` and `under` is halved repeatedly. At the first place, OFF does not finish the check, because rounding
+    at a seam may be the cause.
 
     asked : state of the check before; end : s, end of the flight
     """

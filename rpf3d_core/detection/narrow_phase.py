@@ -131,8 +131,8 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
 
     - A rock that rises through the plane from below, as across a crack, meets the plane where it falls back.
     - A rock that moves along the plane meets the plane at once if gravity presses the rock against it (a < 0).
-    - Gravity does not press a rock against a wall, but rounding may move the rock into the wall by GRAZING of its path.
-      The rock meets the wall when the rock is NEAR tolerances behind the plane.
+    - Gravity does not press a rock against a wall, but rounding may move the rock into the wall, by GRAZING metres per
+      metre of path. The rock meets the wall when the rock is NEAR tolerances behind the plane of the wall.
     - A rock that slides into the corner under an overhang (a > 0) meets the overhang at once, although gravity pulls
       the rock away: the rock cannot fall through the floor. In the second search, a sliding rock meets every near facet
       at once that it moves into; otherwise the rock would fall past a facet that is nearly vertical.
@@ -157,8 +157,8 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     left : the contact from which the rock starts
 
     A sliding rock must move onto facet f. The facet that the rock has just left carries the rock only along an edge of
-    this facet. Every other facet carries a rock at rest; `_approach` then prefers the steepest descent. A rock that was
-    flying is always carried, and so is every rock in the last search (`search.py`).
+    this facet. A rock at rest is carried by every other facet; `_approach` then prefers the steepest descent. The
+    result is True for a rock that was flying, and for every rock in the last search (`search.py`).
     """
     if not left.resting or facets.tolerance > facets.crack:
         return True
@@ -173,8 +173,8 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 
     left : the contact from which the rock starts, on its last facet
 
-    The rock does not hit facet f if the two facets form a convex edge and the rock moves away from facet f. There, the
-    plane of facet f lies above the rock's path, but facet f itself does not.
+    The rock does not hit facet f if the two facets form a convex edge and the rock moves away from facet f. The rock
+    then crosses the plane of facet f outside facet f.
     """
     if not lies_below(facets, left.facet, f, left.side, facets.tolerance):
         return False
@@ -188,8 +188,8 @@ def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> 
     left : the contact from which the rock starts
 
     The rock moves towards the plane of facet f. The upward facets that meet at the rock's position cover all directions
-    in plan. So the rock moves onto one of these facets, or beyond the outer edge of the terrain, where no facet is. All
-    other facets there are near the rock only because of the tolerance, and the rock does not hit them.
+    in plan. So the rock moves onto one of these facets, or beyond the outer edge of the terrain, where no facet is. The
+    rock is near the other facets only because of the tolerance, and does not hit them.
     """
     n, v = stored_normal(facets, f), arc.v
     level2 = v[0] * v[0] + v[1] * v[1]
@@ -293,9 +293,9 @@ def _edge_band(facets: Facets, arc: Arc, n: Vec, t: float, approach: float) -> f
 
     n : (3,) normal of the facet; approach : speed (m/s) at which the rock meets the plane
 
-    A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal. Rounding
-    may move a rock equally far behind the planes of two upright walls (`_time_from_near`). If the walls meet in a sharp
-    corner, this place is farther beyond the edges of both walls. So the edge band of a wall is as wide as a crack.
+    A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal. A rock
+    meets an upright wall when it is NEAR tolerances behind the plane (`_time_from_near`). In a sharp corner of two
+    walls, the rock is then farther beyond the edges of both. So the edge band of a wall is as wide as a crack.
     """
     near = t == 0.0 or approach * approach <= GRAZING * GRAZING * dot(arc.v, arc.v)
     if near and n[2] == 0.0:
@@ -325,8 +325,8 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
     The planes of two facets with a common edge are known only to rounding. A glancing arc may cross the plane of each
     facet just outside this facet, and would then pass between the two facets. So the arc meets facet f where it
-    crosses the edge of facet f, if it is at most NEAR tolerances below the plane there. If the arc bounced off the
-    neighbouring facet and still rises there, the arc meets facet f where it falls back onto the plane.
+    crosses the edge of facet f, if it is then at most NEAR tolerances below the plane. If the arc is above the plane at
+    the edge, after a bounce off the neighbouring facet, it meets facet f where it falls back onto the plane.
     """
     p, v = position(arc, t), velocity(arc, t)
     later = 0.0

@@ -101,13 +101,13 @@ def cells_of(block: Block, level: int) -> Block:
 
 @loop
 def _clear(table: SlabTable, block: Block) -> None:
-    """Reset the slabs over a rectangle of buckets, at all levels, before they are computed: no normal and no height."""
+    """Set the slabs over a rectangle of buckets, at all levels, to the initial values: normal 0, height -inf."""
     clear_block(table, block)
 
 
 @kernel
 def clear_block(table: SlabTable, block: Block) -> None:
-    """Reset the slabs over a rectangle of buckets, at all levels, before they are computed: no normal and no height."""
+    """Set the slabs over a rectangle of buckets, at all levels, to the initial values: normal 0, height -inf."""
     planes = table.planes
     for level in range(LEVELS):
         cells = cells_of(block, level)

@@ -4,7 +4,7 @@ A feature of a facet is its interior, an edge or a corner. The foot is the point
 that is closest to the centre of the sphere. The distance from the plane is a quadratic in time. The squared distance
 from the line of an edge, or from a corner, is a quartic (`quartic.py`). The sphere touches a feature when the distance
 falls through the radius R while the foot lies on the feature. The normal of the contact points from the foot to the
-centre. So roughness deflects small spheres, and large spheres roll over it.
+centre. So rough ground deflects small spheres, and large spheres roll over its roughness.
 
 If the sphere touches or overlaps a feature at the start, two rules replace the search for a root:
 
@@ -152,9 +152,10 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
     """True if a sphere that touches the interior of facet f continues to touch it: the foot does not cross an edge.
 
-    p : m, the foot: point of facet f that the sphere touches; v, a : its velocity (m/s) and acceleration (m/s^2)
+    p : m, the foot, that is the point of facet f that the sphere touches; or the centre of the sphere
+    v, a : velocity (m/s) and acceleration (m/s^2) of p
 
-    At the edge of a facet, the sphere may touch only the edge, and roll around the edge or fly off.
+    If the foot crosses an edge, the sphere touches only the edge: it rolls around the edge, or flies off.
     """
     n, slack = stored_normal(facets, f), facets.tolerance
     speed, pull = GRAZING * norm(without(v, n)), GRAZING * norm(without(a, n))
@@ -237,7 +238,7 @@ def _time_on_rim(
     """Return the time when a flying sphere first touches an edge or a corner; inf for never.
 
     The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The result is the
-    time of the first fall at which the foot lies on the edge.
+    first of these times at which the foot lies on the edge.
 
     at : corner, or first end of the edge (m); along : (3,) unit, along the edge, else zero; length : of the edge (m)
     until : s, end of the search
