@@ -18,7 +18,7 @@ class Metres(NamedTuple):
 
 
 class AnswerDifference(NamedTuple):
-    """The difference between two results of the same rocks: how much error a setting adds to the exact result.
+    """The error of a setting: the difference of its result from the exact result of the same rocks.
 
     of_map : difference of the maps (-), as from `map_distance`; of_shares : largest difference of a share over all
         places (-)
@@ -81,12 +81,12 @@ def difference(found: FlownSample, exact: FlownSample, gravity: float) -> Answer
 
 
 def first_impacts(flights: Flights) -> FloatArray:
-    """Return the place of the first impact on the ground of each of R rocks: (R, 3) m; NaN without impact."""
+    """Return the place of the first impact on the ground of each of R rocks: (R, 3) m; NaN for a rock that had none."""
     return _first_of(flights, flights.impacts.x)
 
 
 def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
-    """Return one row of values (R, 3) for each rock: the values at its first impact on the ground; NaN without impact.
+    """Return one row of values (R, 3) for each rock: the values at its first impact on the ground; NaN if it had none.
 
     values : (I, 3) of all impacts
     """

@@ -16,7 +16,7 @@ MOST_LAYERS = 8
 class HeightField(NamedTuple):
     """The ground found at N places in plan: altitude, facet, and which side of the facet is up.
 
-    z : (N,) altitude, m, NaN without ground; facet : (N,), -1 without ground
+    z : (N,) altitude, m; facet : (N,) number of the facet; NaN and -1 where no ground was found
     side : (N,) 1.0 if the search from above met the free side of the facet, -1.0 if it met the back
     """
 

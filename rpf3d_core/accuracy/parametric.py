@@ -27,11 +27,11 @@ BUDGET = 12.0
 
 
 class OverSets(NamedTuple):
-    """The parametric error of a scene, from two groups of rocks, here called lots, for each of some parameter sets.
+    """The parametric error of a scene, measured with some of its parameter sets; each set flies two lots of rocks.
 
     sets : number of parameter sets; rocks : number of rocks of each lot
-    of_map : root of the mean square distance (-) between the maps of two sets, beyond chance
-    distance : root of the mean square distance (-), chance included
+    distance : root mean square of the distances (-) between the maps of two different sets
+    of_map : the part of `distance` (-) that chance does not explain
     of_shares : largest difference (-) of a share between two sets
     seconds_per_1000 : s of one core for 1,000 rocks
     """

@@ -39,8 +39,8 @@ class AreaEvidence(NamedTuple):
         were not divided into clusters
     pooled_flown, pooled_reached : numbers of rocks of all clusters together, for display only
     sets : number of parameter sets among which the rocks are shared out; 0 in a scene without unknowns
-    predictive_low, predictive_high : 95 % predictive interval of the share (-) over the parameter sets; None without
-        unknowns, and while too few rocks of each set have flown
+    predictive_low, predictive_high : 95 % predictive interval of the share (-) over the parameter sets; None in a
+        scene without unknowns, and while too few rocks of each set have flown
     left_high : as `predictive_high`, if the rocks in `left` are counted as rocks that reached the area; computed set by
         set, because most of them may belong to the few sets that decide the upper end
     energy_high : J, upper end of the predictive interval of the p95 energy over the parameter sets; the largest energy
@@ -160,7 +160,7 @@ def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
 
 
 def _missed(name: str, flown: int) -> AreaEvidence:
-    """Return the evidence of an area that no rock reached; the upper end of its interval is above 0 all the same."""
+    """Return the evidence of an area that no rock reached; even so, the upper end of its interval is above 0."""
     low, high = wilson_interval(0, max(int(flown), 1))
     return AreaEvidence(
         name=name, flown=int(flown), reached=0, low=low, high=high, p95_energy=None, largest_energy=None,

@@ -36,7 +36,7 @@ class DecisionLog:
 
     head : hash (64 hex digits) of the last line; if a user notes the hash elsewhere, an audit finds removed last lines
     last_alert : the last decision in the log, from which a restarted node must continue; None if there is none
-    problems : sentences about problems found on opening, such as an incomplete line; empty without problems
+    problems : sentences about problems found on opening, such as an incomplete line; empty if there were none
     """
 
     def __init__(self, folder: str | Path, version: str, largest_bytes: int = LARGEST_BYTES) -> None:
@@ -110,7 +110,7 @@ class DecisionLog:
         """Write all lines to disk, or none. Raises OSError if the lines are not on disk.
 
         lines : kind and content of each line
-        thresholds : written before the last line, unless they equal the last thresholds in the file; None for none
+        thresholds : written before the last line, unless they equal the last thresholds in the file; or None
         """
         begins = self._file < 0 or self._size >= self.largest_bytes
         number = self._number + 1 if begins else self._number

@@ -40,7 +40,7 @@ def places_end_ns(
     thresholds: Thresholds,
     is_small: bool,
 ) -> list[int]:
-    """Return the times (ns) until which moved areas may be judged for their former place; afterwards that is a fault.
+    """Return the times (ns) until which moved areas may be judged for their former place; later, a fault is reported.
 
     Parameters as in `decide`; worst : for each area, by name, the answer's finding with the highest level
     is_small : True if too few rocks flew to judge an area

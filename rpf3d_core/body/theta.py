@@ -1,8 +1,8 @@
 """Theta series of a nome of at most 0.0433, where four terms are exact to rounding.
 
-Each parameter m has such a series. For m <= 1/2 the series has circular functions and the nome of m. For m > 1/2 it has
-hyperbolic functions and the nome of m1 = 1 - m (Jacobi's imaginary transformation). The second series holds up to
-m = 1, where the nome is 0. Source: DLMF 20.2, 20.7.
+Two series cover all parameters m from 0 to 1. For m <= 1/2, the series has circular functions and the nome of m. For
+m > 1/2, the series has hyperbolic functions and the nome of m1 = 1 - m (Jacobi's imaginary transformation); for m = 1,
+this nome is 0. Source: DLMF 20.2, 20.7.
 """
 
 import math
@@ -107,7 +107,7 @@ class Phase(NamedTuple):
     """The phase of theta 1 along a line in the complex plane, as weights of waves.
 
     first, second : weights of the four waves in the real part and in the imaginary part of theta 1
-    rate : negative rate of change of the phase per unit of the argument, at the place where cn is 0
+    rate : negative rate of change of the phase per unit of the argument, at the argument for which cn is 0
     """
 
     first: Four

@@ -58,13 +58,13 @@ class Findings:
 
     correlation : (U, U) of the posterior (-); effective, noise : as in `sampling.Posterior`
     held_out : score of kept-out observations under the calibrated model; prior : score under the priors
-    book : score under the book values, None without book values
-    curve : score under a normal curve without physics, None without end points
+    book : score under the book values, None if the scene has no book values
+    curve : score under a normal curve without physics, None if no end points were observed
         All four scores are None if there are too few observations to keep any out.
     rank : (N, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
         Each prediction is made without this observed stop, and with the measuring error alone: the stops of a run do
-        not include the misfit either. None without stops
-    whole_rank : (N, 2) as `rank`, but with the misfit added to the measuring error; None without stops
+        not include the misfit either. None if no stops were observed
+    whole_rank : (N, 2) as `rank`, but with the misfit added to the measuring error; None if no stops were observed
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
     sets, rocks : number of flown parameter sets, and number of rocks of each set

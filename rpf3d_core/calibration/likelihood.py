@@ -2,9 +2,9 @@
 
 The likelihood follows from the densities of the observations. The density of a set is averaged over sets that are near
 in z, the space of `normal_space`, with a kernel that is narrow against the posterior. The remaining noise is measured
-by drawing the groups of releases again with replacement. All sets of a round fly the same releases, so the groups of a
-round are drawn together; other rounds fly other releases. The weights are the mean over these draws, so intervals
-include the noise.
+by drawing the groups of releases again with replacement. All sets of a round fly the same releases, so each draw is
+used for all sets of the round; other rounds have draws of their own. The weights are the mean over these draws, so
+intervals include the noise.
 """
 
 from typing import NamedTuple

@@ -1,6 +1,7 @@
 """The rounds of a calibration: which parameter sets to fly next, and the posterior from all flown sets.
 
-Everything here is a function of the flown sets, so a calibration that was interrupted continues with the same bits.
+All results of this module are functions of the flown sets only. So a calibration that is interrupted and continued has
+the same result, bit for bit, as a calibration without interruption.
 """
 
 from collections.abc import Sequence

@@ -160,7 +160,7 @@ def _is_too_few(share: float, blocks: int) -> bool:
 
 
 def gain_of(found: Findings) -> tuple[float, float]:
-    """Return the mean gain of the score per block over the curve's score, and its standard error; 0 without scores."""
+    """Return the mean gain of the score per block over the curve's score, and its standard error; else zeros."""
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
     return _gain(found.held_out, found.curve)

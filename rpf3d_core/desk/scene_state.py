@@ -75,7 +75,7 @@ class SceneState(NamedTuple):
         return self if text == self.text else self._replace(text=text, before=(*self.before, self.text))
 
     def undone(self) -> "SceneState":
-        """Return the state before the last edit; unchanged without edits."""
+        """Return the state before the last edit; the same state if there was no edit."""
         return self._replace(text=self.before[-1], before=self.before[:-1]) if self.before else self
 
 

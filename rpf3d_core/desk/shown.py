@@ -83,7 +83,7 @@ class SceneView:
         self.window.show_lines(PATHS, run.paths, THIN)
 
     def drape(self, kind: str) -> dict[str, Any]:
-        """Show a hazard map of the results; return its legend, empty without a map. kind : REACH, ENERGY or ""."""
+        """Show a hazard map of the results; return its legend, or {} if there is no map. kind : REACH, ENERGY or ""."""
         found = self._run.maps.get(kind)
         self.window.show_mesh(MAP, None if found is None else found.mesh)
         if found is None:
