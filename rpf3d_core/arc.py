@@ -79,7 +79,8 @@ def time_over(arc: Arc, begin: float, length: float) -> float:
 def gravity_along(n: Vec, gravity: float) -> Vec:
     """Return the part of gravity (3,) (m/s^2) that pulls a rock down a plane with unit normal n (3,).
 
-    The formula avoids the difference g - g n_z^2, because rounding would hide the slope of a nearly level plane.
+    The third component is not computed as gravity n_z^2 - gravity: for a nearly level plane, rounding would make this
+    difference 0.
     """
     return gravity * n[2] * n[0], gravity * n[2] * n[1], -gravity * (n[0] * n[0] + n[1] * n[1])
 

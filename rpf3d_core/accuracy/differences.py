@@ -37,9 +37,10 @@ class AnswerDifference(NamedTuple):
 def map_distance(a: Reached, b: Reached) -> float:
     """Return how much two maps of reach probability differ, from 0 (the same) to 1 (no cell in common).
 
-    The distance is the sum of |p - q| over all cells, divided by the sum of p + q: the share of all visits to cells
-    that the two maps do not have in common. A cell counts by the number of rocks that reach it, so cells without rocks
-    do not change the distance. (In ecology: the dissimilarity of Bray and Curtis 1957, Ecol. Monogr. 27:325-349.)
+    The distance is the sum of |p - q| over all cells, divided by the sum of p + q, where p and q are the reach
+    probabilities of a cell in the two maps: the share of all visits to cells that the two maps do not have in common.
+    A cell counts by the number of rocks that reach it, so cells without rocks do not change the distance.
+    (In ecology: the dissimilarity of Bray and Curtis 1957, Ecol. Monogr. 27:325-349.)
     """
     cells = np.union1d(a.cells, b.cells)
     p, q = (_shares(some, cells) for some in (a, b))

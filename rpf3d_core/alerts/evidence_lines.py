@@ -45,7 +45,7 @@ def _origins_content(origins: Origins) -> dict[str, Any]:
 
 
 def origin_content(origin: Origin | None) -> dict[str, Any] | None:
-    """Return an origin as plain values for the log."""
+    """Return an origin as plain values for the log; None for an unknown origin."""
     if origin is None:
         return None
     return {**origin._asdict(), "place": [_written(value) for value in origin.place]}
@@ -72,7 +72,7 @@ def _origins(content: dict[str, Any] | None) -> Origins | None:
 
 
 def origin_of(content: dict[str, Any] | None) -> Origin | None:
-    """Return an origin from the plain values that `origin_content` returned."""
+    """Return an origin from the plain values that `origin_content` returned; None for None."""
     if content is None:
         return None
     x, y, z = (_read(value) for value in content["place"])

@@ -209,7 +209,7 @@ def _too_few(fewest: int, limit: float, where: str) -> str:
 
     limit : the lowest limit of the reach probability (-); where : its key in the site file
 
-    If none of n rocks reaches the area, the 95 % Wilson interval of the share ends at z^2 / (n + z^2).
+    If none of n rocks reaches the area, the 95 % Wilson interval of the share ends at z^2 / (n + z^2), with z = 1.96.
     """
     needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
     return (

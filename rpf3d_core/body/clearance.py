@@ -134,9 +134,9 @@ def clear_time(arms: Any, count: int, sweep: Sweep, plane: tuple[Vec, float], mo
     most : s, time of interest; the result is infinite if no corner reaches the plane within this time
 
     The result is the longer of two times, each a lower bound. First, a corner at height h with rate h' accelerates
-    towards the plane by at most B = g n_z + TURNING w_max^2 |r|, with r its offset from the centre of mass. So the
-    corner needs at least the positive root of h + h' t - B t^2 / 2 = 0. Second, no corner reaches the plane before the
-    sphere around the centre of mass that contains all corners.
+    towards the plane by at most B = g n_z + TURNING w^2 |r|, with gravity g, `spin_bound` w, and the corner's offset r
+    from the centre of mass. So the corner needs at least the positive root of h + h' t - B t^2 / 2 = 0. Second, no
+    corner reaches the plane before the sphere around the centre of mass that contains all corners.
     """
     descent = _descent(sweep, plane)
     if _all_clear(arms, count, descent, most):

@@ -195,7 +195,7 @@ def term_of(moment: float, gap: tuple[float, float], w: float) -> tuple[float, f
 
 @kernel
 def axes_of(moments: Vec, w: Vec, low: bool) -> Axes:
-    """Return the relabelled axes of a body with spin w (rad/s); low : true if L^2 < 2 T I2 (`beyond_separatrix`)."""
+    """Return the relabelled axes of a body with spin w (rad/s); low : true if `beyond_separatrix` is below 0."""
     first, third = (w[2], w[0]) if low else (w[0], w[2])
     signs = (1.0 if first >= 0.0 else -1.0), (1.0 if third >= 0.0 else -1.0)
     turn = NO_TURN

@@ -117,7 +117,10 @@ class Phase(NamedTuple):
 
 @kernel
 def circular_phase(q: float, b: float) -> Phase:
-    """Return the phase of theta_1(v + i b | q) for b >= 0, scaled by exp(-b): sines of v first, cosines second."""
+    """Return the phase of theta_1(v + i b | q) along real v, for b >= 0, scaled by exp(-b).
+
+    `first` has the weights of sin(v), sin(3 v), ...; `second` has the weights of cos(v), cos(3 v), ...
+    """
     s, c = hyperbolic_pair(min(b, 300.0))
     h = 1.0 / (s + c)
     beta, s0 = h * h, 2.0 * s * h
@@ -135,7 +138,10 @@ def circular_phase(q: float, b: float) -> Phase:
 
 @kernel
 def hyperbolic_phase(q: float, y: float) -> Phase:
-    """Return the phase of theta_1(y - i x | q) for 0 <= y <= pi / 2: cosh of x first, sinh of x second."""
+    """Return the phase of theta_1(y - i x | q) along real x, for 0 <= y <= pi / 2.
+
+    `first` has the weights of cosh(x), cosh(3 x), ...; `second` has the weights of sinh(x), sinh(3 x), ...
+    """
     w, powers = circular(y), powers_of(q)
     o, e, s, c = powers.odd, powers.even, w.sines, w.cosines
     s2 = 2.0 * s[0] * c[0]

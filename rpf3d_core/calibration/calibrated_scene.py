@@ -24,7 +24,8 @@ SAMPLE, SCENE = "posterior.parquet", "calibrated.yaml"
 def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, seed: int) -> ParameterSets:
     """Return a sample of the posterior with equal weights, from sets (S, U) with weights (S,) whose sum is 1.
 
-    The number of sets is the effective number of samples, from FEWEST_SETS to MOST_SETS.
+    values : (S, U) the U unknowns of each set; seed : of the random start of the resampling
+    The number of sets is the effective number of samples, but at least FEWEST_SETS and at most MOST_SETS.
     Source: Kitagawa 1996, J. Comput. Graph. Stat. 5:1-25: systematic resampling.
     """
     count = int(np.clip(1.0 / (weights**2).sum(), FEWEST_SETS, MOST_SETS))

@@ -82,6 +82,8 @@ def kernel_widths(values: FloatArray, error: float) -> FloatArray:
 def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) -> FloatArray:
     """Return the kernel (N, R) of each simulated value (R, D) at each observed value (N, D), per unit of each axis.
 
+    widths : (D,) standard deviations of the kernel, from `kernel_widths`
+
     Distances are measured from the middle of the simulated values: the squares of coordinates of some thousand
     kilometres would leave no digits for a distance of a metre.
     """

@@ -136,7 +136,10 @@ def next_mixture(z: FloatArray, log_ratio: FloatArray, log_likelihood: FloatArra
 
 
 def covariance_of(z: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the weighted covariance (U, U) (-) of sets z (S, U), with a small ridge so that it has an inverse."""
+    """Return the covariance (U, U) (-) of sets z (S, U) with weights (S,).
+
+    A small number is added to the diagonal (a ridge), so that the matrix has an inverse.
+    """
     centred = z - weights @ z
     covariance = (centred * weights[:, None]).T @ centred
     return np.asarray(covariance + 1e-4 * np.eye(z.shape[1]))

@@ -132,7 +132,10 @@ def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
 
 
 def _cells(low: FloatArray, high: FloatArray, cell: float) -> Grid:
-    """Return the grid of cells with side `cell` (m) that covers a box in plan."""
+    """Return the grid of cells with side `cell` (m) that covers a box in plan.
+
+    low, high : (2,) m, corners of the box
+    """
     nx, ny = (int(width / cell) + 1 for width in (high - low).tolist())
     return Grid(x=float(low[0]), y=float(low[1]), cell=cell, nx=nx, ny=ny)
 

@@ -289,7 +289,7 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
 
 @kernel
 def _edge_band(facets: Facets, arc: Arc, n: Vec, t: float, approach: float) -> float:
-    """Return the width (m) of the edge band in which facet f still catches a rock that meets its plane at time t.
+    """Return the width (m) of the edge band in which a facet still catches a rock that meets its plane at time t.
 
     n : (3,) normal of the facet; approach : speed (m/s) at which the rock meets the plane
 
