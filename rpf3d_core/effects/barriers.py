@@ -37,14 +37,14 @@ CORNER = 1e-6
 
 
 class Panel(NamedTuple):
-    """N panel segments, each over one facet, and the properties of B barriers; every array is (N,) or (B,).
+    """N panel segments, each over one facet, and the properties of the B barriers to which the segments belong.
 
-    x, y, z : foot of the segment at its start, m; dx, dy, dz : vector from start to end, m
-    facet : number of the facet below the segment
-    line : number of the straight line that the segment belongs to; barrier : number of its barrier
-    height : remaining height of the panel, m; capacity : J
-    taken : energy that a rock loses when it breaks through, as a share of the capacity (-)
-    top : 1.0 if the top of the rock must be above the panel for a flight over it, 0.0 if its centre must be
+    x, y, z : (N,) m, foot of the segment at its start; dx, dy, dz : (N,) m, vector from start to end
+    facet : (N,) number of the facet below the segment
+    line : (N,) number of the straight line that the segment belongs to; barrier : (N,) number of its barrier
+    height : (B,) m, remaining height of the panels; capacity : (B,) J
+    taken : (B,) energy that a rock loses when it breaks through, as a share of the capacity (-)
+    top : (B,) 1.0 if a rock flies over with its top above the panel, 0.0 if it flies over with its centre above
     """
 
     x: Any
