@@ -35,8 +35,8 @@ def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatA
     """Return the lower (N,) and upper (N,) ends of the 95 % confidence intervals of shares count / total.
 
     count : (N,); total : >= 1, one number for all shares or (N,)
-    A count may have a fraction, if rocks count by weight: it is then the number of rocks of equal weight whose share
-    would be equally certain (`hazard.passages`). Source: as `wilson_interval`.
+    If rocks have unequal weights, a count need not be a whole number: it is then the number of rocks of equal weight
+    whose share has the same relative variance (`hazard.passages`). Source: as `wilson_interval`.
     """
     z2 = NORMAL_QUANTILE_95**2
     share = count / total
