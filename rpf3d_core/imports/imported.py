@@ -81,7 +81,7 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 
     The class with most facets needs no polygons: its zone is all terrain outside the other zones.
 
-    names : (C,) zone names; materials : (C,) lines of the materials
+    names : (C,) zone names; materials : (C,) lines of YAML that describe the material of each zone
     """
     largest = int(np.argmax(classes.facets))
     files = [None if i == largest else f"{ZONES}/{name}.geojson" for i, name in enumerate(names)]
