@@ -166,9 +166,9 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 @kernel
 def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
-    """True if the cell in column i and row j is the first of those cells that facet f's box touches, among `cells`.
+    """True if facet f must be tested in the cell in column i and row j, so that a search tests each facet only once.
 
-    A search over the rectangle `cells` tests a facet that lies in several cells only once: in its first cell.
+    cells : rectangle of cells that the search visits. A facet is tested in the first of them that its box touches.
     """
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)

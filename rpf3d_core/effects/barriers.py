@@ -44,7 +44,7 @@ class Panel(NamedTuple):
     line : (N,) number of the straight line that the segment belongs to; barrier : (N,) number of its barrier
     height : (B,) m, remaining height of the panels; capacity : (B,) J
     taken : (B,) energy that a rock loses when it breaks through, as a share of the capacity (-)
-    top : (B,) 1.0 if a rock flies over with its top above the panel, 0.0 if it flies over with its centre above
+    top : (B,) 1.0 if a rock whose top is above the panel flies over it, 0.0 if the rock's centre must be above it
     """
 
     x: Any
@@ -125,9 +125,9 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
     """Return the time (s), at most `until`, at which a rock on an arc meets panel segment k; inf if never.
 
     A rock does not meet a panel that it flies over or has already passed. A rock that breaks through one segment of a
-    straight line has passed the whole line. If panels of several barriers are at the same place, a rock meets them in
-    the order of their numbers. So a rock that has just broken through one of these panels has passed the panels with
-    lower numbers. A panel without capacity, or without height, is not an obstacle.
+    straight line has passed the whole line. If segments of several barriers are at the same place, a rock meets them in
+    the order of the segments' indices. So a rock that has just broken through one of them has passed the segments with
+    lower indices. A panel without capacity, or without height, is not an obstacle.
 
     passed : index of the segment that the rock met last; below 0 for none
     """

@@ -191,8 +191,8 @@ def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockCon
 def _turn(deflection: Deflection, offset: float, aside: float, met: int, rock: RockContext) -> float:
     """Return the angle (rad, counter-clockwise in plan) by which a tree turns a rock's path away from the stem's axis.
 
-    offset : of the blow (-), >= 0; aside : m, distance of the path from the axis, positive if the rock passes to its
-        left; met : as in `at_tree`
+    offset : of the blow (-), >= 0; met : as in `at_tree`
+    aside : m, distance of the path from the stem's axis, positive if the rock passes to the left of the axis
     """
     key, number = rock.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)

@@ -229,7 +229,7 @@ def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> in
     """Return the number of the obstacle that the next flight of a rock must ignore, after an impact on the ground.
 
     The result is `passed` if the rock is still in contact with an obstacle. Otherwise the result is below 0, because
-    the rock may then meet every obstacle, also the obstacle `passed`.
+    the rock may then meet every obstacle, including the obstacle `passed`.
 
     motion : just after the impact on the ground
     passed : number of the obstacle that the rock passed last before the impact; below 0 for none

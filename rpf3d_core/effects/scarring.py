@@ -81,8 +81,8 @@ def penetration(mass: float, stiffness: float, speed: float) -> float:
 def volume_from_above(depth: float, radius: float) -> float:
     """Return the soil volume (m3) that a sphere displaces when it moves straight down to a depth (m).
 
-    This is the integral over depth of the area, seen along the normal, of the part of the sphere that is in the ground.
-    Beyond a depth of one radius this area is pi R^2.
+    The volume is the integral over depth of A_n, the area of the part of the sphere in the ground, seen along the
+    normal. Beyond a depth of one radius A_n is pi R^2.
     """
     if depth <= radius:
         return math.pi * depth * depth * (radius - depth / 3.0)
@@ -91,7 +91,7 @@ def volume_from_above(depth: float, radius: float) -> float:
 
 @kernel
 def volume_from_ahead(depth: float, radius: float) -> float:
-    """Return the integral (m3) over depth of the area, seen along the ground, of the part of a sphere in the ground.
+    """Return the integral (m3) over depth of A_t, the area of the part of a sphere in the ground, seen along the plane.
 
     This integral, times the distance along the ground per metre of depth, is the soil volume that the sphere pushes
     ahead.

@@ -29,8 +29,8 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
 
     So four more vertical lines around such a release are searched. If at least one of them meets the back of a facet,
     this facet is the result in two cases: all four lines start in the ground, or the release lies behind the facet that
-    is closest to it. The second case is needed above the foot of an overhang: there, one of the four lines may miss the
-    back, too, because it passes through the same edge as the line below the release.
+    is closest to the release. The second case is needed above the foot of an overhang, where one of the four lines may
+    also miss the back, because it passes through the same edge as the line below the release.
     """
     found = engine.ground_below(x)
     some = _to_look_around(engine, found)

@@ -57,7 +57,7 @@ def share_of(count: int, total: int) -> dict[str, Any]:
 
 
 def words_on_pieces(rocks: int, pieces: int) -> str:
-    """Return the sentence that warns about shares of a run with fragments: released rocks and fragments count alike.
+    """Return a warning about shares of a run with fragments: each fragment counts as one rock, like a released rock.
 
     rocks : number of released rocks and fragments together; pieces : number of fragments
     """

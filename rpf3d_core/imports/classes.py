@@ -110,9 +110,10 @@ def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
-    """Return numbers (N, K) with the index of the bin in place of each number of the columns to bin.
+    """Return a copy of numbers (N, K), in which each number of the columns to bin is replaced by the index of its bin.
 
-    binned : (K,) True for columns to bin; bins : number of equal bins between the smallest and the largest number
+    binned : (K,) True for columns to bin
+    bins : number of bins of equal width between the smallest and the largest number of a column
     """
     low, high = numbers.min(axis=0), numbers.max(axis=0)
     width = np.where(high > low, high - low, 1.0)
