@@ -1,8 +1,8 @@
 """Find contacts on a raster of heights in fixed time steps, as most fast programs do: only for comparison.
 
 The contact is at the first step at which the rock is below the ground of its cell; the place where the rock passed
-through the ground is not computed. A raster has no vertical faces and no overhangs. As in `stepped`, only the search
-for contacts is different.
+through the ground is not computed. A raster has no vertical faces and no overhangs. As with `stepped`, only the search
+for contacts differs from the exact method.
 """
 
 import math

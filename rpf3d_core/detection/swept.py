@@ -61,7 +61,7 @@ def swept_contact(locator: object, facets: Facets, course: Course, end: float) -
 
 @first_contact.rule(Swept)
 def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
-    """Return the first contact of a flying sphere; the previous contact is not needed (`sphere_contact`)."""
+    """Return the first contact of a flying sphere; `left` is not used, because `sphere_contact` does not need it."""
     down = (0.0, 0.0, -arc.gravity)
     course = Course(x=arc.x, v=arc.v, a=down, radius=locator.radius, gravity=arc.gravity)
     return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]
@@ -166,9 +166,9 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 @kernel
 def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
-    """True if the cell in column i and row j is the first cell of the rectangle `cells` that facet f's box touches.
+    """True if facet f must be tested in the cell in column i and row j, so that a search tests each facet only once.
 
-    A facet in several cells is tested only in this cell.
+    cells : rectangle of cells that the search visits. A facet is tested in the first of them that its box touches.
     """
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)

@@ -6,8 +6,8 @@ looks for facets of other pieces along the straight line between both ends of a 
 whose pieces cannot pass through each other has None in place of pieces, and compiles nothing of this file.
 
 A facet counts only if the line passes through the facet from its free side to its back. At the end of the line, the
-rock must be behind the facet by more than rounding. If the rock meets the facet later, the next search finds the facet.
-At the start of the line, the rock must not leave the facet at once.
+rock must be behind the facet by more than rounding. Otherwise the search along the next ground segment may find the
+facet. A facet at the start of the line counts only if the rock then stays over the facet (`_leads_over`).
 
 Pieces that only touch, such as tiles of one surface, must not stop a rock, although they may overlap by a crack. So at
 the rim of a piece, `ALONGSIDE` cracks wide, a facet counts only if two conditions hold: the rock gets deeper than a

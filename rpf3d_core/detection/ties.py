@@ -18,7 +18,8 @@ def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float
     The facet that the rock meets at the larger speed takes precedence. If the speeds are equal, the components of the
     normal are compared, x first, and the larger component takes precedence. For equal normals, `_lies_first` decides.
 
-    approach, other : m/s, speeds into facet f and into facet g; for a rock at rest, pulls, as in `Contact.approach`
+    approach : speed (m/s) into facet f; for a rock at rest, the pull of gravity along facet f (m/s^2)
+    other : the same quantity for facet g; both as in `Contact.approach`
     """
     if approach != other:
         return approach > other
@@ -34,9 +35,9 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
     """True if facet f takes precedence over facet g as the facet of a contact, for two facets in one plane.
 
     The facet further to the left of the rock's motion takes precedence, then the facet further ahead, then the smaller
-    number. For a rock at rest, the direction of descent replaces the motion. A comparison along the motion does not
-    depend on the coordinate axes. A rock that moves straight into the plane has no motion along the plane: then the
-    reported facet depends on the order of the facets in the file.
+    number. For a rock at rest, the direction of descent replaces the motion. Directions relative to the motion are used
+    because they do not depend on the coordinate axes. A rock that moves straight into the plane has no motion along the
+    plane: then the reported facet depends on the order of the facets in the file.
 
     n : (3,) normal of the plane
     """

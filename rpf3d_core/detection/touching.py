@@ -17,9 +17,10 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 
 class Sweep(NamedTuple):
-    """Search for the first contact of a moving sphere within its first `before` seconds.
+    """Search for the first contact of a moving sphere.
 
-    The motion ends at `end` (s).
+    course : motion of the sphere's centre; end : s, end of this motion
+    before : s, at most `end`; a contact later than this is not needed
     """
 
     course: Course
@@ -130,7 +131,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
 def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: float) -> bool:
     """True if a sphere that moves straight along `way` passes near an edge or a corner without contact.
 
-    m : (3,) unit, from the edge or corner to the centre; along : (3,) unit, along the edge, zero for a corner
+    m : (3,) unit, from the edge or corner to the sphere's centre; along : (3,) unit, along the edge, zero for a corner
     distance : m, of the centre from the edge or corner
     """
     way = without(quest.way, along)

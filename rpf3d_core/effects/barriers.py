@@ -37,14 +37,14 @@ CORNER = 1e-6
 
 
 class Panel(NamedTuple):
-    """N panel segments, each over one facet, and the properties of B barriers; every array is (N,) or (B,).
+    """N panel segments, each over one facet, and the properties of the B barriers to which the segments belong.
 
-    x, y, z : foot of the segment at its start, m; dx, dy, dz : vector from start to end, m
-    facet : number of the facet below the segment
-    line : number of the straight line that the segment belongs to; barrier : number of its barrier
-    height : remaining height of the panel, m; capacity : J
-    taken : energy that a rock loses when it breaks through, as a share of the capacity (-)
-    top : 1.0 if the top of the rock must be above the panel for a flight over it, 0.0 if its centre must be
+    x, y, z : (N,) m, foot of the segment at its start; dx, dy, dz : (N,) m, vector from start to end
+    facet : (N,) number of the facet below the segment
+    line : (N,) number of the straight line that the segment belongs to; barrier : (N,) number of its barrier
+    height : (B,) m, remaining height of the panels; capacity : (B,) J
+    taken : (B,) energy that a rock loses when it breaks through, as a share of the capacity (-)
+    top : (B,) 1.0 if a rock whose top is above the panel flies over it, 0.0 if the rock's centre must be above it
     """
 
     x: Any
@@ -125,9 +125,9 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
     """Return the time (s), at most `until`, at which a rock on an arc meets panel segment k; inf if never.
 
     A rock does not meet a panel that it flies over or has already passed. A rock that breaks through one segment of a
-    straight line has passed the whole line. If panels of several barriers are at the same place, a rock meets them in
-    the order of their numbers. So a rock that has just broken through one of these panels has passed the panels with
-    lower numbers. A panel without capacity, or without height, is not an obstacle.
+    straight line has passed the whole line. If segments of several barriers are at the same place, a rock meets them in
+    the order of the segments' indices. So a rock that has just broken through one of them has passed the segments with
+    lower indices. A panel without capacity, or without height, is not an obstacle.
 
     passed : index of the segment that the rock met last; below 0 for none
     """

@@ -100,9 +100,9 @@ def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockCo
     The result is inf if c is zero.
 
     For d = -q v with q = c / m: d' = -q and d'' = 0. The errors in `air_step` are then at most
-    |dx| <= h^3 q (q v / 24 + g / 6) and |dv| <= h^3 q^2 g / 24. The layer also brakes an error in speed: however long
-    the flight is, this error moves the rock by at most 1 / q times the error. All errors in speed together count for at
-    most 2 / (q T) of the bound in `air_step`.
+    |dx| <= h^3 q (q v / 24 + g / 6) and |dv| <= h^3 q^2 g / 24. The layer also brakes an error in velocity: however
+    long the flight is, such an error moves the rock by at most 1 / q times the error. The velocity term of the bound in
+    `air_step`, T^2 / 2 |dv| / h^3, is therefore multiplied by 2 / (q T) if this factor is below 1.
     """
     q = layer.coefficient / rock.rock.mass  # type: ignore[union-attr]
     if q <= 0.0:

@@ -12,11 +12,11 @@ stem just touch:
 
     E / E_max = a + (b - a) / (1 + 10^((c - x) s)),  a -0.046, b 0.98, c 0.58, s -8.007, not below 0   (UNCONFIRMED)
 
-The energy that a stem takes falls linearly with the height of the blow, to zero at the top (UNCONFIRMED). A rock with
-no more than this energy loses all its speed and drops; a sliding or rolling rock stops at the stem. Any other rock
-continues with the remaining energy and is turned away from the axis in plan. The angle is drawn from one of three
-classes, whose chances depend on the offset of the blow (figures UNCONFIRMED, all set in the scene). Spin is kept. Trees
-do not change: every rock meets all trees, even trees that another rock has felled.
+The energy that a stem takes falls linearly with the height of the blow, to zero at the top (UNCONFIRMED). A rock whose
+energy is at most the energy that the stem takes loses all its speed and drops; a sliding or rolling rock stops at the
+stem. Any other rock continues with the remaining energy and is turned away from the axis in plan. The angle is drawn
+from one of three classes, whose chances depend on the offset of the blow (figures UNCONFIRMED, all set in the scene).
+Spin is kept. Trees do not change: every rock meets all trees, even trees that another rock has felled.
 """
 
 import math
@@ -162,7 +162,8 @@ def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockCo
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that hits a tree: it loses all speed, or is deflected with the remaining energy.
 
-    number : of the obstacle; if it is not a tree, nothing changes; met : obstacles that the rock has met before
+    number : of the obstacle; if the obstacle is not a tree, the motion is returned unchanged
+    met : number of meetings of the rock with obstacles so far, which selects random numbers
     """
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
@@ -190,8 +191,8 @@ def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockCon
 def _turn(deflection: Deflection, offset: float, aside: float, met: int, rock: RockContext) -> float:
     """Return the angle (rad, counter-clockwise in plan) by which a tree turns a rock's path away from the stem's axis.
 
-    offset : of the blow (-); aside : the same in m, positive if the rock passes to the left of the axis
-    met : obstacles that the rock has met before, which select the random numbers
+    offset : of the blow (-), >= 0; met : as in `at_tree`
+    aside : m, distance of the path from the stem's axis, positive if the rock passes to the left of the axis
     """
     key, number = rock.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)

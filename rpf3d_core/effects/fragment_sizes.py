@@ -1,22 +1,22 @@
 """Sizes of a rock's fragments: a fractal law with the volume of the rock and the surface that the impact creates.
 
-Observed: the number of fragments larger than V is proportional to V^(-D / 3), so the volume of the k-th largest one is
-proportional to k^(-p), p = 3 / D (Ruiz-Carulla et al. 2017 and Matas et al. 2017, after Perfect 1997: D is a dimension
-over lengths, so the exponent of volumes is -3 / D). Two balances of a rock of volume V, whose own surface is A_0,
-determine the law fully:
+Observed: the number of fragments with more than a volume U is proportional to U^(-D / 3). So the volume of the k-th
+largest fragment is proportional to k^(-p), p = 3 / D (Ruiz-Carulla et al. 2017 and Matas et al. 2017, after Perfect
+1997: D is a dimension over lengths, so the exponent for volumes is -3 / D). For a rock of volume V and surface A_0, two
+balances determine the volumes V_k of all fragments:
 
     volume    V_k = V k^(-p) / zeta(p),                             k = 1, 2, ... without end
     surface   zeta(2 p / 3) / zeta(p)^(2 / 3) = (A_0 + A_new) / A_0    if fragments have the shape of the rock
 
 zeta is Riemann's zeta function. The only solution has p > 3/2 (D < 2: the surface of a fractal of dimension 2 is
-infinite). The more surface an impact creates, the smaller are p and the largest fragment, and the more fragments exceed
-a given volume. This holds from the fifth fragment on, because d ln k / dp = (|zeta'(p) / zeta(p)| - ln k) / p and
-|zeta' / zeta| < 1.51 < ln 5. The second, third and fourth fragments shrink again by up to 12, 3 and 0.2 % in an impact
-that creates very much surface.
+infinite). The more surface A_new an impact creates, the smaller are p and the largest fragment, and the larger is each
+fragment from the fifth on, because d ln V_k / dp = |zeta'(p) / zeta(p)| - ln k and |zeta' / zeta| < 1.51 < ln 5. The
+second, third and fourth fragments first grow with A_new, too, but then shrink again by up to 12, 3 and 0.2 %.
 
-Balances and solution: D, derived here. The dimension over lengths of Perfect 1997 comes from his abstract, all else
-from quotations. A comparison without any fitting: at A_new / (A_new + A_0) = 0.25, 0.5, 0.7, the share 1 / zeta(p) of
-the largest fragment is 0.88, 0.69, 0.55, and the survival rate in RockGIS' source code is 0.87, 0.74, 0.64.
+Balances and solution are derived here (confirmation D). That D is a dimension over lengths is from the abstract of
+Perfect 1997, all else from quotations. A comparison without any fitting: at A_new / (A_new + A_0) = 0.25, 0.5, 0.7, the
+share 1 / zeta(p) of the largest fragment is 0.88, 0.69, 0.55. The survival rate in RockGIS' source code, which is the
+corresponding share, is 0.87, 0.74, 0.64.
 """
 
 import math
@@ -95,12 +95,12 @@ def cascade_of(created: float) -> Cascade:
 
 @kernel
 def _excess_of(created: float) -> float:
-    """Return 2 p / 3 - 1, with p the exponent of the size law whose fragments have the surface after the impact.
+    """Return t = 2 p / 3 - 1, with p the exponent of the size law that satisfies the balance of surfaces.
 
     created : A_new / A_0 (-), surface created by the impact / surface of the rock
 
-    The search is by false position (Illinois) between a lower and an upper bound. Bounds: 1 / t < zeta(1 + t) < 1 + 1 /
-    t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.
+    The search is by false position (Illinois) between a lower and an upper bound of t. The bounds follow from
+    1 / t < zeta(1 + t) < 1 + 1 / t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.
     """
     if not created > 0.0:
         return MOST
@@ -126,8 +126,9 @@ def _excess_of(created: float) -> float:
 
 @kernel
 def _off(excess: float, created: float) -> float:
-    """Return the difference of two logarithms: of the surface created with `excess`, and of the wanted value `created`.
+    """Return ln(a) - ln(created), with a the value of A_new / A_0 that a size law with this excess needs.
 
+    The result is 0 for the size law that `_excess_of` searches, and above 0 if the excess is too small.
     excess : 2 p / 3 - 1; created : A_new / A_0 (-), surface created by the impact / surface of the rock
     """
     return math.log(math.expm1(log_surface(excess))) - math.log(created)

@@ -2,7 +2,7 @@
 
 Source: physics reference 6.2.
 
-    E_n = 1/2 M (k_n v_n)^2            k_n v_n: the rock's speed off the ground after the rebound
+    E_n = 1/2 M (k_n v_n)^2            k_n v_n: the rock's speed off the ground after the rebound; M, V: mass and volume
     A_new = a E_n^e                      new surface, m2; A_0 = 6 V^(2/3); r = A_new / (A_new + A_0)
     the rock breaks if r > least_ratio (1 + spread U)        U: uniform in [-1, 1), drawn for each impact
 

@@ -226,10 +226,10 @@ def _sooner(one: Meeting, other: Meeting) -> Meeting:
 
 @kernel
 def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> int:
-    """Return the number of the obstacle that a rock has passed, after the rock has hit the ground.
+    """Return the number of the obstacle that the next flight of a rock must ignore, after an impact on the ground.
 
-    The result is `passed` if the rock is still at an obstacle, because its next flight must ignore this obstacle.
-    Otherwise the result is below 0: the rock may meet every obstacle.
+    The result is `passed` if the rock is still in contact with an obstacle. Otherwise the result is below 0, because
+    the rock may then meet every obstacle, including the obstacle `passed`.
 
     motion : just after the impact on the ground
     passed : number of the obstacle that the rock passed last before the impact; below 0 for none

@@ -143,7 +143,7 @@ def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: f
     """Return the time (s) at which an arc leaves row or column number `index` of a grid; inf if never.
 
     The outermost rows and columns extend without end. origin, cell, count : as in `index_of`
-    x, v : coordinate (m) at the start of the arc, and speed (m/s), along this axis
+    x, v : at the start of the arc, the coordinate (m) and the velocity (m/s) along the axis that `index` counts
     """
     if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):
         return math.inf

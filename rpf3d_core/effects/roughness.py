@@ -13,8 +13,9 @@ may decrease or increase the angle of the impact. The published law has no tilt 
 their fall line. `SpreadRoughness` adds a separately drawn side tilt, Normal(0, lateral_sd), which is not part of
 RocFall.
 
-Bounces on rough ground are summed up only if the whole speed would raise the rock by less than `smallest_bounce`. This
-roughness does not act on a sphere in sustained contact (`rock.shape: sphere`).
+Bounces on rough ground are summed up only if the rock would rise by less than `smallest_bounce` with its total speed
+straight off the ground, because a tilted normal may turn the total speed upwards. Roughness of this module does not act
+on a sphere in sustained contact (`rock.shape: sphere`).
 
 In this module, motion means the component of the velocity along the ground. If this component is zero or only a
 rounding error, there is no tilt. A tilt of zero gives exactly the facet's normal.
@@ -75,7 +76,7 @@ class SpreadRoughness(NamedTuple):
 
 @felt_normal.rule(CrspRoughness)
 def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal of an impact by CRSP's law: tilted against the motion, and to a side if the effect deviates."""
+    """Return the normal of an impact by CRSP's law: tilted against the motion, and to a side if `deviates` is true."""
     most = math.atan(effect.amplitude / rock.rock.radius)  # type: ignore[union-attr]  # asks_rock
     tilt = most * _drawn(rock, TILT)
     if not effect.deviates:

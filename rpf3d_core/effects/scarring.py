@@ -4,26 +4,27 @@ Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for
 2019; Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47, for the friction. All formulas are confirmed
 (C). Their use for a sphere with an instantaneous contact is derived here (D):
 
-1. The rock penetrates to the depth d_max in the direction of its velocity. The angle between this direction and the
-   plane has the sine s and the cosine c. The speed of the rock changes, its direction and spin do not.
-2. F = 1/2 C_d rho A v^2 over a path dl = d(depth) / s gives v = v_0 exp(-C_d rho V / (2 M)), V = integral of A dl: the
-   volume of soil that the rock drives through.
-3. A is the projected area of the part of the sphere that is in the ground. Seen along the normal, A_n is
+1. The rock, a sphere of radius R and mass M, penetrates to the depth d_max in the direction of its velocity. Let a be
+   the angle between this direction and the plane of the ground. The speed of the rock changes, but not its direction or
+   its spin.
+2. The drag F = 1/2 C_d rho A v^2 over a path dl = d(depth) / sin(a) gives v = v_0 exp(-C_d rho V / (2 M)). rho is the
+   density of the soil, and V = integral of A dl is the volume of soil that the rock drives through.
+3. A is the projected area of the part of the sphere that is in the ground, at a depth d. Seen along the normal, A_n is
    pi (2 R d - d^2), or pi R^2 if the centre is in the ground; seen along the plane, A_t is a segment of a circle. For
-   directions in between, A^2 = (s A_n)^2 + (c A_t)^2. This is exact for both directions and for a sphere that is wholly
-   in the ground. V = sqrt(V_n^2 + (c / s V_t)^2) follows from the integrals of both areas over depth. V is exact for
-   both directions and at most 3 % too small in between (tested).
+   directions in between, A^2 = (sin(a) A_n)^2 + (cos(a) A_t)^2. This is exact for both directions and for a sphere that
+   is wholly in the ground. V_n and V_t are the integrals of A_n and A_t over depth; V = sqrt(V_n^2 + (V_t / tan(a))^2).
+   V is exact for both directions and at most 3 % too small in between (tested).
 4. Friction then reduces the speed along the ground by mu(s) times the speed into the ground, at most to zero, as in an
    impact that stops the whole speed into the ground (Leine: e_N = 0). mu(s) = mu_min + 2 / pi (mu_max - mu_min)
-   atan(kappa s), where s is the distance that the rock slips along the plane during the contact: the length of the
-   scar. The rebound model acts after this, also on the speed into the ground. If the scene sets
-   `tangential_restitution: 1`, the loss along the ground is that of this effect alone.
+   atan(kappa s), where the slip s is the distance that the rock slips along the plane during the contact: the length of
+   the scar. The rebound model acts after this effect, also on the speed into the ground. If the scene sets
+   `tangential_restitution: 1`, only this effect reduces the speed along the ground.
 
-Simplifications: in flight, the slip s decays by exp(-beta t) (beta 50 to 200 1/s: to a few percent in 0.02 s). So s
-starts at 0 in each impact, and there is no parameter beta. The rocks of Leine have corners, so friction makes them
-rotate; here friction only brakes. Bounces below `smallest_bounce` are summed up without scars, and rocks in sustained
-contact make no scars. The speed into the ground is measured along the normal; Lu et al. use the vertical speed, which
-is the same on level ground.
+Simplifications: Leine's slip s decays in flight by exp(-beta t); with beta from 50 to 200 1/s, 37 to 2 % of s are left
+after 0.02 s. Here s starts at 0 in each impact, and there is no parameter beta. Leine's rocks have corners, so friction
+makes them rotate; here friction only brakes. Bounces below `smallest_bounce` are summed up without scars, and rocks in
+sustained contact make no scars. The speed into the ground is measured along the normal; Lu et al. use the vertical
+speed, which is equal to it on level ground.
 """
 
 import math
@@ -80,8 +81,8 @@ def penetration(mass: float, stiffness: float, speed: float) -> float:
 def volume_from_above(depth: float, radius: float) -> float:
     """Return the soil volume (m3) that a sphere displaces when it moves straight down to a depth (m).
 
-    This is the integral over depth of the area, seen along the normal, of the part of the sphere that is in the ground.
-    Beyond a depth of one radius this area is pi R^2.
+    The volume is the integral over depth of A_n, the area of the part of the sphere in the ground, seen along the
+    normal. Beyond a depth of one radius A_n is pi R^2.
     """
     if depth <= radius:
         return math.pi * depth * depth * (radius - depth / 3.0)
@@ -90,9 +91,10 @@ def volume_from_above(depth: float, radius: float) -> float:
 
 @kernel
 def volume_from_ahead(depth: float, radius: float) -> float:
-    """Return the integral (m3) over depth of the area, seen along the ground, of the part of a sphere in the ground.
+    """Return the integral (m3) over depth of A_t, the area of the part of a sphere in the ground, seen along the plane.
 
-    Times the distance along the ground per metre of depth, it is the volume of soil that the sphere pushes ahead.
+    This integral, times the distance along the ground per metre of depth, is the soil volume that the sphere pushes
+    ahead.
 
     With cos(phi) = 1 - depth / R, the area is R^2 (phi - sin(phi) cos(phi)), and its integral is R^3 (sin(phi) - phi
     cos(phi) - sin(phi)^3 / 3). At depths d where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.

@@ -83,9 +83,9 @@ class BatchControl:
     Results do not depend on these settings, unless `stop` ends the run.
 
     threads : number of threads of the compiled engine; None for one per core
-    stop : called between batches; after it returns True, the started groups are flown to their end and no new one
+    stop : called between batches; after it returns True, the started groups are flown to their end and no new group
         starts
-    advance : called with the number of rocks flown since the last call
+    advance : reports progress; called with the number of rocks that have flown since the previous call of `advance`
     """
 
     threads: int | None = None
@@ -115,7 +115,8 @@ class Crew:
     """Data that all threads share while they fly R rocks: inputs, and arrays for the results.
 
     engine, flight, releases : the engine, the physics and the starts of the R rocks
-    keep : selects the records to keep; watch : called with each flown batch, returns its largest heights; or None
+    keep : selects the records to keep
+    watch : None, or a function that is called with each flown batch and returns the largest height (m) of each rock
     finals, counts : results of the R rocks, with the columns of `Batch`; the threads fill in both
     broken : list to which the threads add one entry for each batch in which rocks broke
     """

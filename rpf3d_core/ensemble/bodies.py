@@ -21,7 +21,8 @@ class DrawnBody:
     """Rocks with a shape, of one density (kg/m3).
 
     size : the size of the rocks, a `Rock`, `DrawnRock` or `SourceRocks`; None if each rock has the volume of its shape
-    volumes : (K,) m3, volumes of the shapes as given; shares : (K,) running sum of the shapes' weights; the last is 1
+    volumes : (K,) m3, volumes of the scene's shapes before they are scaled to the size of a rock
+    shares : (K,) running sum of the shapes' weights, whose last value is 1
     """
 
     density: float

@@ -21,7 +21,8 @@ DUST_UNITS = 2**40
 class Broken:
     """The rocks of a batch that broke, N of them, with their state when they broke.
 
-    rows : (N,) rows in the releases; t : (N,) s; x : (N, 3) m; v : (N, 3) m/s after the impact; n : (N, 3) unit normal
+    rows : (N,) rows in the releases; t : (N,) s, since the release of the whole rock; x : (N, 3) m
+    v : (N, 3) m/s, velocity after the impact; n : (N, 3) unit normal of the impact
     """
 
     rows: IntArray
@@ -36,9 +37,9 @@ NONE_BROKEN = Broken(np.empty(0, dtype=np.int64), np.empty(0), *(np.empty((0, 3)
 
 
 def rows_of_broken(broken: Broken, which: slice) -> Broken:
-    """Return some of the broken rocks: making the fragments of a few rocks at a time limits the memory.
+    """Return the broken rocks in a slice, so that the caller can make the fragments of a few rocks at a time.
 
-    which : slice of the broken rocks
+    which : slice of the rows of `broken`
     """
     return Broken(*(getattr(broken, name)[which] for name in ("rows", "t", "x", "v", "n")))
 
@@ -46,7 +47,8 @@ def rows_of_broken(broken: Broken, which: slice) -> Broken:
 def in_turn(parts: Sequence[Broken]) -> Broken:
     """Return the broken rocks of several parts joined into one, one part after another.
 
-    The new rows are 0, 1, 2, ...: they refer to releases of the broken rocks alone, joined in the same order.
+    The column `rows` of the result is 0, 1, 2, ...: it refers to a table of releases that the caller makes, with the
+    releases of the broken rocks only, in the order of the result.
     """
     columns = [np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "x", "v", "n")]
     return Broken(np.arange(len(columns[0])), *columns)

@@ -49,9 +49,9 @@ def is_spread(sources: Sequence[Source], total: int) -> bool:
 
 
 def every_point(sources: Sequence[Source]) -> list[range]:
-    """Return, for each source, the numbers of as few rocks as use every release point once.
+    """Return, for each source, the numbers of its first rocks: one rock for each release point of the source.
 
-    A source with random places (line or area) has one number.
+    For a source with random places (line or area) the result has one rock.
     """
     return [range(_points(source)) for source in sources]
 
@@ -125,8 +125,8 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
 
 
 def _place(steps: float) -> float:
-    """Return where the first of several evenly spaced places lies, as a share (-) of the distance between two places.
+    """Return where the first of several evenly spaced samples lies, as a share (-) of the distance between two samples.
 
-    steps : shift from the middle, 0.5; the result is 0.5 + steps, modulo 1
+    steps : shift (-) that is added to the middle position, 0.5; the result is 0.5 + steps, modulo 1
     """
     return (0.5 + steps) % 1.0

@@ -64,12 +64,11 @@ def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[Int
     return (rows for group in dealt(releases, workers, largest) for rows in group)
 
 
-def dealt(
-    releases: Releases, workers: int, largest: int, smallest: int = SMALLEST_BATCH
-) -> Iterator[list[IntArray]]:
+def dealt(releases: Releases, workers: int, largest: int, smallest: int = SMALLEST_BATCH) -> Iterator[list[IntArray]]:
     """Yield the batches of each group of rocks, as arrays of rows; each group has rocks of all sources and places.
 
-    The rows of a group are consecutive steps of the golden section: any number of such steps is spread evenly.
+    The multiples of `_golden_step`, modulo the number of rocks, contain each row once. A group is a run of consecutive
+    multiples; the rows of any such run are spread evenly over all rows.
     workers : number of threads
     largest, smallest : limits for the number of rocks of a batch; only the last batch of a group may be smaller
     """
@@ -98,12 +97,13 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int, smallest: in
 
 
 def _golden_step(rocks: int) -> int:
-    """Return the step from one rock's row to the next in a group, which spreads the rows of each group evenly.
+    """Return a step s that brings R rows into the order 0, s, 2 s, ... modulo R, which contains each row once.
 
-    The step reaches each of R rows once, modulo R.
+    The step is about R times the ratio of the golden section, so any part of this order is spread evenly over the rows.
+    A fixed step is not suitable: if the step is n, and a source assigns its rocks to n points in turn, a group would
+    contain the rocks of one point only.
 
-    A step of n rows is not suitable: if a source assigns its rocks to n points in turn, a group would contain the rocks
-    of one point only.
+    rocks : R
     """
     step = max(round(GOLDEN * rocks), 1)
     while math.gcd(step, rocks) > 1:

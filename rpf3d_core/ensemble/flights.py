@@ -85,8 +85,9 @@ class Impacts:
     """Every impact on the ground and every meeting with an obstacle; I rows, grouped by rock in order of time.
 
     row : row of the rock in `Deposits`; t : s; x : (I, 3) m
-    facet : id; for an obstacle, `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle: below 0
-    normal : (I, 3) unit, turned against the incoming velocity; for an obstacle, the direction against that velocity
+    facet : number of the facet; for an obstacle, `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle,
+        which is below 0
+    normal : (I, 3) unit, turned against the incoming velocity; for an obstacle, the direction opposite to this velocity
     speed_in, speed_out : m/s; spin_in, spin_out : rad/s, zeros by default
     contacts, energy_in, energy_out : of rocks with a shape, number of contacts and kinetic energy before and after the
         impact (J/kg); None for points and spheres
@@ -144,7 +145,8 @@ class Paths:
 class Flights:
     """The result of flying an ensemble: the deposits of all rocks, and the impacts and paths that the caller keeps.
 
-    engine : the engine used ("reference" or "compiled"); compile_s, fly_s : wall seconds
+    engine : the engine used ("reference" or "compiled")
+    compile_s, fly_s : wall seconds for compiling and for flying the rocks
     """
 
     deposits: Deposits

@@ -235,7 +235,10 @@ def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
 
 
 def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tuple[FloatArray, FloatArray]:
-    """Return places and velocities of flying rocks after t (S,) s: x + v t + g t^2/2 and v + g t; x, v (S, 3)."""
+    """Return the positions x + v t + g t^2/2 (S, 3) m and velocities v + g t (S, 3) m/s of flying rocks t (S,) s later.
+
+    x : (S, 3) m and v : (S, 3) m/s, at t = 0; gravity : m/s^2
+    """
     later, faster = x + v * t[:, None], v.copy()
     later[:, 2] -= 0.5 * gravity * (t * t)
     faster[:, 2] -= gravity * t
@@ -245,8 +248,9 @@ def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tu
 def _hermite(
     start: tuple[FloatArray, FloatArray], end: tuple[FloatArray, FloatArray], s: FloatArray, duration: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return points on the cubic curves drawn for settling and sliding, and the velocity there, linear along the curve.
+    """Return positions (S, 3) m on the curves drawn for settling and sliding, and the drawn velocities (S, 3) m/s.
 
+    A curve is cubic; the drawn velocity changes linearly in time.
     start, end : x (S, 3) m and v (S, 3) m/s at both ends; s : (S,) share of the duration; duration : (S,) s
     """
     (x0, v0), (x1, v1) = start, end

@@ -133,9 +133,10 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return the number (N,) after which the new fragments of each of N broken rocks are numbered; update `numbered`.
+    """Return the last number (N,) used in each rock's family before its new fragments are numbered; update `numbered`.
 
-    This is the last number used in the family of the rock, 0 at first. Rocks of one family follow each other.
+    The numbers of the new fragments follow this number. It is 0 if the family has no fragments yet. If several of the N
+    broken rocks belong to one family, their new fragments are numbered one rock after another.
     source, rock : (N,) numbers that identify the family of each rock; counts : (N,) number of its new fragments
     numbered : last fragment number used in each family, by source and rock; raised by the new fragments
 

@@ -27,9 +27,10 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
     of a facet excludes the facet's edges (`detection.narrow_phase`). A vertical line through an edge of the overhang
     may therefore miss the back, and meet only the ground under the overhang.
 
-    So four more vertical lines around such a release are searched. If they meet the back of a facet, this facet is the
-    result in two cases: all four lines start in the ground, or the facet closest to the release shows its back. The
-    second case is needed above the foot of an overhang, where a line may run along the same edge as the first line.
+    So four more vertical lines around such a release are searched. If at least one of them meets the back of a facet,
+    this facet is the result in two cases: all four lines start in the ground, or the release lies behind the facet that
+    is closest to the release. The second case is needed above the foot of an overhang, where one of the four lines may
+    also miss the back, because it passes through the same edge as the line below the release.
     """
     found = engine.ground_below(x)
     some = _to_look_around(engine, found)

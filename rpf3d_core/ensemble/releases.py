@@ -152,10 +152,11 @@ def _shapes(rock: DrawnBody, seed: int, each: Sequence[tuple[int, IntArray]]) ->
 
 
 def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) -> list[range]:
-    """Return, for each source, the range of its rock numbers among `count` rows of the ensemble from row `first` on.
+    """Return, for each source, the range of its rocks that lie in a given part of the rows of the ensemble.
 
-    Rows are numbered through all sources, in order of source.
-    rocks : number of rocks of each source; count : None for all rows to the end
+    Rows are numbered through all sources, in order of source; rocks are numbered within their source.
+    rocks : number of rocks of each source
+    first, count : first row of the part, and its number of rows; None for all rows to the end
     """
     last = sum(rocks) if count is None else first + count
     ranges, row = [], 0

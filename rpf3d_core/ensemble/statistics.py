@@ -35,8 +35,8 @@ def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatA
     """Return the lower (N,) and upper (N,) ends of the 95 % confidence intervals of shares count / total.
 
     count : (N,); total : >= 1, one number for all shares or (N,)
-    A count may have a fraction, if rocks count by weight: it is then the number of rocks of equal weight whose share
-    would be equally certain (`hazard.passages`). Source: as `wilson_interval`.
+    If rocks have unequal weights, a count need not be a whole number: it is then the number of rocks of equal weight
+    whose share has the same relative variance (`hazard.passages`). Source: as `wilson_interval`.
     """
     z2 = NORMAL_QUANTILE_95**2
     share = count / total
@@ -57,7 +57,7 @@ def share_of(count: int, total: int) -> dict[str, Any]:
 
 
 def words_on_pieces(rocks: int, pieces: int) -> str:
-    """Return the sentence that warns about shares of a run with fragments: released rocks and fragments count alike.
+    """Return a warning about shares of a run with fragments: each fragment counts as one rock, like a released rock.
 
     rocks : number of released rocks and fragments together; pieces : number of fragments
     """

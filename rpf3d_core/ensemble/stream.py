@@ -119,7 +119,7 @@ class Stream:
         self._releases: list[Releases] = []
 
     def stopped(self) -> bool:
-        """Return True if no further rock may fly; False before the first rock, because a result needs rocks."""
+        """Return True if no further block may fly; always False before the first rock, because a result needs rocks."""
         return self.rows > 0 and self.stop is not None and self.stop()
 
     def fly(self, blocks: Iterable[Releases]) -> bool:

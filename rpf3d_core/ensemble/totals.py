@@ -27,14 +27,15 @@ class Totals:
 
     Rocks that failed are counted, but are in no distribution.
 
-    position : function that measures the positions of stops along the direction of comparison, as from
-        `prepared.position_of_stops`; None without observed end points
+    position : function that returns the positions (m) of stops along the direction in which they are compared with
+        observed end points, as from `prepared.position_of_stops`; None if the scene has no observed end points
     pieces : number of rocks that are fragments; dust : mass of fragments too small to fly, in DUST_UNITS
     spins : True if rocks spin; only then rotational and total energies are gathered
     why : number of rocks with a shape that stopped, by reason (`bodies.WHY_STOPPED`); empty for points and spheres
     lifted, most_lifted : number of rocks with a shape lifted off the ground at their release, largest lift (m)
     outcomes : number of rocks by outcome; impacts : number of impacts of all rocks
-    path : length of all paths together, in PATH_UNITS; runout : m; stops : m, from `position`
+    path : length of all paths together, in PATH_UNITS
+    runout : sample of runouts (m); stops : sample of the results of `position` (m)
     max_speed, max_energy, max_height, ground_speed, max_rotational_energy, max_total_energy : samples of the columns of
         `Deposits`
     """

@@ -28,7 +28,8 @@ def orientations_along(
     The result has the same bits whether plain Python or compiled code computes it.
 
     piece : (S,) row in `Paths` of the event that begins each segment, ascending; elapsed : (S,) s since this event
-    inside : (S,) True for times before the end of the segment; at the end, the next event has the orientation
+    inside : (S,) True for times before the end of the segment, False for its end, where the result is the orientation
+        at the next event
     moments : (R, 3) principal moments of each rock, ascending, in any unit of its own; by row in `Deposits`
 
     Raises
@@ -66,7 +67,9 @@ def _turning(moments: Any, q: Any, w: Any, i: int) -> Turning:
 def _turn_all(moments: Any, q: Any, w: Any, segment: Any, t: Any, out: Any) -> None:
     """Write the orientations of bodies t (P,) s after the start of their segments into out (P, 4).
 
-    moments, w : (N, 3) and q : (N, 4) at the start of N segments; segment : (P,) number of the segment of each time
+    moments : (N, 3) principal moments of the rock of each of N segments
+    w, q : (N, 3) rad/s and (N, 4), spin and orientation at the start of each segment
+    segment : (P,) number of the segment to which each time belongs
     """
     begun = -1
     turning = _turning(moments, q, w, 0)

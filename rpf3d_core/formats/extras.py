@@ -9,7 +9,7 @@ from rpf3d_core.errors import InputError
 def library_of(extra: str, module: str, user: str, fault: type[InputError] = InputError) -> Any:
     """Return a module of a library that an extra installs, such as "plotly.graph_objects".
 
-    user : begin of the message, which says what needs the library, such as "a report needs"
+    user : first words of the message, which say what needs the library, such as "a report needs"
     fault : class of the error to raise
 
     Raises

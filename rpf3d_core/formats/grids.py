@@ -102,7 +102,7 @@ def _refuse_unusable(path: Path, grid: Any) -> None:
 def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
     """Return the numbers (rows, columns) below the header of an ESRI ASCII grid; refuse a truncated file.
 
-    GDAL does not read the numbers, because it takes words, and the missing part of a truncated file, as heights of 0.
+    GDAL is not used for the numbers, because it would read a word as 0, and fill up a truncated file with zeros.
     """
     data = gzip.decompress(path.read_bytes()) if path.suffix.lower() == ".gz" else path.read_bytes()
     words = data.split()

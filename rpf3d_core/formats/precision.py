@@ -43,8 +43,10 @@ def _steps(surface: FileMesh) -> FloatArray:
 def _was_single(column: FloatArray, step: float) -> bool:
     """True if numbers (N,) in double precision were rounded to single precision earlier, for example by an export.
 
-    Then all numbers exist in single precision. If all are also multiples of two steps, they are on a coarse grid, and
-    nothing was lost.
+    Two conditions must hold. Every number is also a number of single precision. And at least one number is not a
+    multiple of 2 * step: else the numbers lie on a grid that is coarser than single precision, and nothing was lost.
+
+    step : step of single precision at the largest number, in the unit of the numbers
     """
     single = column.astype(np.float32)
     return bool((single == column).all() and (np.mod(column, 2.0 * step) != 0.0).any())

@@ -2,8 +2,8 @@
 
 The reader accepts only mappings, sequences and plain scalars by the YAML 1.2 core rules (so `1e-4` is a number and `no`
 a word), without tags. An alias (*name) is replaced by a copy of the value with the anchor (&name); all aliases together
-may repeat MOST_REPEATED values. Merge keys (<<) are not part of YAML 1.2 and are faults. A repeated key is a fault: the
-second value does not silently replace the first value.
+may repeat MOST_REPEATED values. Merge keys (<<) are not part of YAML 1.2 and are reported as errors. A repeated key is
+an error, too: the second value does not silently replace the first value.
 """
 
 import re

@@ -46,7 +46,7 @@ class Crossed(NamedTuple):
     """Working memory to recognise a crossing that is found twice, because it lies where two panel segments join.
 
     piece : (K,) row of the path segment with which each of K panel segments was compared last
-    t, barrier : (K,) time (s) and barrier of each crossing of the current path segment
+    t, barrier : (K,) time (s) and barrier of each crossing on the current path segment, in the order of finding
     last : (B,) time (s) of the latest crossing of each barrier on earlier segments of the path
     """
 

@@ -52,7 +52,7 @@ class Bench(NamedTuple):
     """A row of the bench table, for a zone of the terrain (ZONE) or an area of interest (AREA).
 
     reached, stopped : shares of all rocks flown, as in `share_of`
-    retained : share of the rocks that reached the place that also stopped there
+    retained : of the rocks that reached the place, the share that stopped there
     energy_p95 : 95th percentile of each rock's largest energy in the place, J; None for fewer than 20 rocks
     lost : share of all rocks flown that were lost to holes of the terrain; None if no rock was lost
     reached_at_most : share of all rocks flown if every lost rock had also reached the place; None if no rock was lost
@@ -102,12 +102,12 @@ def _over_sets(benches: Sequence[Bench], sets: Any) -> list[Bench]:
 
 
 def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str, Any]:
-    """Return a share as in `share_of` with two intervals; `interval_95` is the predictive interval.
+    """Return a share as in `share_of` with the intervals `predictive` and `sampling`; `interval_95` is `predictive`.
 
     low, high : ends of the predictive interval (-); NaN if unknown
 
-    If the predictive interval is unknown, `predictive` and `interval_95` are None: the sampling interval in place of
-    `interval_95` would make the share look more certain than it is.
+    If the predictive interval is unknown, `predictive` and `interval_95` are None. With the sampling interval as
+    `interval_95`, the share would look more certain than it is.
     """
     predictive = None if math.isnan(low) else [float(low), float(high)]
     sampling = share.get("sampling", share["interval_95"])
@@ -285,5 +285,5 @@ def in_percent(share: float, decimals: int) -> str:
 
 
 def _decimals(share: float) -> int:
-    """Return how many decimals show the first digit of a share > 0 in per cent, at most MOST_DECIMALS."""
+    """Return how many decimals show the first non-zero digit of a share > 0 in per cent, at most MOST_DECIMALS."""
     return min(max(0, -math.floor(math.log10(100.0 * share))), MOST_DECIMALS)

@@ -1,9 +1,9 @@
 """Sort energies, speeds and heights into logarithmic bins, from which percentiles follow without storing each rock.
 
 Bins need bounded memory, and give the same result whatever the order of the rocks. An octave (a factor of 2) has
-`PER_OCTAVE` bins. A value is 1 + x times a power of two. Within an octave the bins have equal widths in
-x + BEND x (1 - x), because log2(1 + x) would take ten times as long. The polynomial and the logarithm are equal where
-1 + x is 1, the square root of 2, or 2.
+`PER_OCTAVE` bins. A value is (1 + x) times a power of two. Within an octave, all bins are equally wide on the scale of
+x + BEND x (1 - x). This polynomial replaces log2(1 + x), which takes ten times as long; both are equal where 1 + x is
+1, the square root of 2, or 2.
 """
 
 import math

@@ -57,6 +57,8 @@ def _front(source: Source, lowest: float, highest: float) -> float:
     """Return the width (m) over which the rocks of a source fall: its front.
 
     For a source of points, the front is at most the sum of the fronts of the single points.
+
+    lowest, highest : as in `_aside`
     """
     aside, wide = _aside(source, lowest, highest), _wide(_places(source))
     if source.line or source.triangles is not None:
@@ -67,7 +69,7 @@ def _front(source: Source, lowest: float, highest: float) -> float:
 def _aside(source: Source, lowest: float, highest: float) -> float:
     """Return the width (m) over which rocks from one place of a source spread sideways.
 
-    lowest, highest : of the terrain (m)
+    lowest, highest : heights of the lowest and the highest point of the terrain (m)
     """
     on_ground = source.above_ground is not None or source.triangles is not None
     top = highest if on_ground else float(source.points[:, 2].max())

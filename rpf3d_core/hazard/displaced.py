@@ -38,7 +38,7 @@ NO_FACET = -1
 class DisplacedFigures:
     """The counts and the runout of S parameter sets with displaced paths.
 
-    moves : (S, 2) m, displacement of each set in plan; zones, areas : counts by place
+    moves : (S, 2) m, displacement of each set in plan; zones, areas : counts of each set in the zones and in the areas
     runout : (S, P) m, the percentiles `PERCENTILES` over the deposits of each set; NaN for a set without deposits
     """
 
@@ -88,7 +88,7 @@ class DisplacedTally:
         return both
 
     def end(self, number: int) -> None:
-        """Add the rocks counted since the last call to the counts of set `number`."""
+        """Add to set `number` all rocks that were counted since the previous call of `end`, for any set."""
         self._zones.end(number)
         self._areas.end(number)
 
@@ -105,7 +105,8 @@ class DisplacedTally:
 def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
     """Return a batch whose paths and stops are displaced by `move` (2,) m in plan, and lifted above all ground.
 
-    Its impacts are at no facet. A deposit is on the topmost facet at its displaced place.
+    In the result, every impact has NO_FACET as its facet, and the facet of a deposit is the topmost facet at the
+    displaced place.
 
     engine : finds the ground at the displaced places
     """
@@ -181,8 +182,8 @@ def _moved(rows: FloatArray, shift: FloatArray) -> FloatArray:
 def tallies_of_places(tallies: Tallies) -> Tallies:
     """Return empty counts of the same zones and areas, for displaced paths.
 
-    The raster has only one cell, because map cells are not counted. Zones need the walk over facets, so facets are
-    counted, too, but with the fewest bins.
+    The raster has only one cell, because map cells are not counted. Visits to zones are found by following paths over
+    facets, so visits to facets are counted, too, but with the fewest bins.
     """
     facets = tallies.ground.facets
     side = max(facets.high[0] - facets.low[0], facets.high[1] - facets.low[1], 1.0)

@@ -40,9 +40,11 @@ def without_passages(layers: Layers) -> Layers:
 
 
 def _edges(tally: CellTally, q: int) -> FloatArray:
-    """Return the edges of the bins of a quantity q (0 energy, 1 speed, 2 height), after merging.
+    """Return the edges (B + 1,) of the B bins of a quantity q, in its unit; bins may have been merged in pairs.
 
-    Speeds without bins use the bins of energy.
+    If speeds have no bins, their edges follow from the edges of the energies.
+
+    q : 0 energy (J), 1 speed (m/s), 2 height (m)
     """
     top, bins, per_octave = tally.scales
     if bins[q] == 0:
@@ -85,7 +87,10 @@ def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: Count
 
 
 def _columns(tally: CellTally, q: int) -> slice:
-    """Return the columns in which a tally has the bins of a quantity q (0 energy, 1 speed, 2 height), after merging."""
+    """Return the columns of a tally's bins that belong to a quantity q (0 energy, 1 speed, 2 height).
+
+    If bins have been merged in pairs, the columns are those of the merged bins.
+    """
     bins = tally.scales.bins
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)
 
@@ -94,7 +99,7 @@ def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> Coun
     """Return the bin (N, P) that contains each of P percentiles of a quantity in N cells.
 
     bins : (N, B) counts of all quantities; columns : the columns of this quantity
-    ranks : (N, P) each percentile as a number of rocks, ascending in P
+    ranks : (N, P) rank of each percentile among the rocks of its cell, from 1; ascending in each row
     """
     if bins.size <= FEW:
         up_to = np.cumsum(bins[:, columns], axis=1)
@@ -116,9 +121,9 @@ def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray)
 
 @loop
 def _find_ranks(bins: Any, begin: int, ranks: Any, places: Any) -> None:
-    """Write the bin of each rank (N, P) in N cells to `places` (N, P); bins are counted from column `begin` on.
+    """Write to `places` (N, P) the bin that contains the rock of each rank (N, P) in N cells.
 
-    bins : (N, B) counts; ranks are ascending in P
+    bins : (N, B) counts; begin : column of the bin that has the number 0; ranks : as in `_places`
     """
     for s in range(len(ranks)):
         seen, b = np.int64(0), begin

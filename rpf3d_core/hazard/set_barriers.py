@@ -27,14 +27,14 @@ energy (J), height (m) : 95th percentiles over first arrivals
 
 
 class BarrierSets:
-    """The counts at B barriers, set by set: call `begin` before the rocks of a set fly."""
+    """The counts at B barriers, for each parameter set: call `begin` before the rocks of a set fly."""
 
     def __init__(self, tally: BarrierTally, sets: int) -> None:
         self._tally = tally
         self._counted = [tuple(AtBarrier() for _ in tally.names) for _ in range(sets)]
 
     def begin(self, number: int) -> None:
-        """Count the rocks that fly after this call also for parameter set `number`, until the next call."""
+        """Start to count for parameter set `number`: all rocks from now until the next call of `begin` belong to it."""
         self._tally.part = self._counted[number]
 
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:

@@ -1,7 +1,7 @@
 """Counts and p95 energies of each parameter set in zones or areas.
 
-All sets share the counts of the run. The counts of one set are the difference of these counts after and before its
-rocks have flown.
+All sets share the counts of the run. The counts of one set are the counts of the run after the rocks of the set have
+flown, minus the counts of the run before.
 """
 
 from dataclasses import dataclass
@@ -39,7 +39,10 @@ class PlaceCounts:
 
 
 class PlaceTally:
-    """The counts of zones or areas, set by set: differences of the counts of a tally that all sets share."""
+    """The counts of zones or areas for each parameter set, from a tally that all sets share.
+
+    The rocks of the sets fly one set after another: call `end` after the rocks of a set have flown.
+    """
 
     def __init__(self, tally: CellTally, sets: int) -> None:
         places = len(tally.slot)
@@ -50,7 +53,7 @@ class PlaceTally:
         self._filled: list[list[Filled]] = [[] for _ in range(sets)]
 
     def end(self, number: int) -> None:
-        """Add everything that the tally has counted since the last call to the counts of set `number`."""
+        """Add to set `number` everything that the tally has counted since the previous call of `end`, for any set."""
         tally = self.tally
         cells, after = tally.slots.cell[: tally.used], np.zeros_like(self._before)
         for row, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):

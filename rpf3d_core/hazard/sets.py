@@ -1,7 +1,7 @@
 """The results of each parameter set: counts of rocks by outcome, zone, area and map cell, and percentiles.
 
-The hazard maps of the run count the rocks of all sets together. The counts of one set are the difference of these
-counts after and before its rocks have flown. So a set needs no memory of its own while its rocks fly.
+The hazard maps of the run count the rocks of all sets together. The counts of one set are the counts of the run after
+the rocks of the set have flown, minus the counts before. So a set needs no memory of its own while its rocks fly.
 """
 
 from collections import Counter
@@ -54,7 +54,7 @@ class SetFigures:
     """The results of each parameter set of a run, from which predictive intervals follow.
 
     sets : the S sets; rocks : (S,) number of rocks flown with each set; outcomes : number of rocks by outcome, per set
-    zones, areas : counts by place
+    zones, areas : counts of each set in the zones and in the areas
     percentiles : for each name in `SAMPLES`, (S, P) percentiles `PERCENTILES` of each set; NaN for a set without values
     cells : for each set, the map cells that its rocks reached and how many rocks reached each
     displaced : results of the same rocks with paths displaced by the error of the model; None if this error is unknown
@@ -142,7 +142,7 @@ class SetFigures:
 
     @staticmethod
     def is_displaced(name: str) -> bool:
-        """Return True if the error of the model changes the distribution of this name."""
+        """Return True if displaced paths change the distribution with this name in `SAMPLES`: only the runout."""
         return name == RUNOUT
 
     def reach(self, maps: HazardMaps) -> ReachBand:
@@ -227,7 +227,10 @@ class SetTally:
         return sink if self._displaced is None else self._displaced.sink_of(number, sink)
 
     def end(self, number: int) -> None:
-        """Add everything counted since the last call to set `number`; call this after the rocks have flown."""
+        """Add to set `number` everything counted since the previous call of `end`, for any set.
+
+        Call this after rocks of set `number` have flown, and before rocks of another set fly.
+        """
         squares = self._tallies.squares
         after = squares.slots.lines.short[: squares.used, LINE_ROCKS].copy()
         self._cells[number] = _sum(self._cells[number], less(after, self._before))

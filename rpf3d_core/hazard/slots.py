@@ -94,7 +94,7 @@ def nothing_ahead() -> Ahead:
 
 @loop
 def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
-    """Number new slots, from `used` on, for the cells that have no slot yet; return how many.
+    """Give a slot to each cell that has none yet, numbered from `used` on; return the number of new slots.
 
     slot : (C,) slot of each cell, -1 for none; cells : (N,) cells that need a slot; fresh : receives the cells with a
         new slot

@@ -48,7 +48,8 @@ class Zone(NamedTuple):
     """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
     kind : "reach_probability", all cells with at least a level (zones of lower levels contain those of higher levels);
-        UPPER, the same for the upper end of the predictive interval; or "matrix", all cells of a class
+        UPPER, all cells with at least a level at the upper end of the predictive interval; "matrix", all cells of a
+        class
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) True for each cell of the zone; guessed : number of cells of the zone whose largest energy replaces a
         missing percentile

@@ -22,13 +22,13 @@ BINS = (4096, 1024, 512, 200, 150, 100, 75, 50, 40, 30, 25, 20, *range(16, 0, -1
 
 
 class Classes(NamedTuple):
-    """The classes of grid cells: a class becomes a zone, and all its cells get the same K numbers, one for each grid.
+    """The C classes of grid cells: a class becomes a zone, and all its cells get the same K values, one for each grid.
 
     number : (H, W) int32, class of each cell, counted from 1; 0 for a cell without facets
-    values : (C, K) numbers of each class, in the units of the grids
+    values : (C, K) values of each class, in the units of the grids
     facets : (C,) number of facets of each class
     distinct : number of classes that the cells would have without bins
-    error : (K,) largest difference between the number of a cell and the number of its class; 0 without bins
+    error : (K,) largest difference between the value of a cell and the value of its class; 0 without bins
     """
 
     number: NDArray[np.int32]
@@ -53,16 +53,16 @@ def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
 
 
 def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: NDArray[np.int64]) -> Classes:
-    """Return the classes of all cells with facets: cells with equal numbers in all grids are in one class.
+    """Return the classes of all cells with facets: cells with equal values in all grids are in one class.
 
-    Classes are in ascending order of their numbers. To get at most MOST_CLASSES classes, the numbers of some grids
-    (`binned`) are sorted into equal bins, which are as fine as possible. The number of a class is then the mean of its
-    cells.
+    Classes are in ascending order of their values. If there would be more than MOST_CLASSES classes, the values of some
+    grids (`binned`) are sorted into bins of equal width, which are as narrow as possible. The value of a class is then
+    the mean over its cells.
 
     Parameters
     ----------
     grids : K grids (H, W), each in its own unit, finite where there are facets
-    binned : (K,) True if the numbers of a grid may be sorted into bins (codes may not)
+    binned : (K,) True if the values of a grid may be sorted into bins (codes may not)
     facets : (H, W) from `facets_of_cells`
     """
     there = facets > 0
@@ -85,7 +85,10 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 
 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
-    """Return the class (N,) of each distinct row of numbers (N, K), with the finest bins that MOST_CLASSES allows."""
+    """Return the class (N,), from 0, of each distinct row of values (N, K).
+
+    Bins are as narrow as MOST_CLASSES allows. binned : as in `classes_of`
+    """
     for bins in BINS:
         _, place = _distinct(_steps(rows, binned, bins))
         if place.max() < MOST_CLASSES:
@@ -107,9 +110,10 @@ def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
-    """Return numbers (N, K) with the index of the bin in place of each number of the columns to bin.
+    """Return a copy of numbers (N, K), in which each number of the columns to bin is replaced by the index of its bin.
 
-    binned : (K,) True for columns to bin; bins : number of equal bins between the smallest and the largest number
+    binned : (K,) True for columns to bin
+    bins : number of bins of equal width between the smallest and the largest number of a column
     """
     low, high = numbers.min(axis=0), numbers.max(axis=0)
     width = np.where(high > low, high - low, 1.0)
@@ -118,7 +122,7 @@ def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
 
 
 def _means(rows: FloatArray, place: NDArray[np.int64], count: NDArray[np.int64]) -> FloatArray:
-    """Return the numbers (C, K) of each class: the mean of its rows (N, K), weighted by the rows' numbers of cells.
+    """Return the values (C, K) of each class: the mean of its rows (N, K), weighted by the number of cells of each row.
 
     The mean is exact if all rows of a class are equal.
 

@@ -95,7 +95,7 @@ def _stretches(line: FloatArray) -> list[FloatArray]:
 def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
     """Yield the crests along a line (N, 2) m, moved to the brow; points with no face in front of them are left out.
 
-    A stretch of such points that is longer than JOINED cuts the crest in two.
+    If two successive remaining points are more than JOINED + SPACING apart, a new crest begins at the second point.
     """
     outwards = _outwards(line)
     distance = np.arange(-SEARCHED, HIGHEST, FINE)
@@ -117,7 +117,10 @@ def _outwards(line: FloatArray) -> FloatArray:
 
 
 def _in_line(brow: FloatArray) -> FloatArray:
-    """Return the distances (N,) m of the brow, with noise replaced by the median of the neighbours (see STRAY)."""
+    """Return the distances (N,) m from points of a line to the brow, without noise.
+
+    A distance counts as noise if it differs by more than STRAY from the median of five neighbours, which replaces it.
+    """
     if len(brow) < 3:
         return brow
     around = np.median(sliding_window_view(np.pad(brow, 2, mode="reflect"), 5), axis=1)

@@ -102,10 +102,10 @@ def _upper(grid: _Grid, downhill: FloatArray, contour: FloatArray) -> Iterator[F
 
 
 def _without_gaps(falls: NDArray[np.bool_], lengths: FloatArray, closed: bool) -> tuple[NDArray[np.bool_], int]:
-    """Return (S,) True for each segment in the upper part of a border, gaps up to JOINED (m) filled, and a start index.
+    """Return flags (S,), True for segments in the upper part of a border, and the index of the first flag's segment.
 
-    The returned flags begin with the segment at the start index. This is the first segment of the longest gap if the
-    border is closed, else 0.
+    A segment is in the upper part if the face falls away from it, or if it lies in a gap of at most JOINED (m) between
+    two such segments. The flags of a closed border begin with the longest gap; other flags begin with segment 0.
 
     falls : (S,) True if the face falls away from a segment; lengths : (S,) m; closed : True if the border is closed
     """
@@ -132,7 +132,7 @@ def _heights_of_ends(grid: _Grid, part: FloatArray) -> FloatArray:
 
 
 def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArray]:
-    """Return parts (N, 2) m of borders, joined end to start where the brow continues; the smallest gaps come first.
+    """Return parts (N, 2) m of borders, joined end to start where the brow continues; small gaps are closed first.
 
     heights : (2,) m at the first and the last point of each part
     """

@@ -81,7 +81,7 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 
     The class with most facets needs no polygons: its zone is all terrain outside the other zones.
 
-    names : (C,) zone names; materials : (C,) lines of the materials
+    names : (C,) zone names; materials : (C,) lines of YAML that describe the material of each zone
     """
     largest = int(np.argmax(classes.facets))
     files = [None if i == largest else f"{ZONES}/{name}.geojson" for i, name in enumerate(names)]
@@ -92,11 +92,11 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
-    """Return a warning if bins put cells with different numbers into one class; [] if each class has equal cells.
+    """Return a warning if bins put cells with different values into one class; [] if each class has equal cells.
 
-    The warning states the number of classes and the largest change of a number.
+    The warning states the number of classes, and by how much the values of a cell and of its class differ at most.
 
-    what : (K,) name and unit of each number of a class
+    what : (K,) name and unit of each value of a class
     """
     if classes.distinct <= MOST_CLASSES:
         return []

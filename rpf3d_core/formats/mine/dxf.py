@@ -229,9 +229,10 @@ def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str
 
 
 def _not_read(path: Path, drawing: Drawing, read: Ids, triangles: int) -> list[str]:
-    """Return a sentence that counts the entities that were not read, if any; raise a TerrainError without triangles.
+    """Return a list with one sentence that counts the entities that were not read; [] if there are none.
 
-    read : entities with triangles; triangles : number of all triangles
+    Raise a TerrainError if the file has no triangles.
+    read : numbers of the entities that gave triangles; triangles : number of all triangles
     """
     left = drawing.drawn.copy()
     left[read] = False

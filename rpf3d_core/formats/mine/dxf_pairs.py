@@ -115,7 +115,8 @@ def _converted(path: Path, words: Any, first: int, pair: Any, kind: Any, must: s
     """Return words as numbers of a type; raise a TerrainError that names the line of the first wrong word.
 
     first : number of the block's first line, from 1; must : what a word must be, for the message
-    pair : if the words are values, the number of each word's pair in the block; 0 if the words are all group codes
+    pair : for words that are values, (N,) number of the pair of each word in the block; 0 if the words are the group
+        codes of all pairs of the block
     """
     try:
         return np.asarray(pc.cast(words, kind))

@@ -29,7 +29,8 @@ class _Content:
     """The content that has been parsed so far; its methods are callbacks of the parser expat.
 
     surfaces : names; point_ids, points, faces : for each surface, the texts of its elements
-    hidden : number of invisible faces; others : names of elements that are not read; text : of the open element or None
+    hidden : number of invisible faces; others : names of elements that are not read
+    text : parts of the text of the point or face that is open; None if none is open, or the face is invisible
     """
 
     def __init__(self) -> None:
@@ -100,7 +101,7 @@ def read_landxml(path: Path) -> FileMesh:
 
 
 def landxml_crs(path: Path) -> str | None:
-    """Return the coordinate reference system that the begin of a LandXML file states; None if it states none."""
+    """Return the coordinate reference system stated near the start of a LandXML file; None if none is stated there."""
     content = _Content()
     try:
         with path.open("rb") as file:

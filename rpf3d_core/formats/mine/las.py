@@ -88,7 +88,7 @@ def _refuse_impossible_records(path: Path) -> None:
 
 
 def _refuse_impossible(path: Path, header: Any) -> None:
-    """Raise a TerrainError if a file is too small for the number of points that its header announces, or has none."""
+    """Raise a TerrainError if the header of a file announces no points, or more points than the file can contain."""
     size, count = path.stat().st_size, header.point_count
     most = MOST_PER_BYTE * size if header.are_points_compressed else size // max(1, header.point_format.size)
     if count == 0:

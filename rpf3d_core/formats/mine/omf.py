@@ -98,7 +98,8 @@ def _grid(
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return a grid of heights as points (V, 3) m and triangles (F, 3).
 
-    The points are in rows along u, one row after another along v. Heights are offsets along u x v.
+    The points are in rows along the axis u, one row after another along the axis v. A height is an offset along the
+    vector product of u and v.
     """
     u, v = (np.array(geometry[f"axis_{axis}"], dtype=float) for axis in "uv")
     along = [np.concatenate([[0.0], np.cumsum(np.array(geometry[f"tensor_{axis}"], dtype=float))]) for axis in "uv"]

@@ -136,8 +136,8 @@ def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
 def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> FacetCrossing:
     """Return how the line of a track crosses the next facet, which shares the exit of the last facet (`passed`).
 
-    Returns NO_CROSSING if no single next facet exists, or if other facets lie above or below it. Side m of the next
-    facet runs from the left corner of the exit to the right corner.
+    Returns NO_CROSSING if no single next facet exists, or if other facets lie above or below it.
+    In the code, f is the next facet, and m is its side at the exit: it runs from the exit's left to its right corner.
     """
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, passed.f, passed.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):

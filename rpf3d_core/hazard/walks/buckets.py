@@ -67,7 +67,7 @@ def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> Non
 
 @kernel
 def _visit_what_is_below(walk: Walk, used: int) -> None:
-    """Record visits over a bucket whose facets overlap in plan: only to the facet straight below the rock at each time.
+    """Record visits where facets of a bucket overlap in plan: at each time, only to the facet straight below the rock.
 
     Facets overlap at an overhang, if one terrain lies above another, or if the track runs along an edge. The facet
     straight below changes only where the track enters or leaves a facet: between two such times, one query is enough.

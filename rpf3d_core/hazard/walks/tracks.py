@@ -185,7 +185,7 @@ def top_speed2(track: Track, begin: float, end: float) -> float:
 
 @kernel
 def top_energy2(track: Track, begin: float, end: float) -> float:
-    """Return twice the largest kinetic energy (J/kg) between two times along a track (s), with that of rotation."""
+    """Return twice the largest kinetic energy (J/kg), rotation included, between two times along a track (s)."""
     return max(_energy2_at(track.spin, track, begin), _energy2_at(track.spin, track, end))
 
 

@@ -1,14 +1,15 @@
 """Measure the lengths of rocks' paths in plan inside cells, from which passages per metre follow.
 
-A cell of area A in which the paths of rocks have the lengths l in plan has a path density of sum(l) / A. That is the
-number of passages per metre of a line across each rock's path. For example, a rock that crosses a strip of length L
-across its path and of depth d along its path has a path of length l = d in the area A = L d. Lengths and areas are
-additive, so the density of a cell is the mean of the densities of its parts. The expected density at a place depends on
-the cell only because the density is averaged over the cell.
+If the paths of rocks in a cell of area A have the lengths l in plan, the path density of the cell is sum(l) / A. This
+density is the number of passages per metre of width, measured across the paths. For example, a strip has the length L
+across the path of a rock and the depth d along this path. The rock's path in the area A = L d has the length l = d, so
+the density is 1 / L: one passage over a width of L. Lengths and areas are additive, so the density of a cell is the
+mean of the densities of its parts, weighted by area. The expected density at a place depends on the cell only because
+the density is averaged over the cell.
 (Chilton 1978, Health Phys. 34:637: fluence as track length over volume, any shape of volume; ICRU report 85, section
 3.1. Here, a plane takes the place of the space, and area the place of volume.)
 
-Sums are of whole numbers, so they have the same bits in any order.
+Lengths are summed as whole numbers, so the sums have the same bits whatever the order of the rocks.
 """
 
 from typing import Any, NamedTuple
