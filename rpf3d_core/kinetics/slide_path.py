@@ -182,7 +182,8 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet
 
-    inward . v is proportional to A (1 - w^2) + 2 B w, which changes sign just once for w > 0, unless A is 0.
+    inward . v is proportional to A (1 - w^2) + 2 B w, with A and B the components of `inward` along the path's `down`
+    and `across`. For w > 0 this expression changes sign just once, unless A is 0.
     """
     A, B = dot(inward, path.down), dot(inward, path.across)
     if A == 0.0:
@@ -197,7 +198,7 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
     """Return the path parameter y (0: start, inf: end) at which a rock slides out over an edge of its facet.
 
-    The result is inf if it never does.
+    The result is inf if the rock never slides out over this edge.
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet; of any length
     distance : distance of the start from the edge (m), times the length of `inward`

@@ -25,7 +25,7 @@ class VHalf(NamedTuple):
 
 @rebound.rule(VHalf)
 def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a lumped mass after an impact, with R_n from its speed and the material's R_t.
+    """Return the motion of a lumped mass after an impact, with the material's R_t, and R_n from the rock's speed.
 
     Energy never rises.
     """
