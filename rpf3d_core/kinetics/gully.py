@@ -51,8 +51,8 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
     n_first, n_second : unit normals of the facets; direction : (3,) unit, of the line between them
 
     The pushes N_1 and N_2 balance g_perp, the gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0, n_1 and n_2 the
-    normals. For two facets that are almost one plane, each facet takes half of the push. This changes only the friction,
-    by at most the difference between the friction coefficients of the facets.
+    normals. For two facets that are almost one plane, each facet takes half of the push. This changes only the
+    friction, by at most the difference between the friction coefficients of the facets.
     """
     c, sine = dot(n_first, n_second), kink(n_first, n_second)
     g_first, g_second = gravity * n_first[2], gravity * n_second[2]
