@@ -145,7 +145,7 @@ def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layer
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:
-    """Return the counts of an answer in which the areas contain the visits of the rocks of all clusters.
+    """Return the counts of an answer, with the visits of areas by the rocks of all clusters together.
 
     tallies : the counts of the answer without visits of areas
     """

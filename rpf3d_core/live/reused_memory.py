@@ -57,7 +57,7 @@ class Room:
 class Rooms:
     """All memory sets of a `Workshop`: one for each terrain in use or being built, and a few unused sets.
 
-    `free_one` releases all unused sets but SETS.
+    Each call of `free_one` keeps at most SETS unused sets, and releases the memory of the others.
     """
 
     def __init__(self) -> None:
