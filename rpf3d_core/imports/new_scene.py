@@ -30,7 +30,10 @@ MOST_CRESTS = 8
 
 
 class FileChoice(NamedTuple):
-    """How to read a terrain file. up : axis that points up; unit : of the coordinates; crs : None if unknown."""
+    """How to read a terrain file.
+
+    up : axis that points up; unit : of the coordinates; crs : reference system, None for the one that the file states
+    """
 
     up: str = "z"
     unit: str = METRE
@@ -38,7 +41,7 @@ class FileChoice(NamedTuple):
 
 
 class NewSceneFiles(NamedTuple):
-    """The scene that was written, and sentences on it.
+    """The new scene file, and the sentences that the user reads after it was written.
 
     path : of the scene file; sentences : on the content of the terrain file; warnings : on what the user must check
     """

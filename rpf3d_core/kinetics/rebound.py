@@ -21,7 +21,7 @@ class ConstantRestitution(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """All remaining bounces of a rock on one plane, summed up: its displacement, time and final velocity.
+    """All remaining bounces of a rock on one plane together: displacement, time and final velocity of the rock.
 
     along : (3,) m, displacement due to the speed along the facet; down : (3,) m, displacement due to gravity
     v : (3,) m/s along the facet after the last bounce; t : total time of the bounces (s)

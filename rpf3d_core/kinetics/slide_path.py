@@ -1,11 +1,12 @@
 """The exact path of a rock that slides on a plane with Coulomb friction, in any direction on the slope.
 
-Let g_s be the gravity along the plane, k = mu g_n the deceleration by friction, and phi the angle between the velocity
-and the line of steepest descent. From u' = g_s cos(phi) - k and u phi' = -g_s sin(phi) it follows, with m = k / g_s
-and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of the sliding rock. Time, position and
-path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the rock turns downhill. The integrals
-are written with y = -ln r, so that neither m near 1 nor a nearly straight path loses digits. In this module y is the
-parameter of a point on the path: 0 at the start, inf at the end.
+Let u be the speed of the rock, g_s and g_n the gravity along the plane and normal to it, k = mu g_n the deceleration by
+friction, and phi the angle between the velocity and the line of steepest descent. From u' = g_s cos(phi) - k and
+u phi' = -g_s sin(phi) it follows, with m = k / g_s and w = tan(phi / 2), that u is proportional to
+w^(m-1) (1 + w^2): the hodograph of the sliding rock. Time, position and length of the path are then integrals of powers
+of r = w / w_0, which falls from 1 to 0 as the rock turns downhill. The integrals are written with y = -ln r, so that no
+digits are lost for m near 1 or a nearly straight path. In this module y is the parameter of a point on the path: 0 at
+the start, inf at the end.
 
 Derived from first principles; checked against quadrature in test/analytic/test_slide_path.py.
 """

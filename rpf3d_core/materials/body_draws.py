@@ -1,4 +1,4 @@
-"""Ground properties of rocks with a shape, fixed or drawn at random; friction is a coefficient, not an angle."""
+"""Properties of the ground for rocks with a shape, fixed or drawn at random; friction is a coefficient, no angle."""
 
 from typing import Any, NamedTuple
 
