@@ -3,8 +3,8 @@
 The plan axes are those of the input, as in polygons of zones and areas: x and y, or x and z if y is up. The tag AXES
 names the two axes. The first row has the largest second coordinate.
 
-Nodata: NaN in a statistic or a time means that no rock reached the cell; in a percentile, that fewer than 20 rocks did.
-Shares and counts are 0 in cells that no rock reached; there 0 is a valid value.
+Nodata: in a percentile, NaN means that fewer than 20 rocks reached the cell; in another statistic or a time, NaN means
+that no rock reached the cell. Shares and counts have no NaN: in cells that no rock reached, they are 0.
 """
 
 import math
