@@ -41,7 +41,8 @@ def rolling_in_gully(
 ) -> Law:
     """Return the law of motion of a rolling rock in a gully: each facet resists with its own rolling friction and push.
 
-    A is the same as on a facet (a simplification: in a groove, A would be smaller).
+    The share A of gravity that accelerates the rock is the same as on a facet. This is a simplification: in a groove, A
+    would be smaller.
     """
     friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
     return Law(

@@ -165,10 +165,11 @@ def _power(q: float, y: float) -> float:
 def bend_point(path: SlidePath) -> float:
     """Return the path parameter y at which a segment of a sliding path must end, because the path has turned too far.
 
-    y : 0 at the start of the path, inf at its end. The result is inf if one segment is enough for the whole path. At
-    this point the path has turned by 7 degrees or, if it is already nearly downhill, its angle to the line of steepest
-    descent has halved. Within a segment, speed and direction differ from those of a motion with constant acceleration
-    by at most 1 %.
+    y : 0 at the start of the path, inf at its end. The result is inf if one segment is enough for the whole path.
+
+    At the end of the segment the path has turned by 7 degrees or, if the path is already nearly downhill, its angle to
+    the line of steepest descent has halved. Within a segment, speed and direction differ by at most 1 % from a motion
+    with constant acceleration.
     """
     if path.w <= SLIGHT:
         return math.inf

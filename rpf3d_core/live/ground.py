@@ -89,7 +89,7 @@ class LiveTerrain:
     whole_ns : stamp (ns) of the whole survey; a patch keeps this stamp, because the terrain around the patch stays old
     patches : number of patches since the terrain was built from a whole survey
     locator : search structure over the facets; room : the memory of all arrays
-    border : the sides of facets without a neighbour, and the caps over the gaps there
+    border : the sides of facets without a neighbour, and the caps over the gaps that these sides enclose
     pieces : the piece of each facet, and whether pieces can pass through each other; never None, so that flights are
         compiled once
     changed : where the last patch changed the terrain; None if the terrain was built from a whole survey

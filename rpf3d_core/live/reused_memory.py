@@ -1,4 +1,4 @@
-"""Memory for the terrains of a live simulator; it is used again when no object uses the terrain in it any more."""
+"""Memory for the terrains of a live simulator; a new terrain reuses memory whose terrain is no longer in use."""
 
 import weakref
 from collections.abc import Iterator

@@ -145,7 +145,7 @@ class Store:
             self._changed.notify_all()
 
     def follow(self, last: StoredSurveys) -> None:
-        """Continue after a restart from the surveys that were read from this folder; later patches are added there."""
+        """Continue after a restart from the surveys read from this folder; later patches are added to these surveys."""
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:

@@ -7,8 +7,9 @@ With v_n and v_t the velocities into and along the ground:
 
 R_n, R_t and mu, the tangent of the friction angle, belong to the material. An impact changes the speed along the normal
 by (1 + R_n) |v_n|. So its normal impulse is m (1 + R_n) |v_n|, and Coulomb friction gives at most mu times this impulse
-along the ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no such limit: even a very small
-bounce, with a very small impulse, would lose the same share of its speed along the ground. Kinetic energy never rises.
+along the ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no limit of this kind: a very
+small bounce, with a very small impulse, would take the same share of the speed along the ground as a hard impact.
+Kinetic energy never rises.
 
 Bounces on a plane: a rock leaves the plane with the speed w along the normal and the velocity u along the plane.
 Bounce k takes the time T_k = T R_n^k, T = 2 w / g_n. The impact at its end leaves the rock this share of its speed
