@@ -1,4 +1,4 @@
-"""Compute how many rocks pass places beyond the toe, and their energies and heights there, for the design of fences."""
+"""Compute how many rocks pass places beyond the toe, with which energies and heights, for the design of fences."""
 
 from typing import NamedTuple
 

@@ -53,7 +53,7 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
 
     `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band. `energy_j`, `speed_m_s`
     and `height_m` have the bands max, mean, p50, p90, p95 and p99, in this order. `passage_per_metre`, if the maps
-    have it, has the bands value, low and high; low and high are the ends of its 95 % interval. A run over parameter
+    have it, has the bands value, low and high; low and high are the ends of the 95 % interval. A run over parameter
     sets also has `reach_probability_low` and `reach_probability_high`, the ends of the predictive interval.
 
     Parameters
