@@ -30,7 +30,10 @@ MOST_CRESTS = 8
 
 
 class FileChoice(NamedTuple):
-    """How to read a terrain file. up : axis that points up; unit : of the coordinates; crs : None if unknown."""
+    """How to read a terrain file.
+
+    up : axis that points up; unit : of the coordinates; crs : reference system, None for the one that the file states
+    """
 
     up: str = "z"
     unit: str = METRE
@@ -38,7 +41,7 @@ class FileChoice(NamedTuple):
 
 
 class NewSceneFiles(NamedTuple):
-    """The scene that was written, and sentences on it.
+    """The new scene file, and the sentences that the user reads after it was written.
 
     path : of the scene file; sentences : on the content of the terrain file; warnings : on what the user must check
     """
@@ -49,7 +52,7 @@ class NewSceneFiles(NamedTuple):
 
 
 def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> NewSceneFiles:
-    """Write a scene for a terrain file into a new folder, with the JSON Schema next to it.
+    """Write a scene file for a terrain file into a new folder, and the JSON Schema of scene files as a second file.
 
     Raises
     ------
@@ -76,7 +79,7 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
 
 
 def _bare_scene(path: Path, choice: FileChoice) -> Scene:
-    """Return a scene for reading the terrain; its material and source are placeholders."""
+    """Return a scene that only serves to read the terrain file; material and source of the scene are placeholders."""
     file: dict[str, Any] = {"path": path} if choice.unit == METRE else {"path": path, "unit": choice.unit}
     terrain = {"files": (file,), "up": choice.up} | ({} if choice.crs is None else {"crs": choice.crs})
     return scene_of_values({

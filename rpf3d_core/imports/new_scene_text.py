@@ -35,10 +35,10 @@ class NewScene(NamedTuple):
     """The content of a terrain file, for the text of a new scene.
 
     path : of the file, relative to the scene; choice_up : axis that points up; unit : of the coordinates
-    crs : reference system, or None; crs_is_stated : True if the file states it
+    crs : reference system, None if unknown; crs_is_stated : True if `crs` is from the file, not from the user
     low, high : (3,) m, smallest and largest coordinates; highest : (3,) m, the highest point
     crests : with points in the input's coordinates
-    split : zones of the file that consist of separate surfaces at different heights; `zones` holds their parts
+    split : zones of the file that consist of separate surfaces at different heights; `zones` has each surface as a zone
     """
 
     path: str

@@ -55,7 +55,7 @@ ALWAYS_LEFT = (
 
 
 def import_rockyfor3d(folder: Path, out: Path) -> Imported:
-    """Write a scene folder from an input folder of Rockyfor3D, so that rpf3d can run the same case.
+    """Write a scene folder from an input folder of Rockyfor3D, so that rpf3d can simulate the same slope.
 
     Raises
     ------

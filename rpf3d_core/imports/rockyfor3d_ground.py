@@ -73,8 +73,10 @@ def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
 def tangential_restitution(moh: Sequence[float], radius: float) -> CoefficientSpread:
     """Return the tangential restitution (-) for the scene, a ratio of speeds, that corresponds to Rockyfor3D's R_t.
 
-    In Rockyfor3D v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)), so R_t is a share of energy: a rolling sphere,
-    w = v_t / R, keeps sqrt(R_t) of its speed. (The formula is unconfirmed; the root follows from the formula.)
+    In Rockyfor3D v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)): v_t and v_t' are the speeds along the ground
+    before and after an impact, w is the spin, m the mass, I the moment of inertia and R the radius. So R_t is a share
+    of energy: a rolling sphere, w = v_t / R, keeps sqrt(R_t) of its speed. (The formula is unconfirmed; the square root
+    follows from the formula.)
 
     moh : (3,) m, obstacle heights; radius : of the block, m
     """

@@ -28,7 +28,7 @@ class MaterialZone(NamedTuple):
 
 
 class SceneText(NamedTuple):
-    """The content of an imported scene file, from which its text is made.
+    """The content from which the text of an imported scene file is made.
 
     head : sentences on the origin of the scene; left : sentences on input that is not imported
     terrain : path of the elevation grid, relative to the scene; zones : exactly one zone has no polygons

@@ -86,7 +86,7 @@ class Restitution(NamedTuple):
 
 
 def import_stone(folder: Path, out: Path) -> Imported:
-    """Write a scene folder from a set of STONE's grids, so that rpf3d can run the same case.
+    """Write a scene folder from a set of STONE's grids, so that rpf3d can simulate the same slope.
 
     Raises
     ------
@@ -183,7 +183,10 @@ def _within_a_tenth(value: float, most: float = 1.0) -> str:
 
 
 def _angle(tangent: float) -> str:
-    """Return the friction angle (degrees) for the scene file, as a distribution within a tenth of its tangent."""
+    """Return the distribution of the friction angle (degrees) for the scene file, from the tangent of the mean angle.
+
+    The tangents of the smallest and largest angle are a tenth smaller and larger.
+    """
     low, mean, high = (math.degrees(math.atan(share * tangent)) for share in (1.0 - VARIATION, 1.0, 1.0 + VARIATION))
     return normal(mean, SD / VARIATION * 0.5 * (high - low), low, high)
 

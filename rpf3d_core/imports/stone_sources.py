@@ -29,9 +29,9 @@ MOST_LINES = 5_000_000
 
 
 class Start(NamedTuple):
-    """All rocks that start in the same direction, towards one neighbour of their source cells.
+    """All rocks that start in one of eight directions, from their source cells towards a neighbouring cell.
 
-    direction : name of the neighbour; step : cells to the east and north; rocks : number of rocks
+    direction : name of the direction, such as "north_east"; step : cells to the east and north; rocks : number of rocks
     points : (N, 2) m in plan, centres of the source cells; a centre is repeated in proportion to the cell's rocks
     """
 

@@ -37,7 +37,7 @@ _foreign: set[str] = set()
 
 
 def compile_apart(digest: str) -> None:
-    """Store all code compiled from now on in a separate cache folder, because it calls the user's own code.
+    """Store all code compiled from now on in a separate cache folder, because this code calls the user's own code.
 
     In the common folder, numba would not notice an edit of the user's code, and a process without the user's code could
     not read the index of the cache.
@@ -88,7 +88,7 @@ def cache_folder(module: str) -> Path:
 
 
 def is_cached(loop: Any, *classes: type) -> bool:
-    """True if the disk cache contains a loop, compiled for arguments of some classes: its first call is then fast."""
+    """True if the disk cache contains a loop, compiled for arguments of these classes; the first call is then fast."""
     with suppress(OSError):
         found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")
         return any(all(cls.__name__.encode() in index for cls in classes) for index in map(Path.read_bytes, found))
@@ -152,7 +152,7 @@ class PackageSources:
     """
 
     def __init__(self, texts: Mapping[str, str]) -> None:
-        """Find the files that register model functions, and the files that register their rules."""
+        """Find the files that define model functions, and the files that register rules of model functions."""
         self.texts = texts
         self._stubs = {name: set(STUB.findall(text)) for name, text in texts.items()}
         self._rules = {name: set(RULE.findall(text)) for name, text in texts.items()}
@@ -162,9 +162,10 @@ class PackageSources:
     def kernel_sources(self, file: str) -> set[str]:
         """Return all source files that the compiled loops of a file may depend on, including the file itself.
 
-        The result contains all files that are imported, directly or indirectly: compiled code contains the values of
-        globals. For each model function in these files, the result contains the files that register its rules. A file
-        with a rule for an unknown model function counts for all loops. A file outside the package depends on all files.
+        The result contains all files that the file imports, directly or indirectly, because compiled code contains the
+        values of their globals. For each model function in these files, the result contains the files that register
+        rules of this function. A file that registers a rule of a model function outside the package is in every result.
+        For a file outside the package, the result is all files of the package.
         """
         if file not in self.texts:
             return set(self.texts)

@@ -1,9 +1,9 @@
 """The use of numba in the package: the physics is written once, and runs compiled or, without numba, in plain Python.
 
-`kernel` marks a function that both engines call; compiled code copies it into each caller. `routine` marks a large
-function that compiled code calls instead. `model_function` marks a function with one rule for each model. `loop` marks
-a loop that is compiled if numba is installed. Without numba, all of them leave plain Python functions, and only the
-reference engine works.
+`kernel` marks a function that both engines call; its compiled code is copied into each caller. `routine` marks a large
+function for both engines; its compiled code is called, not copied. `model_function` marks a function with one rule for
+each model. `loop` marks a loop that is compiled if numba is installed. Without numba, all marked functions stay plain
+Python functions, and only the reference engine works.
 """
 
 from collections.abc import Callable
@@ -114,7 +114,7 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
     Raises
     ------
     TypeError
-        When called with a class that has no rule.
+        By the returned function, if it is called with a `model` whose class has no rule.
     """
     rules: dict[type | str, Callable[..., Any]] = {}
 
@@ -168,10 +168,10 @@ def _class_of(kind: Any) -> type:
 
 
 def guarded(instead: F) -> Callable[[F], F]:
-    """Return a decorator for a kernel `f(*args)` whose arithmetic may fail, so that a bad number ends only one rock.
+    """Return a decorator for a kernel `f(*args)` whose arithmetic may fail, so that a failure ends only one rock.
 
-    In Python, the result is `instead(*args)` if the kernel raises. Compiled code never raises: the root of a negative
-    number is NaN, a division by zero is infinite, and the computation continues.
+    In Python, the decorated kernel returns `instead(*args)` if `f` raises ArithmeticError or ValueError. Compiled code
+    never raises: the root of a negative number is NaN, a division by zero is infinite, and the computation continues.
     """
 
     def mark(function: F) -> F:

@@ -1,20 +1,23 @@
 """Impact of a spinning rigid sphere on the ground, with restitution, Coulomb friction and a rolling moment.
 
-Let v_c = v_t + w x (-R n) be the slip of the contact point and v_n the speed into the ground. Per unit of mass:
-    normal impulse      P = (1 + e) v_n
-    tangential impulse  at most mu P, against the slip
+A sphere of radius R hits ground of normal n with the speed v_n into the ground, the velocity v_t along the ground and
+the spin w. The slip of its contact point is v_c = v_t + w x (-R n). Per unit of mass, the ground gives
+    normal impulse      P = (1 + e) v_n, e the normal restitution
+    tangential impulse  at most mu P, against the slip, mu the friction
     angular impulse     at most mu_r R P, against the spin, mu_r the material's rolling friction
-The two limited impulses are found together (`rolling_moment`). Without rolling friction the tangential impulse is
-min((1 + e_t) 2/7 |v_c|, mu P). With the first value the contact sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere),
-with the second it slips.
+`rolling_moment` finds the tangential and the angular impulse together. Without rolling friction the tangential impulse
+is the smaller of (1 + e_t) 2/7 |v_c| and mu P, e_t the tangential restitution. If the first value is smaller, the
+contact sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere), else the contact slips.
 
 An impact removes slip and spin, and e_t returns part of both with opposite sign. With e_t = 0 the sphere rolls after
-the impact; with e_t = 1, enough friction and no rolling friction it is a super-ball. The impulses are 1 + e_t times the
-impulses for e_t = 0 with mu P / (1 + e_t) and mu_r P / (1 + e_t). Kinetic energy is quadratic in the factor of the
-impulses, with its minimum at a factor of at least 1. So v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
+the impact; with e_t = 1, enough friction and no rolling friction it is a super-ball. The impulses are computed in two
+steps: first for e_t = 0 with the limits mu P / (1 + e_t) and mu_r R P / (1 + e_t), then multiplied by 1 + e_t. As a
+function of this factor, kinetic energy is quadratic, with its minimum at a factor of at least 1. So
+v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
 
 The losses are proportional to the impulse, so they stay finite when impacts become many and small. In sustained contact
-P adds up to N t, and the sphere is braked by 5/7 mu_r N, as in `sphere_ground`.
+for a time t, the impulses P add up to N t, N the push of the ground per unit of mass. Rolling friction then brakes the
+sphere by 5/7 mu_r N, as in `sphere_ground`.
 
 Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Leine et al. 2014, Multibody Syst. Dyn.
 32:241-271, doi 10.1007/s11044-013-9393-4.

@@ -12,7 +12,7 @@ from rpf3d_core.materials.library import Surface
 
 
 class NoGround(NamedTuple):
-    """The rule of the thesis in place of a ground model: a rock up to stop_speed has stopped.
+    """The rule of the thesis in place of a ground model: a rock that is not faster than stop_speed has stopped.
 
     A faster rock ends with the outcome `unresolved contact`.
     """
@@ -51,7 +51,7 @@ def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[
 
 @law_on_facet.rule(Sliding)
 def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion of a rock that slides on a facet with Coulomb friction: k = mu g_n."""
+    """Return the law of motion of a rock that slides on a facet: k = mu g_n, g_n the gravity normal to the facet."""
     return Law(share=1.0, friction=surface.mu * gravity * n_z, stop_speed=surface.stop_speed, anywhere=False)
 
 

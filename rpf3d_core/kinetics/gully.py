@@ -50,8 +50,9 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 
     n_first, n_second : unit normals of the facets; direction : (3,) unit, of the line between them
 
-    The pushes balance gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Two facets that are almost one plane
-    share the push equally. This changes only the friction, by at most the difference of mu.
+    The pushes N_1 and N_2 balance g_perp, the gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0, n_1 and n_2 the
+    normals. For two facets that are almost one plane, each facet takes half of the push. This changes only the
+    friction, by at most the difference between the friction coefficients of the facets.
     """
     c, sine = dot(n_first, n_second), kink(n_first, n_second)
     g_first, g_second = gravity * n_first[2], gravity * n_second[2]
@@ -106,8 +107,8 @@ def kink(n_first: Vec, n_second: Vec) -> float:
 def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
     """Return how far (m) a rock with velocity v climbs one facet of a gully before gravity brings it back to the line.
 
-    If gravity pulls the rock back by less than the share WEAKEST of gravity, this share is used. The result is inf if
-    gravity pulls the rock away from the line.
+    The acceleration back to the line is taken as at least WEAKEST times gravity. The result is inf if gravity pulls the
+    rock away from the line by more than WEAKEST times gravity.
 
     n_over : (3,) normal of the facet that the rock climbs; n_from : (3,) normal of the other facet
     """

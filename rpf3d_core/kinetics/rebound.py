@@ -21,7 +21,7 @@ class ConstantRestitution(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """All remaining bounces of a rock on one plane, summed up: its displacement, time and final velocity.
+    """All remaining bounces of a rock on one plane together: displacement, time and final velocity of the rock.
 
     along : (3,) m, displacement due to the speed along the facet; down : (3,) m, displacement due to gravity
     v : (3,) m/s along the facet after the last bounce; t : total time of the bounces (s)
@@ -86,7 +86,8 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 
     motion : just after an impact on a plane of normal n (3,). Source: validation reference 2.2.
 
-    The k-th bounce takes T_k = T_0 R_n^k. The speed along the facet follows u_{k+1} = R_t (u_k + g_t T_k). The sum is
+    Bounce k takes the time T_k = T_0 R_n^k and starts with the velocity u_k along the facet. With g_t the gravity along
+    the facet, u_{k+1} = R_t (u_k + g_t T_k). The displacement by all bounces is
     x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
     This form also holds for R_t = R_n, unlike the form with R_t - R_n in the denominator. At R_n = 0 there is no
     further bounce: the rock keeps its present speed along the facet.

@@ -1,8 +1,9 @@
 """Ground model of a sphere that rolls without slipping; its resistance is proportional to the push of the ground.
 
 Down a slope of angle b, v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s, with v the speed of the sphere's centre, s the
-distance and A = m / (m + I / R^2). A is 5/7 for a sphere, because rotation takes part of the energy. As a vector along
-the ground, dv/dt = A (g_t - mu_r g_n v / |v|).
+distance and mu_r the material's rolling friction. A = m / (m + I / R^2), with m the mass, I the moment of inertia and R
+the radius, is 5/7 for a solid sphere, because rotation takes part of the energy. As a vector along the ground,
+dv/dt = A (g_t - mu_r g_n v / |v|), with g_t and g_n the gravity along the ground and normal to the ground.
 
 Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as implemented publicly (physics reference 2.2).
 """
@@ -25,7 +26,7 @@ class Rolling(NamedTuple):
 
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion of a rolling rock on a facet: k = A mu_r g_n."""
+    """Return the law of motion of a rolling rock on a facet: k = A mu_r g_n, symbols as at the top of this file."""
     return Law(
         share=ROLLING_SHARE,
         friction=ROLLING_SHARE * surface.mu_r * gravity * n_z,
@@ -40,7 +41,8 @@ def rolling_in_gully(
 ) -> Law:
     """Return the law of motion of a rolling rock in a gully: each facet resists with its own rolling friction and push.
 
-    A is the same as on a facet (a simplification: in a groove, A would be smaller).
+    The share A of gravity that accelerates the rock is the same as on a facet. This is a simplification: in a groove, A
+    would be smaller.
     """
     friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
     return Law(

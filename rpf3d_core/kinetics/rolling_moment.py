@@ -5,11 +5,12 @@ of the contact point and P the normal impulse. Per unit of mass, an impact gives
     a tangential impulse p, |p| <= mu P                     u' = u + p
     an angular impulse M = R n x m, |m| <= mu_r P           s' = s + 5/2 (m - p)
 Friction opposes the remaining slip, p = -mu P c'/|c'|, or the contact sticks, c' = 0. The moment opposes the remaining
-spin, m = -mu_r P s'/|s'|, or the spin is arrested, s' = 0. These are the conditions for the smallest
-T = 1/2 |u'|^2 + 1/5 |s'|^2 over both discs, since dT/dp = c' and dT/dm = s'. T is strictly convex, so the solution is
-unique, and T never rises.
+spin, m = -mu_r P s'/|s'|, or the spin is arrested, s' = 0. These are the conditions for the smallest kinetic energy
+along the ground, T = 1/2 |u'|^2 + 1/5 |s'|^2, over all p and m within their limits, since dT/dp = c' and dT/dm = s'. T
+is strictly convex, so the solution is unique, and an impact never raises T.
 
-With a multiplier y - 1 >= 0 for friction, q = 2/5 s, k = mu P and r = mu_r P, the solution for a given y is
+Let y - 1 >= 0 be the Lagrange multiplier of the limit |p| <= mu P, and q = 2/5 s, k = mu P, r = mu_r P. For a given y
+the solution is
     arrested    p = -u / y                                  where |u + y q| <= y r
     rolling     p = -(c + 5/2 r e) / (5/2 + y), m = -r e    with e = (u + y q) / |u + y q|
 The contact sticks if |p| <= k at y = 1. Otherwise it slips, and y is where |p| = k: |p| falls as y grows. An arrested
@@ -39,7 +40,7 @@ ROUNDING = 4e-16
 class Impulses(NamedTuple):
     """The impulses along the ground that the ground gives a sphere in an impact, per unit of mass.
 
-    push : (3,) m/s, p; moment : (3,) m/s, m: the angular impulse M x n / R
+    push : (3,) m/s, p; moment : (3,) m/s, m = M x n / R, with M the angular impulse
     """
 
     push: Vec
@@ -72,7 +73,7 @@ def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
 
 @kernel
 def _within(impulse: Vec, most: float) -> Vec:
-    """Return an impulse (3,), shortened to the length `most` that friction allows if it is longer."""
+    """Return an impulse (3,) m/s; an impulse longer than `most` (m/s) is shortened to this length."""
     size = norm(impulse)
     return impulse if size <= most else scale(most / size, impulse)
 

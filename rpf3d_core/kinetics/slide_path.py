@@ -1,11 +1,12 @@
 """The exact path of a rock that slides on a plane with Coulomb friction, in any direction on the slope.
 
-Let g_s be the gravity along the plane, k = mu g_n the deceleration by friction, and phi the angle between the velocity
-and the line of steepest descent. From u' = g_s cos(phi) - k and u phi' = -g_s sin(phi) it follows, with m = k / g_s
-and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of the sliding rock. Time, position and
-path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the rock turns downhill. The integrals
-are written with y = -ln r, so that neither m near 1 nor a nearly straight path loses digits. In this module y is the
-parameter of a point on the path: 0 at the start, inf at the end.
+Let u be the speed of the rock, g_s and g_n the gravity along the plane and normal to it, k = mu g_n the deceleration by
+friction, and phi the angle between the velocity and the line of steepest descent. From u' = g_s cos(phi) - k and
+u phi' = -g_s sin(phi) it follows, with m = k / g_s and w = tan(phi / 2), that u is proportional to
+w^(m-1) (1 + w^2): the hodograph of the sliding rock. Time, position and length of the path are then integrals of powers
+of r = w / w_0, which falls from 1 to 0 as the rock turns downhill. The integrals are written with y = -ln r, so that no
+digits are lost for m near 1 or a nearly straight path. In this module y is the parameter of a point on the path: 0 at
+the start, inf at the end.
 
 Derived from first principles; checked against quadrature in test/analytic/test_slide_path.py.
 """
@@ -164,10 +165,11 @@ def _power(q: float, y: float) -> float:
 def bend_point(path: SlidePath) -> float:
     """Return the path parameter y at which a segment of a sliding path must end, because the path has turned too far.
 
-    y : 0 at the start of the path, inf at its end. The result is inf if one segment is enough for the whole path. At
-    this point the path has turned by 7 degrees or, if it is already nearly downhill, its angle to the line of steepest
-    descent has halved. Within a segment, speed and direction differ from those of a motion with constant acceleration
-    by at most 1 %.
+    y : 0 at the start of the path, inf at its end. The result is inf if one segment is enough for the whole path.
+
+    At the end of the segment the path has turned by 7 degrees or, if the path is already nearly downhill, its angle to
+    the line of steepest descent has halved. Within a segment, speed and direction differ by at most 1 % from a motion
+    with constant acceleration.
     """
     if path.w <= SLIGHT:
         return math.inf
@@ -182,7 +184,8 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet
 
-    inward . v is proportional to A (1 - w^2) + 2 B w, which changes sign just once for w > 0, unless A is 0.
+    inward . v is proportional to A (1 - w^2) + 2 B w, with A and B the components of `inward` along the path's `down`
+    and `across`. For w > 0 this expression changes sign just once, unless A is 0.
     """
     A, B = dot(inward, path.down), dot(inward, path.across)
     if A == 0.0:
@@ -197,7 +200,7 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
     """Return the path parameter y (0: start, inf: end) at which a rock slides out over an edge of its facet.
 
-    The result is inf if it never does.
+    The result is inf if the rock never slides out over this edge.
 
     inward : (3,) vector in the plane, perpendicular to the edge, pointing into the facet; of any length
     distance : distance of the start from the edge (m), times the length of `inward`

@@ -125,7 +125,7 @@ def _slide_on_curve(
 ) -> SlideSegment:
     """Return the segment of a rock that slides along a curve.
 
-    It ends where the rock leaves the facet, stops or has turned too far (`bend_point`), or at max_time.
+    The segment ends where the rock leaves the facet, stops or has turned too far (`bend_point`), or at max_time.
 
     leave, stop : path parameter y (`slide_path`) where the rock leaves the facet, and where it stops; inf if never
     """

@@ -1,7 +1,7 @@
-"""Friction that grows with the distance that a rock has slipped in its scar, as in RAMMS::ROCKFALL.
+"""Friction mu that grows with the slip s (m), the distance that a rock has slipped, as in RAMMS::ROCKFALL.
 
     mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s)
-    ds/dt = |v| while a contact presses, v : velocity of the centre of mass;    ds/dt = -beta s otherwise
+    ds/dt = |v| while a contact presses, v the velocity of the centre of mass;    ds/dt = -beta s otherwise
 
 Source: Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47 (physics reference 3.1, C).
 """
@@ -15,8 +15,9 @@ from rpf3d_core.jit.dispatch import kernel
 class SlipFriction(NamedTuple):
     """The slip friction of each of Z zones; every array is (Z,).
 
-    mu_min, mu_max : friction (-); mu_min is NaN for a zone without slip friction
-    kappa : 1/m; beta : 1/s
+    mu_min, mu_max : friction (-) without slip, and its limit for a large slip; mu_min is NaN for a zone without slip
+        friction
+    kappa : 1/m, how fast friction grows with slip; beta : 1/s, how fast slip decays without contact
     """
 
     mu_min: Any
@@ -27,9 +28,9 @@ class SlipFriction(NamedTuple):
 
 @kernel
 def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float) -> float:
-    """Return the friction (-) of a rock that has slipped a distance in its scar (Leine et al. 2014, equation 46).
+    """Return the friction (-) of a rock that has slipped a distance (Leine et al. 2014, equation 46).
 
-    mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s); slipped : s, m
+    mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s); slipped : the slip s, m
     """
     return mu_min + 2.0 / math.pi * (mu_max - mu_min) * math.atan(kappa * slipped)
 
@@ -42,7 +43,7 @@ def has_slip(model: SlipFriction, zone: int) -> bool:
 
 @kernel
 def slip_at_release(model: Any) -> Any:
-    """Return the slip (m) of a rock at its release; None if no ground has slip friction."""
+    """Return the slip (m) of a rock at its release: 0, or None if no ground of the scene has slip friction."""
     if model is None:
         return None
     return 0.0
@@ -62,8 +63,9 @@ def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
 
 @kernel
 def slip_in_air(model: Any, slipped: Any, zone: int, t: float) -> Any:
-    """Return the slip (m) of a rock after t seconds without pressure on the ground; None as in `slip_on_ground`.
+    """Return the slip (m) of a rock after t seconds without pressure on the ground.
 
+    The result is None if no ground of the scene has slip friction.
     slipped : slip before (m); zone : zone of the last contact, or any zone before the first contact, when slip is 0
     """
     if model is None:

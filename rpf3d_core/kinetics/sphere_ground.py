@@ -1,13 +1,14 @@
 """Ground model of a sphere: it skids until its slip is zero, then it rolls (the scene's `ground: sphere`).
 
-Let v_c be the slip of the contact point, g_t the gravity along the ground and N the push of the ground per mass:
+Let v be the velocity of the centre, v_c the slip of the contact point, g_t the gravity along the ground, N the push of
+the ground per mass, mu the friction and mu_r the rolling friction of the material:
     skidding    dv/dt = g_t - mu N v_c/|v_c|,   dv_c/dt = g_t - 7/2 mu N v_c/|v_c|
-    rolling     dv/dt = 5/7 (g_t - mu_r N v/|v|), as long as 2/7 |g_t| <= mu N; otherwise it skids down
-Rolling resistance acts through friction, so mu limits it. If mu_r exceeds this limit, the centre moves like a rock that
-slides with mu, with no further resistance; the reported spin is still the spin of a rolling sphere. Each segment has a
-constant acceleration. It is exact if the direction of friction is constant: straight down a slope, on level ground, and
-for a sphere that rolls without rolling friction. Otherwise the friction at the middle of the segment is used, and the
-segment ends before friction has turned by TURN.
+    rolling     dv/dt = 5/7 (g_t - mu_r N v/|v|), as long as 2/7 |g_t| <= mu N; otherwise the sphere skids down
+Rolling resistance acts through friction, so mu limits the resistance. If mu_r asks for more than this limit, the centre
+moves like a rock that slides with mu, without further resistance; the reported spin is still the spin of a rolling
+sphere. The acceleration of a segment is constant. This is exact if the direction of friction is constant: straight down
+a slope, on level ground, and for a sphere that rolls without rolling friction. Otherwise the acceleration follows from
+the friction at the middle of the segment, and the segment ends before friction has turned by TURN.
 
 Derived from rigid-body mechanics (validation reference 2.5).
 """

@@ -1,7 +1,7 @@
-"""Answer sources that the monitoring reports: fly a few rocks at once, then about twice as many, until that is enough.
+"""Answer sources that the monitoring reports: fly a few rocks, then twice as many, until the result is accurate enough.
 
 An answer depends only on the trigger, the terrain, the scene and the seed. An interruption prevents later stages, but
-does not change a stage that is yielded.
+does not change a stage that has been yielded.
 """
 
 import math
@@ -144,7 +144,7 @@ def answers(
     Raises
     ------
     InputError
-        No source can be released; the message says which and why.
+        There are sources, but none can release rocks; the message states why.
     """
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
@@ -189,7 +189,7 @@ def answers(
 def _clusters(
     standing: PreparedTerrain, trigger: Trigger, released: Released, tallies: Tallies, outlines: Outlines, side: float
 ) -> list[ClusterTally]:
-    """Return empty counts for each cluster of sources; empty if no source was received.
+    """Return empty counts for each cluster of sources; an empty list if no source was received.
 
     tallies, outlines : the counts of the answer and the areas in them; side : m, of the squares as in `clusters_of`
     """
@@ -228,7 +228,7 @@ def _fly(
     """Fly the next rocks of a cluster; return False if the flight was stopped.
 
     released : all sources; numbers : two lists over all sources: first rock number to fly, and number after the last
-    size : approximate number of rocks between two checks whether to stop; None for the size in a run
+    size : approximate number of rocks in a block (the function may stop after each block); None for the blocks of a run
     """
     sources = cluster.sources
     first, last = ([column[i] for i in sources.tolist()] for column in numbers)
@@ -273,7 +273,9 @@ def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:
 def _evidence(
     standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines, digests: Mapping[str, str]
 ) -> tuple[tuple[AreaEvidence, ...], int]:
-    """Return the evidence of each area, with its share without terrain, and the number of rocks cut off in flight.
+    """Return the evidence of each area, and the number of rocks cut off in flight in the worst cluster.
+
+    The evidence includes the share of the area without terrain, and the digest of the outline of the area.
 
     digests : for each area, the digest of its outline
     """

@@ -59,7 +59,7 @@ class LiveSets(NamedTuple):
 
 @dataclass(frozen=True)
 class _Ready:
-    """What `flights_over_sets` needs (`setup.parameter_sets.Ready`): a scene, its terrain, and its flight settings."""
+    """The input of `flights_over_sets` (`setup.parameter_sets.Ready`): a scene, its terrain and its flight settings."""
 
     scene: Scene
     terrain: Terrain
@@ -84,7 +84,7 @@ def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None
 
 
 class SafeEnds(NamedTuple):
-    """The figures of a cluster in A areas that follow from all its parameter sets, for limits; NaN where unknown.
+    """The figures of a cluster in A areas, from all parameter sets, to compare with the site's limits; NaN if unknown.
 
     share : predictive intervals, two arrays (A,), of the share (-) of rocks that reach each area
     left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had reached the areas ahead
@@ -99,7 +99,9 @@ class SafeEnds(NamedTuple):
     first_arrival: FloatArray
 
     def added_to(self, area: AreaEvidence, number: int) -> AreaEvidence:
-        """Return the evidence of an area with these figures added; no figure is less safe than that of all rocks.
+        """Return the evidence of an area with these figures added.
+
+        The energy is at least the energy of all rocks together; the arrival time is at most that of all rocks.
 
         number : index of the area in the arrays
         """

@@ -76,8 +76,8 @@ def calibrated_elsewhere(
 ) -> str:
     """Return a sentence on the sources away from the place where the scene was calibrated; "" if there are few or none.
 
-    A cluster counts if at least 5 % of its sources are away. Clusters are tested one by one, so that many sources at
-    the calibrated place do not hide a few sources elsewhere.
+    Sources that are away count if they are at least 5 % of their cluster. Clusters are tested one by one, so that many
+    sources at the calibrated place do not hide a few sources elsewhere.
 
     sets : parameter sets of the scene, None without unknowns; positions : (S, 3) m, of the sources, map frame
     origin : m, survey coordinates of the origin of the map frame; clusters : as from `clusters_of`
@@ -115,7 +115,7 @@ class ClusterTally:
         self.over_sets: ClusterSets | None = None
 
     def count(self, deposits: Deposits, impacts: Impacts) -> None:
-        """Count the outcomes of the rocks of a block, and those that left the terrain with an area ahead."""
+        """Count the outcomes of the rocks of a block, and the rocks that left the terrain with an area ahead."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
         self.left = self.left + left_ahead_of(deposits, self._areas)
@@ -145,7 +145,7 @@ def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layer
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:
-    """Return the counts of an answer in which the areas contain the visits of the rocks of all clusters.
+    """Return the counts of an answer, with the visits of areas by the rocks of all clusters together.
 
     tallies : the counts of the answer without visits of areas
     """

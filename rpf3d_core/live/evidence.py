@@ -112,8 +112,8 @@ def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
 def _ends_over_sets(said: list[AreaEvidence]) -> dict[str, Any]:
     """Return the fields `energy_high`, `energy_sets` and `first_arrival_low_s` of the worst result, by name.
 
-    A field is missing if no result has it. For a result without the field, the figure of all its rocks is compared, so
-    that the worst result is never less safe than these figures.
+    A field is missing if no result has this field. A result without the field takes part in the comparison with the
+    figure of all its rocks, so the worst result is never less safe than the figure of all rocks in any result.
     """
     ends: dict[str, Any] = {}
     if any(area.energy_high is not None for area in said):

@@ -86,10 +86,10 @@ class LiveTerrain:
     digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the terrain before the patch
     stamp_ns : stamp (ns) of the last survey or patch
     received_ns : time (ns) when the terrain was built, by the machine's clock
-    whole_ns : stamp (ns) of the whole survey; a patch does not renew it, because the rest of the terrain is as old
+    whole_ns : stamp (ns) of the whole survey; a patch keeps this stamp, because the terrain around the patch stays old
     patches : number of patches since the terrain was built from a whole survey
     locator : search structure over the facets; room : the memory of all arrays
-    border : the sides of facets without a neighbour, and the caps over the gaps there
+    border : the sides of facets without a neighbour, and the caps over the gaps that these sides enclose
     pieces : the piece of each facet, and whether pieces can pass through each other; never None, so that flights are
         compiled once
     changed : where the last patch changed the terrain; None if the terrain was built from a whole survey

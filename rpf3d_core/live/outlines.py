@@ -81,8 +81,8 @@ class WatchedOutlines:
     def _replaced_ns(self, name: str, digest: str) -> int | None:
         """Return when (ns) an outline of an area was replaced; None if the outline is the present one.
 
-        digest : digest of the outline, "" if the evidence lacks the area. An outline that is not remembered counts as
-            replaced at the time since when the oldest remembered outline is watched
+        digest : digest of the outline, "" if the evidence lacks the area. For an outline that is not remembered, the
+            result is the time from which the oldest remembered outline has been watched
         """
         known = self._known[name]
         if known[-1].digest == digest:

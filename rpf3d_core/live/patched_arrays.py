@@ -70,7 +70,7 @@ def with_patch(
 
 
 def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArray[np.int64], FloatArray]:
-    """Write a patch's new vertices into the vertex array: first into its free rows, then at the end.
+    """Write a patch's new vertices into the vertex array: first into free rows of the array, then after its last row.
 
     Return the added triangles (S, 3) with final vertex numbers, and all vertices (V, 3) m.
     """

@@ -63,8 +63,8 @@ class Released:
 
     places : (S, 3) m, local frame; velocities : (S, 3) m/s
     diameters : (S,) m, NaN for the size of the scene's rocks; None if all rocks have the size of the scene's rocks
-    heights : (S,) m, height of each source above the highest ground below it, at which its spread rocks start, too; NaN
-        if rocks are not spread
+    heights : (S,) m, height of each source above the highest ground below it; spread rocks start at the same height
+        above the ground at their own places; NaN if rocks are not spread
     sound : (S,) True for sources that release rocks; left_out : a sentence on the other sources, "" if there are none
     doubtful : a sentence on sound sources that are too far from the ground, "" if there are none
     around : how rocks are spread around each source
@@ -100,7 +100,7 @@ def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSp
     Raises
     ------
     InputError
-        There are sources, but none can be released: all lie off the terrain or under the ground.
+        There are sources, but none can release rocks: all lie off the terrain or under the ground.
     """
     places = standing.ground.terrain.frame.points_to_local(np.asarray(trigger.positions, dtype=float).reshape(-1, 3))
     velocities = np.asarray(trigger.velocities, dtype=float).reshape(-1, 3)
@@ -177,10 +177,10 @@ def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: 
 
 
 def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
-    """Return where sources (S, 3) m are: how deep under the ground, how high above the ground, or off the terrain.
+    """Return how deep sources (S, 3) m are under the ground, how high above the ground, and which are off the terrain.
 
-    The result is three arrays (S,): depth under the ground (m; 0 above the ground), height above the highest ground
-    there (m; NaN if other ground hangs over the point), and True for points off the terrain.
+    The result is three arrays (S,): depth under the ground (m; 0 above the ground); height above the highest ground at
+    the place in plan (m; NaN if other ground hangs over the source); True for sources off the terrain.
 
     above : height above the ground (m) to which all sources are moved, or None
     """
@@ -196,9 +196,10 @@ def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> 
 
 
 def _distances(standing: PreparedTerrain, x: FloatArray, above: float | None) -> FloatArray:
-    """Return the distance (S,) m of sources (S, 3) m from the ground, measured to the ground straight below them.
+    """Return the distance (S,) m of sources (S, 3) m from the ground straight below them.
 
-    If all sources are moved to a height `above` the ground, the distance is from the highest ground there, up or down.
+    If all sources are moved to a height `above` (m), the function returns the distance from the highest ground straight
+    above or below them instead.
     """
     if above is None:
         return np.asarray(standing.ground.engine.ground_below(x)[:, 0])
@@ -218,7 +219,7 @@ def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
-    """Return `Engine.ground_below` (S, 3) from above all terrain: the highest ground at places (S, 3) m."""
+    """Return the highest ground at places (S, 3) m, seen from above all terrain, with the columns of `ground_below`."""
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)

@@ -1,4 +1,4 @@
-"""Memory for the terrains of a live simulator; it is used again when no object uses the terrain in it any more."""
+"""Memory for the terrains of a live simulator; a new terrain reuses memory whose terrain is no longer in use."""
 
 import weakref
 from collections.abc import Iterator
@@ -57,7 +57,7 @@ class Room:
 class Rooms:
     """All memory sets of a `Workshop`: one for each terrain in use or being built, and a few unused sets.
 
-    `free_one` releases all unused sets but SETS.
+    Each call of `free_one` keeps at most SETS unused sets, and releases the memory of the others.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
 """The scene of a live simulator: from a scene file, or from single parameters named like the keys of a scene file.
 
-A live scene is the same `Scene` as the scene of a run. Its terrain and sources arrive in messages, so the scene has
-placeholders for them. The only other value that the user does not give is the default material (thesis table 5-1).
+A live scene is the same `Scene` as the scene of a run. Terrain and sources arrive in messages, so the scene has
+placeholders for terrain and sources. If the user gives no default material, the scene has that of thesis table 5-1.
 """
 
 from collections.abc import Iterable, Mapping

@@ -16,8 +16,9 @@ MOST_STEPS = 2000
 def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:
     """Return the outlines of each area, by name, as closed lines (T, 3) m on the ground, map frame.
 
-    The height of a line is that of the ground in the cells that the line crosses. Parts of a line without ground below
-    them get the height of the line next to them. A ring that crosses no cell with known height is left out.
+    The height of a line is that of the ground in the cells that the line crosses. Parts of a line without ground get
+    heights between those of the two nearest parts with ground. A ring that crosses no cell with known height is left
+    out.
 
     areas : rings (P, 2) m, local frame, with or without the first corner repeated
     cells : heights of the ground in the cells of `raster`; frame : the terrain's local frame

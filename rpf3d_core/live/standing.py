@@ -107,7 +107,7 @@ class PreparedTerrain:
         return {**self.areas, **live}
 
     def digests_with(self, live_areas: Outlines) -> dict[str, str]:
-        """Return the digest of the outline of each area in `areas_with`, by name; it does not depend on the terrain."""
+        """Return the digest of the outline of each area in `areas_with`, by name; no digest depends on the terrain."""
         return {**self.area_digests, **{name: outline_digest(rings) for name, rings in live_areas.items()}}
 
     def empty_tallies(

@@ -56,7 +56,7 @@ class StoredSurveys(NamedTuple):
         """Return when each patch of the terrain was received (ns, by the machine's clock), at most `latest_ns`.
 
         For a terrain that was stored whole after patches, the times of these patches are not known: each gets the time
-        at which that terrain was built. There may also have been more patches than times.
+        at which that terrain was built. The number of these patches may be a lower bound (`StoredSurvey.patches`).
         """
         first, *patches = self.pieces
         times = [first.received_ns] * first.patches + [patch.received_ns for patch in patches]
@@ -105,7 +105,7 @@ class Store:
         Raises
         ------
         InputError
-            Another store is open there.
+            Another store is open in this folder.
         OSError
             The folder cannot be created.
         """
@@ -145,7 +145,7 @@ class Store:
             self._changed.notify_all()
 
     def follow(self, last: StoredSurveys) -> None:
-        """Continue after a restart from the surveys that were read from this folder; later patches are added there."""
+        """Continue after a restart from the surveys read from this folder; later patches are added to these surveys."""
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:
@@ -209,8 +209,8 @@ class Store:
 def _locked(folder: Path) -> tuple[int, str | None]:
     """Lock a folder against a second store; return the descriptor of the lock and None, or -1 and why the lock failed.
 
-    A failed lock is no error, because a faulty disk must not stop the simulator. Raises InputError if another store has
-    locked the folder.
+    A lock that fails because of the disk raises no error, because a faulty disk must not stop the simulator. Raises
+    InputError if another store has locked the folder.
     """
     handle = -1
     try:

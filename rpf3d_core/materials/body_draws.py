@@ -1,4 +1,4 @@
-"""Ground properties of rocks with a shape, fixed or drawn at random; friction is a coefficient, not an angle."""
+"""Properties of the ground for rocks with a shape, fixed or drawn at random; friction is a coefficient, no angle."""
 
 from typing import Any, NamedTuple
 
@@ -23,7 +23,7 @@ class DrawnBodySurface(NamedTuple):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """The distributions in the order of `draws.COEFFICIENTS`; bodies have no tangential restitution, so it is 0."""
+        """The distributions in the order of `draws.COEFFICIENTS`; the tangential restitution of bodies is always 0."""
         return self.restitution, fixed(0.0), self.friction, self.rolling_resistance
 
 

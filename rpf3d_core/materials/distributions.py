@@ -153,7 +153,7 @@ def _triangular(d: Distribution, u: float) -> float:
 
 @kernel
 def standard_normal(u: float) -> float:
-    """Return a standard normal random number, from a uniform number u in [0, 1); it lies between -8.3 and 8.3."""
+    """Return a standard normal random number, between -8.3 and 8.3, from a uniform number u in [0, 1)."""
     return normal_quantile(max(u, RAREST))
 
 

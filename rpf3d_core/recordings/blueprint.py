@@ -71,9 +71,9 @@ def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
 
 
 def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] = ()) -> Any:
-    """Return a 3D view of the recording without some hidden parts.
+    """Return a 3D view of the recording.
 
-    eye : target and position, (3,) m each
+    eye : target and position, (3,) m each; hidden : paths of the entities that are not shown at first
     """
     import rerun.blueprint as rrb
 

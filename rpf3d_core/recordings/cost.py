@@ -1,4 +1,4 @@
-"""Write the price list of accuracy as a recording (.rrd), to inspect each setting in the viewer."""
+"""Write a scene's price list (error and computing time of each setting) as a recording (.rrd) for the viewer."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -45,7 +45,7 @@ class Layer(NamedTuple):
 
     entity : name of the mesh in the recording
     values : (S,) in SI units; scale : colour scale of `values`; unit : the unit shown
-    per_unit : size of the unit shown in the unit of `values`, such as 1000 for kJ
+    per_unit : number of SI units in one unit shown, such as 1000 for kJ
     """
 
     entity: str
@@ -132,12 +132,12 @@ def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> s
 
 
 def _palette() -> NDArray[np.uint8]:
-    """Return the colours (STEPS + 1, 3) of a hazard map, from low to high values; the last is for too few rocks."""
+    """Return the colours (STEPS + 1, 3) of a hazard map: from low to high values, then the colour for too few rocks."""
     return np.vstack([colours_at((np.arange(STEPS) + 0.5) / STEPS), np.array([FEW_COLOUR], dtype=np.uint8)])
 
 
 def _ordinals() -> list[str]:
-    """Return the names of the legend's colours in words, because Markdown in the viewer has no colours."""
+    """Return the legend's colours in words, from low to high values, because the viewer's Markdown shows no colours."""
     return ["pale yellow", "orange", "orange red", "crimson", "dark purple"]
 
 

@@ -1,8 +1,8 @@
 """Get the files of rerun's web viewer from the program that rerun's wheel installs.
 
-The files are inside this program, and rerun has no function that returns them. So the program serves the files on the
-loopback address for about a second, and they are copied. `rerun.serve_web_viewer` is not used, because it listens
-on all interfaces.
+The files are inside this program, and rerun has no function that returns the files. So this module lets the program
+serve the files on the loopback address for about a second, and copies the files. `rerun.serve_web_viewer` is not used,
+because that server listens on all interfaces.
 """
 
 import http.client

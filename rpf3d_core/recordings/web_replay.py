@@ -129,7 +129,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.NOT_FOUND)
 
     def _begin(self, content_type: str, length: int) -> None:
-        """Send the status and all headers of an answer; length : size of its content (bytes)."""
+        """Send the status and all headers of a response; length : size of the content that follows (bytes)."""
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", content_type)
         self.send_header("Content-Length", str(length))

@@ -122,7 +122,11 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
-    """Yield the warnings at the top of the report: interruption, warnings of the run, rocks without a toe, notes."""
+    """Yield the warnings at the top of the report: first an interruption of the run, last the notes on its files.
+
+    Between them: the warnings of the run, the reasons why results look too certain, and the numbers of rocks without a
+    face below their release and of rocks that did not stop.
+    """
     if run.summary["partial"]:
         yield f"The run was interrupted: {run.summary['rocks']:,} of {run.summary['rocks_planned']:,} rocks have flown."
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])

@@ -143,7 +143,7 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _range(run: RunFiles, path: str) -> str | None:
-    """Return the range over the parameter sets of the value at a key path, as text; None if the value is no unknown."""
+    """Return the range that the value at a key path has in the parameter sets, as text; None if no unknown sets it."""
     key = _unknown_at(run, path)
     if key is None:
         return None

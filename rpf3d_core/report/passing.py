@@ -1,4 +1,4 @@
-"""Compute how many rocks pass places beyond the toe, and their energies and heights there, for the design of fences."""
+"""Compute how many rocks pass places beyond the toe, with which energies and heights, for the design of fences."""
 
 from typing import NamedTuple
 
@@ -25,8 +25,9 @@ NEAREST = 0.01
 class FencePlace(NamedTuple):
     """The rocks that pass a place beyond the toe: their share, energies and heights.
 
-    distance : m beyond the toe; passed : share (-) of rocks that pass the place
-    energy, height : 95th percentiles (J, m) over the rocks that pass; crossed : number of rocks that pass
+    distance : m beyond the toe; passed : share (-) of all rocks that pass the place
+    energy, height : 95th percentiles (J, m) over the rocks that pass
+    crossed : number of rocks whose known paths pass the place, which energy and height are computed from
     """
 
     distance: float

@@ -18,8 +18,8 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
     Raises
     ------
     InputError
-        Both reports have the same path, the folder contains no result or that of another version, plotly or typst is
-        not installed, or a file cannot be written.
+        HTML and PDF have the same path; the folder contains no result, or a result of another version of rpf3d;
+        plotly or typst is not installed; or a file cannot be written.
     """
     if pdf is not None and pdf.resolve() == out.resolve():
         raise InputError(f"{out}: is named for both the HTML report and the PDF; give --pdf another file")

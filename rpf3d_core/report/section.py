@@ -24,7 +24,7 @@ BEHIND, AHEAD = 0.15, 0.1
 
 
 class CriticalSection(NamedTuple):
-    """The critical section; distances (m) are measured in plan, along the section, from the release of its rock.
+    """The critical section; distances (m) are measured in plan, along the section, from the release of `source, rock`.
 
     source, rock : source and number of the section's rock, which stopped farthest from its release; runout : m
     toe : distance (m) of the foot of the first face; NaN without a face below the release

@@ -1,10 +1,10 @@
 """Split the paths of rocks into segments, straight in plan, from the impacts of all rocks or from the kept paths.
 
 The impacts of every rock are known. Between two impacts, a rock flies on a parabola that follows from the places and
-times of both. If the speeds do not agree with this parabola, the rock slid or rolled first. Then the larger speed of
-both ends counts, and the height is not known, because the rock may have left the ground over an edge. After its last
-impact, a rock that stopped is on the ground. Any other rock, such as a rock that left the terrain, flies to its end; if
-its speeds do not agree with a flight, its largest speed counts.
+times of both impacts. If the speeds do not agree with this parabola, the rock slid or rolled first. Then the larger of
+the speeds at both ends counts, and the height is not known, because the rock may have left the ground over an edge.
+After its last impact, a rock that stopped is on the ground. Any other rock, such as a rock that left the terrain, flies
+to its end; if its speeds do not agree with a flight, its largest speed counts.
 """
 
 from typing import NamedTuple
@@ -47,8 +47,8 @@ class Segments(NamedTuple):
 def segments_of(run: RunFiles) -> Segments:
     """Return the segments of the kept paths if the run kept the paths of all rocks, else segments from all impacts.
 
-    Kept paths are also used if impacts do not describe the paths, because air slows the rocks, or if impacts were not
-    written.
+    Kept paths are also used if impacts were not written, or if too few segments between impacts are parabolas, such as
+    with rocks that air slows.
     """
     found = _from_impacts(run) if len(run.paths.key) < len(run.ends.key) else None
     return _from_paths(run) if found is None else found

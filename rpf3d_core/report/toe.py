@@ -162,7 +162,10 @@ def _feet(image: HeightImage, start: FloatArray, along: FloatArray, length: Floa
 
 
 class SetValues(NamedTuple):
-    """Values (N,) of rocks for a predictive interval; set : (N,) parameter set of each rock; sets : their number."""
+    """Values (N,) of rocks for a predictive interval.
+
+    set : (N,) number of each rock's parameter set; sets : number of parameter sets of the run
+    """
 
     values: FloatArray
     set: NDArray[np.int64]

@@ -19,8 +19,8 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 class Run:
     """The result of a run: the prepared scene, and what its rocks did. The result folder is written from a `Run`.
 
-    flights : ends, impacts and paths of all rocks; only of an evenly spread selection of the rocks, for the pictures,
-        if the tables of all rocks were written while the rocks flew
+    flights : ends, impacts and paths of all rocks. If the tables were written while the rocks flew, `flights` has only
+        an evenly spread selection of the rocks, for the pictures
     totals, maps : figures and hazard maps of all rocks flown
     planned : number of rocks that were to fly; larger than the number of rocks flown if the run was interrupted
     steps : convergence after each doubling if the scene has `rocks: auto`, else empty

@@ -1,4 +1,4 @@
-"""Warnings about a run for its table, summary and report: those that weaken its figures, and those on its files."""
+"""Warnings about a run, for its table, summary and report: warnings that weaken the figures, and notes on the files."""
 
 from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
@@ -8,7 +8,7 @@ from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
 
 
 def warnings_of_run(run: Run) -> list[str]:
-    """Return all warnings about a run: first those that weaken its figures, then those on its files."""
+    """Return all warnings about a run: first `doubts_of_run`, which weaken the figures, then `notes_of_run`."""
     return [*doubts_of_run(run), *notes_of_run(run)]
 
 

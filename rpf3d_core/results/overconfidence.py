@@ -85,7 +85,10 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 
 
 def _of_the_calibration(sample: Path) -> Iterator[str]:
-    """Yield a sentence with the first warnings of the calibration that wrote a sample, from the file next to it."""
+    """Yield a sentence with the first warnings of the calibration that wrote a sample file.
+
+    The warnings are read from calibration.json in the folder of the sample; if that fails, there is no sentence.
+    """
     try:
         found = json.loads((sample.parent / "calibration.json").read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

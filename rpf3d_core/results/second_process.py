@@ -100,9 +100,9 @@ BEGUN, ENDED = "begun", "ended"
 
 @contextmanager
 def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
-    """Yield a second process that works with an object of a class; it ends with the `with` block.
+    """Yield a second process that makes an object of a class and calls its methods; None if no process can start.
 
-    The process starts at once, because its imports take a second. Yield None if it cannot start.
+    The process starts at once, because its imports take a second. The process ends with the `with` block.
 
     module, name : of the class, whose constructor takes no arguments
     """

@@ -1,4 +1,4 @@
-"""Series of points that pictures and recordings draw: of the price list of accuracy, and of a sweep."""
+"""Series of points that pictures and recordings draw: of a price list (error and time of each setting), of a sweep."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -14,8 +14,8 @@ class Series(NamedTuple):
 
     kind : kind of the error: numerical, geometric or statistical; colour : red, green, blue, each up to 255
     seconds : (S,) s; errors : (S,) (-), above 0; words : (S,) labels next to the points
-    compiled : (S,) s, computing times of the compiled engine with the steps of each point, if `seconds` are computing
-        times of the thesis' method; else None
+    compiled : (S,) s, for the thesis' method: times of the compiled engine with the same steps as in `seconds`. None
+        for other series
     """
 
     name: str

@@ -55,7 +55,7 @@ class RunCounts(NamedTuple):
 class MapContent(NamedTuple):
     """The content that all maps of a run share: terrain, areas of interest, scene name and number of rocks.
 
-    name : of the scene; flown : the number of rocks behind the maps
+    name : of the scene; flown : numbers of the rocks from which the maps follow
     areas : name -> rings (N, 2) m, outlines of areas of interest, local frame
     """
 

@@ -1,7 +1,7 @@
 """Build the content of summary.json: the scene, the program's versions, wall times and results of a run.
 
-Names of keys include units. Each share has a 95 % interval: Wilson's or, over parameter sets, also the predictive
-interval. A value that does not exist is null.
+Names of keys include units. Each share has a 95 % sampling interval (Wilson); in a run over parameter sets, also a
+predictive interval. A value that does not exist is null.
 """
 
 import importlib.metadata

@@ -190,9 +190,10 @@ def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Tabl
 
 
 def with_blows(table: pa.Table, deposits: Deposits, impacts: Impacts) -> pa.Table:
-    """Return the table of I impacts with the number of contacts, and the energies (J) before and after, of bodies.
+    """Return the table of I impacts of bodies with the number of contacts of each impact, and the energies (J).
 
-    `energy_in_j` and `energy_out_j` are kinetic energies of translation and rotation together.
+    `energy_in_j` and `energy_out_j` are the kinetic energies before and after the impact, of translation and rotation
+    together.
     """
     mass, none = deposits.mass[impacts.row], np.empty(0)
     given = (impacts.contacts, impacts.energy_in, impacts.energy_out)

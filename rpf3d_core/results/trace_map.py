@@ -31,7 +31,7 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
     ----------
     maps : HazardMaps, optional
         Adds the layers of the facets, named as the rasters in hazard/ (`facet_layers`). The number of impacts then
-        comes from the maps, which count every rock; `impacts` may be those of fewer rocks.
+        comes from the maps, which count every rock; `impacts` may contain fewer rocks.
 
     Raises
     ------

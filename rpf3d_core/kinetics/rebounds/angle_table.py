@@ -73,9 +73,10 @@ def _between(column: Any, i: int, share: float) -> float:
 
 @kernel
 def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """Return the motion of a lumped mass after an impact with any R_n, limited so that kinetic energy does not rise.
+    """Return the motion of a lumped mass after an impact with any R_n >= 0, without a gain of kinetic energy.
 
-    R_t is at most 1, and v_n' = min(R_n v_n, sqrt(v_n^2 + (1 - R_t^2) v_t^2)).
+    The rock leaves the ground with the speed min(R_n v_n, sqrt(v_n^2 + (1 - R_t^2) v_t^2)) along the normal, v_n and
+    v_t its speeds into and along the ground before the impact. R_t must be at most 1.
     """
     v_n, v_t = -dot(motion.v, n), without(motion.v, n)
     away = R_n * v_n

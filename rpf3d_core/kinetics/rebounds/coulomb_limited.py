@@ -7,20 +7,23 @@ With v_n and v_t the velocities into and along the ground:
 
 R_n, R_t and mu, the tangent of the friction angle, belong to the material. An impact changes the speed along the normal
 by (1 + R_n) |v_n|. So its normal impulse is m (1 + R_n) |v_n|, and Coulomb friction gives at most mu times this impulse
-along the ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no such limit: even a very small
-bounce, with a very small impulse, would lose the same share of its speed along the ground. Kinetic energy never rises.
+along the ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no limit of this kind: a very
+small bounce, with a very small impulse, would take the same share of the speed along the ground as a hard impact.
+Kinetic energy never rises.
 
 Bounces on a plane: a rock leaves the plane with the speed w along the normal and the velocity u along the plane.
-Bounce k takes T_k = T R_n^k, T = 2 w / g_n, and the impact after it leaves the share
+Bounce k takes the time T_k = T R_n^k, T = 2 w / g_n. The impact at its end leaves the rock this share of its speed
+along the plane:
 
     s_k = max(R_t, 1 - c T_k / |u_k + g_t T_k|),    c = mu (1 + R_n) g_n / 2,
 
-so u_{k+1} = s_k (u_k + g_t T_k). All velocities are a_k u_0 + b_k g_t with a_{k+1} = s_k a_k and
-b_{k+1} = s_k (b_k + T_k). a_k and b_k are never negative, so the sums of the displacements grow in both directions.
-Two regimes have closed forms, for all bounces from one bounce on:
+so u_{k+1} = s_k (u_k + g_t T_k), with g_n and g_t the gravity normal to the plane and along the plane. All velocities
+along the plane are a_k u_0 + b_k g_t with a_{k+1} = s_k a_k and b_{k+1} = s_k (b_k + T_k). a_k and b_k are never
+negative, so the sums of the displacements grow in both directions. Two regimes have closed forms, for all bounces from
+one bounce on:
 
-    friction only   |u| is much larger than the remaining change, (|g_t| + c) T / (1 - R_n): each further impact takes
-                    c T_k, and the direction no longer changes
+    friction only   |u| is much larger than all remaining changes of u together, (|g_t| + c) T / (1 - R_n): each
+                    further impact reduces |u| by c T_k, and the direction no longer changes
     R_t only        R_t <= R_n and |u| / T is so small that friction never limits the loss: the series of the constant
                     model
 
@@ -199,9 +202,11 @@ def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
 def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
     """Return the sum of all bounces: the bounces in `state`, and all remaining bounces by a closed form.
 
-    If neither regime applies, the remaining bounces are left out. The remaining bounces take t = T / (1 - R_n).
-    Friction only, to first order of c t / |u|: a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k) with
-    sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)), B = t^2 / 2. R_t only: as in `sum_of_bounces`.
+    If neither regime applies, the remaining bounces are left out.
+
+    The remaining bounces take the time t = T / (1 - R_n). For friction only, to first order of c t / |u|:
+    a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k), B = t^2 / 2. Bounce k begins after the time t_k and takes
+    T_k, so sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)). For R_t only, the sums are those of `sum_of_bounces`.
     """
     r, T, speed = plane.r, state.T, norm(_speed(plane, state))
     t = T / (1.0 - r)

@@ -86,13 +86,13 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
-    """Return the sum of all remaining bounces, with the limits of R_n and R_t for slow bounces of a rolling rock.
+    """Return the sum of all remaining bounces; each impact keeps the shares of the speeds that slow impacts keep.
 
-    The limit of R_n is the material's R_n. The limit of R_t is sqrt(R_t f(0)), the share of the speed along the ground
-    that remains after an impact. For a bounce that rises by h, the relative errors of both limits are about 2 g h / K^2
-    and (8 g h tan^2(slope)) / A^2. The sum assumes that the spin follows the speed that gravity adds in flight. So the
-    displacement down the slope is too long, by at most 8 h tan(slope) r q / ((1 - r q) (1 - r^2)): millimetres for
-    bounces of 1 mm.
+    Of the speed along the normal, a slow impact keeps the share r, the material's R_n. Of the speed along the ground, a
+    slow impact of a rolling rock keeps the share q = sqrt(R_t f(0)). For a bounce that rises by h, the relative errors
+    of r and q are about 2 g h / K^2 and (8 g h tan^2(slope)) / A^2. The sum assumes that the spin follows the speed
+    that gravity adds in flight. So the displacement down the slope is too long, by at most
+    8 h tan(slope) r q / ((1 - r q) (1 - r^2)): millimetres for bounces of 1 mm.
     """
     q = math.sqrt(surface.R_t * friction(surface.R_t, 0.0))
     return sum_of_bounces(surface.R_n, q, motion, n, gravity)

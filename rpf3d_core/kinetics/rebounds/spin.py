@@ -7,10 +7,12 @@ from rpf3d_core.vectors import dot, norm, scale
 
 @kernel
 def heading(v_t: Vec, rolling: Vec) -> Vec:
-    """Return the unit direction (3,) along the ground in which a spinning rock leaves an impact; zero if it has none.
+    """Return the unit direction (3,) along the ground in which a spinning rock leaves an impact.
 
-    v_t : (3,) m/s, velocity along the ground before the impact, which sets the direction
-    rolling : (3,) vector along w x n, in which the spin rolls the rock; it sets the direction if v_t is zero
+    The result is the direction of v_t; if v_t is zero, the direction of `rolling`; if both are zero, zero.
+
+    v_t : (3,) m/s, velocity along the ground before the impact
+    rolling : (3,) vector along w x n, the direction in which the spin rolls the rock
     """
     there = v_t if dot(v_t, v_t) > 0.0 else rolling
     speed = norm(there)

@@ -66,7 +66,7 @@ def write_barriers(path: Path, maps: HazardMaps) -> None:
 
 
 def _banded(maps: HazardMaps) -> tuple[tuple[BarrierFigures, ...], tuple[Any, ...]]:
-    """Return, for each barrier, its figures and its predictive intervals; without parameter sets, these are None."""
+    """Return the figures, and the predictive intervals (None without parameter sets), with an item for each barrier."""
     return maps.barriers, (None,) * len(maps.barriers) if maps.sets is None else maps.sets.barriers
 
 

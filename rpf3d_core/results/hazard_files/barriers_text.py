@@ -64,7 +64,7 @@ def _design(label: str, found: dict[str, Any], unit: float) -> tuple[str, str, s
     """Return the row of the 95th percentile of a quantity, with the columns of `_rows`.
 
     label : first cell; found : the quantity, from `barriers_section`, in SI units
-    unit : size of the displayed unit in the SI unit, such as KILO for kJ
+    unit : number of SI units in one displayed unit, such as KILO for kJ
     """
     intervals = (interval_text(found.get("p95_predictive"), unit), interval_text(found["p95_interval_95"], unit))
     return label, f"{found['rocks']:,}", _number(found["p95"], unit), *intervals

@@ -3,8 +3,8 @@
 The plan axes are those of the input, as in polygons of zones and areas: x and y, or x and z if y is up. The tag AXES
 names the two axes. The first row has the largest second coordinate.
 
-Nodata: NaN in a statistic or a time means that no rock reached the cell; in a percentile, that fewer than 20 rocks did.
-Shares and counts are 0 in cells that no rock reached; there 0 is a valid value.
+Nodata: in a percentile, NaN means that fewer than 20 rocks reached the cell; in another statistic or a time, NaN means
+that no rock reached the cell. Shares and counts have no NaN: in cells that no rock reached, they are 0.
 """
 
 import math
@@ -53,7 +53,7 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
 
     `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band. `energy_j`, `speed_m_s`
     and `height_m` have the bands max, mean, p50, p90, p95 and p99, in this order. `passage_per_metre`, if the maps
-    have it, has the bands value, low and high; low and high are the ends of its 95 % interval. A run over parameter
+    have it, has the bands value, low and high; low and high are the ends of the 95 % interval. A run over parameter
     sets also has `reach_probability_low` and `reach_probability_high`, the ends of the predictive interval.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Draw cost.png, the picture of the price list of accuracy: error against seconds, both axes logarithmic."""
+"""Draw cost.png, the picture of a scene's price list: error of each setting against seconds, both axes logarithmic."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -85,7 +85,7 @@ class Theme:
 
     title : part of the picture's title between the scene and the number of rocks; unit : label of the colour bar
     values : (C,) of all cells of the raster, in SI units, NaN where unknown; scale : colour scale of `values`
-    per_unit : size of the colour bar's unit in the unit of `values`, such as 1000 for kJ
+    per_unit : number of SI units in one unit of the colour bar, such as 1000 for kJ
     """
 
     title: str

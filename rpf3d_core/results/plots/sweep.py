@@ -49,9 +49,9 @@ def _bands(panels: Sequence[Panel]) -> str:
 
 
 def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
-    """Return the position on the axis of each value of the varied key; the value as text is the key of the result.
+    """Return the positions on the axis of the values that a sweep sets, by the value as text.
 
-    A number stands at its own value if all values are numbers; else the values are evenly spaced.
+    If all values are numbers, each number is its own position; else the positions are evenly spaced.
     """
     values: dict[str, Any] = {str(at): at for panel in panels for curve in panel.curves for at in curve.at}
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values.values()):
