@@ -42,7 +42,7 @@ class RunControl:
         and after each round the rocks flown represent all rocks (`setup.rounds.growing_rounds`). None for the rounds
         that the scene itself asks for
     after_round : called after each round except the last, with the result so far
-    painting : draws the pictures; None if `run_scene` should start its own
+    painting : object that draws the pictures; None if `run_scene` should make such an object itself
     """
 
     progress: Progress | None = None

@@ -49,7 +49,8 @@ class RunPart:
     """The results of a part of a scene's rocks, from one worker, to be merged with the other parts.
 
     digest : digest of the scene and of the files that the worker read
-    totals, tallies, barriers : results of all rocks of the part; flights : of the rocks for pictures only
+    totals, tallies, barriers : results of all rocks of the part
+    flights : flights of the rocks that are kept for pictures only
     """
 
     digest: str

@@ -59,7 +59,8 @@ Root = type[BaseModel] | None
 def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
     """Yield each error of a file as a line number and a sentence, without errors that another error causes.
 
-    details : the errors as pydantic states them; document : the file, with the lines of its keys"""
+    details : the errors as pydantic states them; document : the file, with the lines of its keys
+    """
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
         (*path[:-1], _nearest(path, root))
@@ -143,7 +144,7 @@ def _written(path: KeyPath, document: Document) -> Any:
 
 
 def _known(path: KeyPath, root: Root) -> list[str]:
-    """Return the keys that are valid in the place of the last key of a path, for advice."""
+    """Return the keys that would be valid as the last key of a path, for advice in a message."""
     keys = _keys(_annotation(path[:-1], root))
     return keys if path[:-1] else [key for key in keys if key not in NOT_SCENE_KEYS]
 
@@ -154,7 +155,10 @@ def _nearest(path: KeyPath, root: Root) -> str | None:
 
 
 def nearest_key(word: str, known: Sequence[str]) -> str | None:
-    """Return the known key that a wrong key probably means, by spelling, meaning or similarity; or None."""
+    """Return the known key that a wrong key probably means; None if no known key is near.
+
+    A key with nearly the same spelling is preferred to a key of the same meaning, and this to any similar key.
+    """
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
     found = [*misspelt, *keys_meant(word, known), *similar]

@@ -2,8 +2,8 @@
 
 The schema of the pydantic models describes their fields. A scene file also has shorthands, which validators expand
 before the fields are checked: names of models, `{prior: ...}` in place of a number, `library` in place of coefficients.
-This file adds the shorthands, and the choices of exactly one key. Limits that depend on several values, such as
-low < high, stay with `rpf3d check`.
+This file adds the shorthands, and which keys exclude each other or need another key. The schema cannot check limits
+that depend on several values, such as low < high; `rpf3d check` checks these limits.
 """
 
 from collections.abc import Iterable, Mapping
@@ -205,7 +205,10 @@ def _add_parameters(definition: Schema, parameters: ModuleType) -> None:
 
 
 def _add_unknowns(schema: Schema) -> None:
-    """Allow `{prior: ...}` in place of each number that may be unknown, in copies of definitions with other uses."""
+    """Allow `{prior: ...}` in place of each number that may be unknown.
+
+    Definitions are copied before this change, because other sections use the originals, in which no prior is allowed.
+    """
     definitions, copies = schema["$defs"], dict[str, Schema]()
     for root in ROOTS:
         schema["properties"][root] = _with_priors(schema["properties"][root], definitions, copies)
